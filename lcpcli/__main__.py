@@ -1,0 +1,5 @@
+"""python -m lcpcli is the command lcp."""
+
+from lcpcli.cli import main
+
+main()

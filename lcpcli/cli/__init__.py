@@ -1,0 +1,80 @@
+"""The command lcp: its commands, and how it ends. Errors become one line on standard error and exit code 2."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import click
+
+from lcpcli import __version__
+from lcpcli.cli.compare import compare
+from lcpcli.cli.solve import solve
+from lcpcli.errors import LCPError
+
+INTERRUPTED = 130
+CLOSED_PIPE = 141
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}, invoke_without_command=True
+)
+@click.version_option(__version__, prog_name="lcp")
+@click.pass_context
+def lcp(context: click.Context) -> None:
+    """Solve linear complementarity problems: z >= 0, w = Mz + q >= 0, z'w = 0.
+
+    \b
+    lcp solve problem.json      solve one problem
+    lcp compare                 both methods side by side on the paper's examples
+
+    Exit codes: 0 solved, 1 not solved, 2 bad usage or bad input, 130 interrupted.
+    """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+lcp.add_command(solve)
+lcp.add_command(compare)
+
+
+def main() -> None:
+    """Run the command line and exit with its code."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    sys.exit(_run())
+
+
+def _run() -> int:
+    try:
+        code = lcp.main(standalone_mode=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except click.exceptions.Exit as ending:
+        return ending.exit_code
+    except click.UsageError as error:
+        where = error.ctx.command_path if error.ctx else "lcp"
+        return _complain(f"{where}: {_one_line(error.format_message())}; see {where} --help")
+    except click.ClickException as error:
+        return _complain(f"lcp: {_one_line(error.format_message())}")
+    except LCPError as error:
+        return _complain(f"lcp: {error}")
+    except (click.Abort, KeyboardInterrupt):
+        return INTERRUPTED
+    except MemoryError:
+        _complain("lcp: not enough memory for this problem")
+        return 1
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return CLOSED_PIPE
+
+
+def _complain(message: str) -> int:
+    click.echo(message, err=True)
+    return 2
+
+
+def _one_line(message: str) -> str:
+    line = " ".join(message.split())
+    return (line[0].lower() + line[1:]).rstrip(".") if line else line

@@ -1,0 +1,134 @@
+"""The options of the commands that solve: declared once, and turned into what the driver takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from lcpcli import options
+from lcpcli.errors import OptionError
+from lcpcli.methods import load, options_of
+from lcpcli.options import OPTIONS, flag
+from lcpcli.report import FORMATS, SUFFIXES, TABLES
+
+if TYPE_CHECKING:
+    from lcpcli.driver import Limits
+    from lcpcli.problem import Problem
+    from lcpcli.result import Trace
+    from lcpcli.typing import Indices, Vector
+
+STARTS = ("x0", "x1")
+OF_METHODS = ("p", "k_star", "rho", "sigma", "omega", *STARTS)
+LIMITS = ("tol", "max_iterations", "time_limit")
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def solving(command: Command) -> Command:
+    """Declare the options of the methods, the limits and the output on a command; it gets them as keywords."""
+    declared = [
+        *(_numeric(name) for name in OF_METHODS if name not in STARTS),
+        click.option(
+            "--x0",
+            metavar="NUMBERS|FILE",
+            help="Start, comma-separated or in a file.  [default: the problem's, else 0]",
+        ),
+        click.option(
+            "--x1", metavar="NUMBERS|FILE", help="Second point of shi.  [default: the problem's, else a descent step]"
+        ),
+        *(_numeric(name) for name in LIMITS),
+        click.option("--format", "form", type=click.Choice(list(FORMATS)), help=_formats()),
+        click.option("--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
+        _numeric("every"),
+        click.option("-o", "--output", metavar="FILE", help="Write to a file instead, whole or not at all."),
+        click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells."),
+    ]
+    for option in reversed(declared):
+        command = option(command)
+    return command
+
+
+def limits(given: dict[str, Any]) -> Limits:
+    """The limits among the given options; a default for each that is not given."""
+    from lcpcli.driver import Limits
+
+    return Limits(**{name: given[name] for name in LIMITS if given[name] is not None})
+
+
+def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -> list[dict[str, Any]]:
+    """For each method, those of the given options that it has; an option that none of them has is an OptionError."""
+    chosen = {name: given[name] for name in OF_METHODS if given[name] is not None}
+    for name in STARTS:
+        if name in chosen:
+            chosen[name] = _vector(flag(name), chosen[name], problem.n)
+    known = [{"x0", *options_of(load(name))} for name in names]
+    for name in chosen:
+        if not any(name in own for own in known):
+            raise OptionError(flag(name), f"has no effect with {' and '.join(names)}", "leave it out")
+    return [{name: value for name, value in chosen.items() if name in own} for own in known]
+
+
+class Output:
+    """What is to be shown, in which format and where, found consistent before any work is done."""
+
+    def __init__(self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool) -> None:
+        self.form = form or SUFFIXES.get(Path(output or "").suffix, "table")
+        self.path, self.silent = output, quiet and output is None
+        if trace and self.form != "json":
+            raise OptionError(
+                "--trace", f"has no effect on the format {self.form}, which shows the iterates", "leave it out"
+            )
+        if every is not None and (self.silent or (self.form == "json" and not trace)):
+            raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
+        options.check(every=every)
+        if output is not None:
+            from lcpcli.files.whole import refuse_unwritable
+
+            refuse_unwritable(output)
+        self._iterates = not self.silent and (trace or self.form != "json")
+        self._every = every or (int(OPTIONS["every"].default or 1) if self.form in TABLES else 1)
+
+    def components(self, problem: Problem, width: int | None) -> Indices | None:
+        """Which components of z a table of that width shows; None where all are shown."""
+        if self.form not in TABLES:
+            return None
+        from lcpcli.report.iterations import shown_components
+
+        return shown_components(problem.n, width if self.form == "table" else None)
+
+    def trace(self, problem: Problem, components: Indices | None) -> Trace | None:
+        """An empty trace for a run whose iterates will be shown, with only what will be read."""
+        if not self._iterates:
+            return None
+        from lcpcli.result import Trace
+
+        return Trace(self._every, components, residuals=self.form not in TABLES or not problem.solutions)
+
+
+def _numeric(name: str) -> Callable[[Command], Command]:
+    option = OPTIONS[name]
+    kind = click.INT if option.kind is int else click.FLOAT
+    default = f"; default {option.default:g}" if option.default is not None and option.default < math.inf else ""
+    return click.option(flag(name), name, type=kind, help=f"{option.meaning}  [{option.range}{default}]")
+
+
+def _formats() -> str:
+    forms = ", ".join(f"{name} ({meaning})" for name, meaning in FORMATS.items())
+    return f"{forms}.  [default: by the ending of -o, else table]"
+
+
+def _vector(option: str, given: str, n: int) -> Vector:
+    from lcpcli.files import read_vector
+    from lcpcli.problem import as_vector
+
+    if Path(given).exists():
+        return as_vector(option, read_vector(option, given), n)
+    try:
+        numbers = [float(number) for number in given.split(",")]
+    except ValueError:
+        raise OptionError(option, f"{given!r} is neither a file nor numbers", "write 1,-2,0.5 or name a file") from None
+    return as_vector(option, numbers, n)

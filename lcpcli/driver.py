@@ -1,0 +1,168 @@
+"""The only loop: it runs a method, times it, judges its iterates and says how it ended."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lcpcli import methods, options
+from lcpcli.accuracy import Accuracy
+from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.options import OPTIONS
+from lcpcli.problem import Problem
+from lcpcli.result import Result, Status, Trace, TraceRow, z_of
+from lcpcli.typing import Vector
+
+DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When to stop: at a relative residual of tol, after max_iterations, after time_limit seconds."""
+
+    tol: float = float(OPTIONS["tol"].default or 0)
+    max_iterations: int = int(OPTIONS["max_iterations"].default or 0)
+    time_limit: float = float(OPTIONS["time_limit"].default or 0)
+
+    def __post_init__(self) -> None:
+        options.check(tol=self.tol, max_iterations=self.max_iterations, time_limit=self.time_limit)
+
+
+def run(
+    problem: Problem,
+    method: str,
+    x0: Vector | None = None,
+    *,
+    limits: Limits | None = None,
+    trace: Trace | None = None,
+    clock: Callable[[], float] = time.perf_counter,
+    **chosen: Any,
+) -> Result:
+    """Run a method on a problem from x0 (by default the problem's own start, else the origin).
+
+    "solved" is said only if the relative residual, recomputed from the original M and q, is at most limits.tol.
+    `chosen` are options of the method; one that it does not have is an OptionError. The clock is read around the
+    method's own work alone.
+    """
+    function = methods.load(method)
+    if "x1" not in chosen and x0 is None and problem.x1 is not None and "x1" in methods.options_of(function):
+        chosen["x1"] = problem.x1
+    if x0 is None:
+        x0 = np.zeros(problem.n) if problem.x0 is None else problem.x0
+    began = clock()
+    in_force = methods.options_in_force(function, problem, chosen)
+    iterates = function(problem, x0, **in_force)
+    loop = _Loop(problem, limits or Limits(), trace, clock, x0)
+    loop.setup_seconds = clock() - began
+    status, reason = loop.run(iterates)
+    return loop.result(method, in_force, status, reason)
+
+
+class _Loop:
+    """One pass of the loop, with what it has seen so far."""
+
+    def __init__(
+        self, problem: Problem, limits: Limits, trace: Trace | None, clock: Callable[[], float], x0: Vector
+    ) -> None:
+        self.problem, self.limits, self.trace, self.clock = problem, limits, trace, clock
+        self.accuracy = Accuracy(problem)
+        self.setup_seconds = self.solve_seconds = 0.0
+        self.k, self.evaluations = -1, 0
+        self.best, self.best_level, self.first_level = x0, math.inf, math.inf
+
+    def result(self, method: str, in_force: dict[str, Any], status: Status, reason: str) -> Result:
+        z = z_of(self.best)
+        with np.errstate(over="ignore", invalid="ignore"):
+            w = self.problem.w(z)
+        relative = self.accuracy.relative_residual(z, w)
+        if relative <= self.limits.tol:
+            status, reason = Status.SOLVED, ""
+        return Result(
+            problem=self.problem,
+            method=method,
+            status=status,
+            message=f"{status.value}: {reason}" if reason else status.value,
+            z=z,
+            w=w,
+            iterations=max(self.k, 0),
+            evaluations=self.evaluations,
+            residual=self.accuracy.natural_residual(z, w),
+            relative_residual=relative,
+            error=self.accuracy.error(z),
+            setup_seconds=self.setup_seconds,
+            solve_seconds=self.solve_seconds,
+            options=in_force,
+            trace=self.trace,
+        )
+
+    def run(self, iterates: Iterator[Iterate]) -> tuple[Status, str]:
+        try:
+            while True:
+                iterate = self._next(iterates)
+                if iterate is None:
+                    return Status.STALLED, "the method has ended here, its equation is solved to rounding"
+                ending = self._judge(iterate)
+                if ending:
+                    return ending, ""
+        except Stalled as reason:
+            return Status.STALLED, str(reason)
+        except Breakdown as reason:
+            return Status.BREAKDOWN, str(reason)
+        except FloatingPointError as reason:
+            return Status.BREAKDOWN, f"{reason} after iteration {self.k}"
+        except KeyboardInterrupt:
+            return Status.INTERRUPTED, ""
+
+    def _next(self, iterates: Iterator[Iterate]) -> Iterate | None:
+        """The next iterate, with the time that it took added to set-up (the first one) or to the solve."""
+        began = self.clock()
+        try:
+            with np.errstate(over="raise", invalid="raise", divide="raise"):
+                return next(iterates, None)
+        finally:
+            seconds = self.clock() - began
+            if self.k < 0:
+                self.setup_seconds += seconds
+            else:
+                self.solve_seconds += seconds
+
+    def _judge(self, iterate: Iterate) -> Status | None:
+        """Keep what is to be kept of an iterate, and say whether the run ends with it."""
+        self.k += 1
+        self.evaluations = iterate.evaluations
+        level = self._level(iterate)
+        if level < self.best_level:
+            self.best_level, self.best = level, iterate.x
+        if self.k == 0:
+            self.first_level = level
+        if self.trace is not None:
+            self._record(self.trace, iterate)
+        if level <= self.limits.tol and self._relative_residual(iterate.x) <= self.limits.tol:
+            self.best = iterate.x
+            return Status.SOLVED
+        if not level <= DIVERGED * self.first_level:
+            return Status.DIVERGED
+        if self.k >= self.limits.max_iterations:
+            return Status.ITERATION_LIMIT
+        if self.setup_seconds + self.solve_seconds >= self.limits.time_limit:
+            return Status.TIME_LIMIT
+        return None
+
+    def _level(self, iterate: Iterate) -> float:
+        """The bound of the relative residual that comes free with F, or the relative residual where F is unknown."""
+        return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
+
+    def _relative_residual(self, x: Vector) -> float:
+        z = z_of(x)
+        return self.accuracy.relative_residual(z, self.problem.w(z))
+
+    def _record(self, trace: Trace, iterate: Iterate) -> None:
+        z = z_of(iterate.x)
+        residual = self.accuracy.natural_residual(z, self.problem.w(z)) if trace.residuals else None
+        kept = z if trace.components is None else z[trace.components]
+        trace.add(TraceRow(self.k, kept, residual, self.accuracy.error(z), self.solve_seconds, iterate.step))

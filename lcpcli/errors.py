@@ -1,0 +1,31 @@
+"""What can be wrong with an input: one line that names the place, the fault and the mend."""
+
+from __future__ import annotations
+
+
+class LCPError(Exception):
+    """Base class of every error that this package raises on purpose.
+
+    Parameters
+    ----------
+    where : the field, option or file that is at fault, as the user wrote it; "" if there is none.
+    fault : what is wrong, as a clause without a full stop.
+    mend : what to do about it, as an imperative clause without a full stop; "" if the fault says it.
+    """
+
+    def __init__(self, where: str, fault: str, mend: str = "") -> None:
+        self.where, self.fault, self.mend = where, fault, mend
+        super().__init__(": ".join(part for part in (where, "; ".join(p for p in (fault, mend) if p)) if part))
+
+    def inside(self, place: str) -> LCPError:
+        """The same error, told from one level further out (the file that holds the field)."""
+        where = f"{place}: {self.where}" if self.where else place
+        return type(self)(where, self.fault, self.mend)
+
+
+class ProblemError(LCPError):
+    """The problem, or the file that holds it, cannot be used."""
+
+
+class OptionError(LCPError):
+    """An option's value is out of its range, or the option has no effect on what was asked."""

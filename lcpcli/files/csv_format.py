@@ -1,0 +1,109 @@
+"""Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q.
+
+Columns are parted by semicolons, tabs, commas or blanks, whichever the first row has, looked for in this order. A
+header of names, blank lines, lines that begin with #, any line ends and a byte order mark are passed over. Decimals have a
+point.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.problem import Problem, as_vector, count, is_sparse
+from lcpcli.typing import Matrix, Vector
+
+DELIMITERS = (";", "\t", ",")
+
+
+def parse(text: str, *, alone: bool) -> tuple[Matrix, Vector]:
+    """M and q from a text that holds [M | q] if it stands alone, else M and an empty q."""
+    table = np.array(_rows(text))
+    n, columns = table.shape
+    if not alone:
+        return table, np.empty(0)
+    if columns == n:
+        raise ProblemError(
+            "", f"has {n} rows of {n} columns, which is M without q", "add q as the last column or a file for q"
+        )
+    if columns != n + 1:
+        raise ProblemError(
+            "", f"has {count(n, 'row')} of {count(columns, 'column')}", "give n rows of n + 1 columns, M and q"
+        )
+    return np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n])
+
+
+def parse_vector(field: str, text: str) -> Vector:
+    """A vector from a text of one row or one column."""
+    rows = _rows(text)
+    if len(rows) > 1 and len(rows[0]) > 1:
+        raise ProblemError(field, f"has {len(rows)} rows and {len(rows[0])} columns", "give one row or one column")
+    return as_vector(field, [x for row in rows for x in row])
+
+
+def render(problem: Problem) -> str:
+    """[M | q], one row a line, with all digits."""
+    M = problem.M.toarray() if is_sparse(problem.M) else problem.M
+    rows = np.column_stack((M, problem.q)).tolist()
+    return "".join(",".join(map(repr, row)) + "\n" for row in rows)
+
+
+def _rows(text: str) -> list[list[float]]:
+    lines = [
+        (number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"
+    ]
+    if not lines:
+        raise ProblemError("", "holds no numbers", "give one row a line")
+    delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
+    first = _fields(*lines[0], delimiter)
+    if not any(_is_number(entry) for entry in first):
+        del lines[0]
+    rows = [
+        [_number(entry, number, i, delimiter) for i, entry in enumerate(_fields(number, line, delimiter), 1)]
+        for number, line in lines
+    ]
+    for (number, _), row in zip(lines, rows, strict=True):
+        if len(row) != len(rows[0]):
+            raise ProblemError(
+                f"line {number}",
+                f"has {count(len(row), 'column')} where line {lines[0][0]} has {len(rows[0])}",
+                "make all lines equally long",
+            )
+    if not rows:
+        raise ProblemError("", "holds a header and no numbers", "give one row a line below it")
+    return rows
+
+
+def _fields(number: int, line: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return line.split()
+    try:
+        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
+    except csv.Error as error:
+        raise ProblemError(f"line {number}", f"is not CSV ({error})", "correct it there") from None
+
+
+def _is_number(entry: str) -> bool:
+    try:
+        float(entry)
+    except ValueError:
+        return False
+    return "_" not in entry
+
+
+def _number(entry: str, line: int, column: int, delimiter: str | None) -> float:
+    if _is_number(entry):
+        number = float(entry)
+        if math.isfinite(number):
+            return number
+    place = f"line {line}, column {column}"
+    if not entry.strip():
+        raise ProblemError(place, "is empty", "give a number")
+    if delimiter != "," and _is_number(entry.replace(",", ".", 1)):
+        raise ProblemError(place, f"is {entry!r}, with a decimal comma", "write decimals with a point")
+    if _is_number(entry):
+        raise ProblemError(place, f"is {entry.strip()}", "give a finite number in double precision")
+    raise ProblemError(place, f"is {entry!r}, not a number", "give a number")

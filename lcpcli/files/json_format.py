@@ -1,0 +1,169 @@
+"""Problems in JSON: an object with M, q and, if known, name, x0, x1, solution, verdict, source and note.
+
+M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
+indices from 0. solution is one z or a list of them. Numbers are decimal; each key stands once.
+"""
+
+from __future__ import annotations
+
+import json
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.problem import Problem, as_vector, count, is_sparse, kind
+from lcpcli.typing import Indices, Matrix, Vector
+
+KEYS = ("name", "source", "note", "M", "q", "x0", "x1", "solution", "verdict")
+COO_KEYS = ("format", "shape", "rows", "cols", "values")
+TEXTS = ("name", "source", "note", "verdict")
+OTHER_NAMES = {
+    "matrix": "M",
+    "a": "M",
+    "vector": "q",
+    "b": "q",
+    "solutions": "solution",
+    "z": "solution",
+    "start": "x0",
+}
+
+
+def parse(text: str) -> Problem:
+    """The problem in a JSON text, or a ProblemError that names the field or the line and column."""
+    data = _load(text)
+    if not isinstance(data, dict):
+        raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q")
+    _refuse_unknown("", data, KEYS)
+    for key in ("M", "q"):
+        if key not in data:
+            raise ProblemError(key, "is missing", f"add the key {key}")
+    for key in TEXTS:
+        if not isinstance(data.get(key, ""), str):
+            raise ProblemError(key, f"is {kind(data[key])}", "give a text in quotes")
+    fields = {key: data[key] for key in (*TEXTS, "x0", "x1") if key in data}
+    for key in ("x0", "x1"):
+        if key in fields and not isinstance(fields[key], list):
+            raise ProblemError(key, f"is {kind(fields[key])}", "give a list of numbers")
+    M = data["M"]
+    if isinstance(M, dict):
+        M = _coordinates(M, as_vector("q", data["q"]).size)
+    return Problem(M, data["q"], solutions=_solutions(data), **fields)
+
+
+def parse_vector(field: str, text: str) -> Vector:
+    """A vector written as a JSON list."""
+    return as_vector(field, _load(text))
+
+
+def render(problem: Problem) -> str:
+    """The problem as a JSON text that `parse` reads back to the same numbers; one row of a dense M a line."""
+    lines = [
+        f'"{key}": {json.dumps(getattr(problem, key))}' for key in ("name", "source", "note") if getattr(problem, key)
+    ]
+    lines.append(f'"M": {_render_matrix(problem.M)}')
+    lines.append(f'"q": {_render(problem.q)}')
+    lines += [f'"{key}": {_render(getattr(problem, key))}' for key in ("x0", "x1") if getattr(problem, key) is not None]
+    if problem.solutions:
+        rendered = ", ".join(_render(z) for z in problem.solutions)
+        lines.append(f'"solution": {rendered if len(problem.solutions) == 1 else f"[{rendered}]"}')
+    if problem.verdict:
+        lines.append(f'"verdict": "{problem.verdict}"')
+    body = ",\n  ".join(lines)
+    return f"{{\n  {body}\n}}\n"
+
+
+def _load(text: str) -> Any:
+    try:
+        return json.loads(text, parse_int=float, object_pairs_hook=_object)
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise ProblemError(place, f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})", "correct it there") from None
+    except RecursionError:
+        raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    data = dict(pairs)
+    if len(data) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ProblemError(twice, "stands twice", "keep one")
+    return data
+
+
+def _refuse_unknown(field: str, data: dict[str, Any], keys: tuple[str, ...]) -> None:
+    for key in data:
+        if key not in keys:
+            where = f"{field}.{key}" if field else key
+            raise ProblemError(where, "is no key of a problem", _likely_key(key, keys))
+
+
+def _likely_key(key: str, keys: tuple[str, ...]) -> str:
+    folded = {name.casefold(): name for name in keys} | {k: v for k, v in OTHER_NAMES.items() if v in keys}
+    close = get_close_matches(key.casefold(), folded, n=1)
+    return f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(keys)}"
+
+
+def _solutions(data: dict[str, Any]) -> list[Any]:
+    if "solution" not in data:
+        return []
+    solution = data["solution"]
+    if not isinstance(solution, list):
+        raise ProblemError("solution", f"is {kind(solution)}", "give a list of numbers, or a list of such lists")
+    return solution if solution and isinstance(solution[0], list) else [solution]
+
+
+def _coordinates(M: dict[str, Any], n: int) -> Matrix:
+    """The matrix in coordinate form, once its indices and its shape are known to fit q, of n entries."""
+    _refuse_unknown("M", M, COO_KEYS)
+    for key in COO_KEYS:
+        if key not in M:
+            raise ProblemError(f"M.{key}", "is missing", f"add the key {key}")
+    if M["format"] != "coo":
+        raise ProblemError("M.format", f"is {kind(M['format'])}", 'the one format is "coo"')
+    shape = as_vector("M.shape", M["shape"])
+    if shape.size != 2 or (shape != n).any():
+        declared = " x ".join(f"{side:g}" for side in shape)
+        raise ProblemError("M.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
+    values = as_vector("M.values", M["values"])
+    rows, cols = (_indices(f"M.{key}", M[key], values.size, n) for key in ("rows", "cols"))
+    order = np.lexsort((cols, rows))
+    again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
+    if again.size:
+        i = order[again[0] + 1]
+        raise ProblemError(
+            f"M.rows[{i}]", f"and M.cols[{i}] name entry ({rows[i]}, {cols[i]}) again", "give every entry once"
+        )
+    from scipy.sparse import csr_array
+
+    return csr_array((values, (rows, cols)), shape=(n, n))
+
+
+def _indices(field: str, given: Any, size: int, n: int) -> Indices:
+    numbers = as_vector(field, given)
+    if numbers.size != size:
+        raise ProblemError(field, f"has {count(numbers.size, 'entry')} where M.values has {size}", "make them agree")
+    wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers != np.floor(numbers)))
+    if wrong.size:
+        i = int(wrong[0])
+        raise ProblemError(f"{field}[{i}]", f"is {numbers[i]:g}", f"indices are whole numbers from 0 to {n - 1}")
+    return numbers.astype(np.intp)
+
+
+def _render(v: Any) -> str:
+    return "[" + ", ".join(_number(x) for x in v.tolist()) + "]"
+
+
+def _number(x: float) -> str:
+    return str(int(x)) if x == int(x) and abs(x) < 1e15 else repr(x)
+
+
+def _render_matrix(M: Matrix) -> str:
+    if not is_sparse(M):
+        return "[\n    " + ",\n    ".join(_render(row) for row in M) + "\n  ]"
+    coo = M.tocoo()
+    parts = {"rows": coo.coords[0], "cols": coo.coords[1], "values": coo.data}
+    lists = ",\n    ".join(f'"{key}": {_render(values)}' for key, values in parts.items())
+    return f'{{\n    "format": "coo", "shape": [{M.shape[0]}, {M.shape[1]}],\n    {lists}\n  }}'

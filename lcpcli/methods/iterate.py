@@ -1,0 +1,32 @@
+"""What a method hands to the driver, and how it says that it cannot go on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lcpcli.typing import Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """One iterate of a method that works on F(x) = M z - w + q with z = |x| + x.
+
+    x : shape (n,), an array of its own that the method never changes again.
+    F : shape (n,) or None; F or its smoothed form at x if the method has it anyway. Where it is F itself,
+        |min(z, M z + q)| <= |F| componentwise, so that the driver need not compute the residual of every iterate.
+    step : the step of the published algorithm that made this iterate, as numbered there; "" if it has but one.
+    evaluations : evaluations of F (or of its smoothed form) so far.
+    """
+
+    x: Vector
+    F: Vector | None
+    step: str
+    evaluations: int
+
+
+class Breakdown(Exception):
+    """The method cannot go on; the argument is the reason, as a clause for the user."""
+
+
+class Stalled(Exception):
+    """The method has got as far as rounding lets it; the argument says what holds it there."""

@@ -1,0 +1,85 @@
+"""A step length that meets the two conditions of step 2.7, the weak Wolfe conditions, in finitely many trials.
+
+With f along the direction s from x, d = -grad f(x) and D = <d, s> > 0,
+
+    f(x + gamma s) <= f(x) - gamma rho D        (sufficient decrease)
+    <grad f(x + gamma s), s> >= -sigma D        (curvature).
+
+A trial is accepted or becomes an end of the bracket: the upper one if it misses the decrease, the lower one if it has
+the decrease but misses the curvature. The bracket expands while it has no upper end; from then on each pair of trials
+at least halves it. Between the halvings the minimiser of the parabola through what is known of f is tried, which is
+exact where f is quadratic (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the decrease holds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.methods.iterate import Stalled
+from lcpcli.smoothing import Point, Smoothed
+from lcpcli.typing import Vector
+
+MAX_TRIALS = 200
+TINY = 1e-6  # from this share of the first trial length on, it is worth looking whether a trial changes x at all
+
+
+@dataclass
+class Bracket:
+    """Lengths low < high between which both conditions can be met; f and its slope at low, f at high."""
+
+    low: float
+    f_low: float
+    slope_low: float
+    high: float = math.inf
+    f_high: float = math.inf
+    halve: bool = False
+
+    def raise_low(self, gamma: float, f: float, slope: float) -> None:
+        self.halve = gamma - self.low < 0.5 * (self.high - self.low)
+        self.low, self.f_low, self.slope_low = gamma, f, slope
+
+    def cut_high(self, gamma: float, f: float) -> None:
+        self.halve = gamma - self.low > 0.5 * (self.high - self.low)
+        self.high, self.f_high = gamma, f
+
+    def next_trial(self, slope_start: float) -> float:
+        if self.high == math.inf:
+            flattening = self.slope_low / slope_start
+            return self.low * (min(max(1 / (1 - flattening), 2.0), 10.0) if flattening < 1 else 10.0)
+        width = self.high - self.low
+        bend = self.f_high - self.f_low - self.slope_low * width
+        inner = self.low - 0.5 * self.slope_low * width * (width / bend) if 0 < bend < math.inf else self.low
+        if self.halve or not self.low < inner < self.high:
+            return self.low + 0.5 * width
+        return inner
+
+
+def search(
+    smoothed: Smoothed, start: Point, s: Vector, slope: float, gamma: float, rho: float, sigma: float
+) -> tuple[float, Point, Vector, int]:
+    """The step from start along s, where f has the slope <grad f, s> < 0, that the first trial length gamma > 0 leads to.
+
+    Returns its length, the point at its end, the gradient there and the number of trials. Raises Stalled when the
+    trials have come down to lengths that change nothing: the decrease is below rounding.
+    """
+    bracket, first = Bracket(0.0, start.f, slope), gamma
+    for trial in range(1, MAX_TRIALS + 1):
+        x = gamma * s
+        x += start.x
+        point = smoothed.at(x)
+        if not point.f <= start.f + gamma * rho * slope:
+            if gamma < TINY * first and np.array_equal(x, start.x):
+                break
+            bracket.cut_high(gamma, point.f)
+        else:
+            g = smoothed.gradient(point)
+            slope_here = float(g @ s)
+            if slope_here >= sigma * slope:
+                return gamma, point, g, trial
+            bracket.raise_low(gamma, point.f, slope_here)
+        gamma = bracket.next_trial(slope)
+    raise Stalled("no step decreases |F~| any further in double precision")

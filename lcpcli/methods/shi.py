@@ -1,0 +1,169 @@
+"""The smoothed vector-division method: Shi's secant method with descent safeguards, applied to the LCP.
+
+Y. El foutayeni and M. Khaladi, Using vector divisions in solving the linear complementarity problem, Journal of
+Computational and Applied Mathematics 236 (2012) 1919-1925, section 4, after Y. Shi, Using vector divisions in solving
+nonlinear systems of equations, International Journal of Contemporary Mathematical Sciences 3 (2008) 753-759.
+Steps are numbered as in the paper's algorithm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from lcpcli import linalg, options
+from lcpcli.errors import OptionError
+from lcpcli.methods.iterate import Breakdown, Iterate
+from lcpcli.methods.line_search import search
+from lcpcli.options import OPTIONS
+from lcpcli.problem import Problem
+from lcpcli.smoothing import Smoothed
+from lcpcli.typing import Vector
+
+EPS = float(np.finfo(float).eps)
+SELECTED = "1"
+STEEPEST_AT_MULTIPLE = "2.2"
+PLANE = "2.4"
+AVERAGE = "2.5"
+STEEPEST = "2.6"
+
+
+def shi(
+    problem: Problem,
+    x0: Vector,
+    *,
+    x1: Vector | None = None,
+    p: float | None = OPTIONS["p"].default,
+    k_star: int = int(OPTIONS["k_star"].default or 0),
+    rho: float = OPTIONS["rho"].default or 0.0,
+    sigma: float = OPTIONS["sigma"].default or 0.0,
+) -> Iterator[Iterate]:
+    """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step.
+
+    Converges to a stationary point of f, which is a zero of F~ where J is regular (every P-matrix M); linearly,
+    at a rate that worsens with the condition of J. Its zero solves the LCP up to the smoothing error, of which
+    |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
+    with M' for each trial of sufficient decrease; nothing n-by-n is formed.
+
+    Parameters
+    ----------
+    problem : the LCP, n unknowns.
+    x0 : first point, shape (n,), in the units of z.
+    x1 : second point, shape (n,). The paper leaves its choice open; by default a steepest-descent step from x0.
+    p : smoothing parameter in 1 / (units of z), p > 0; by default the one of `default_p`.
+    k_star : a steepest-descent step is inserted whenever k is a multiple of it, k* >= 1.
+    rho, sigma : line search parameters, 0 < rho < 1/2 and rho < sigma < 1.
+
+    Yields
+    ------
+    Iterate : x0, x1, x2, ... with F~ and the number of the step that led there: "1" selected, "2.2" steepest descent
+        at a multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for want of one.
+
+    Raises
+    ------
+    OptionError : at once, if an option is out of its range.
+    Stalled : the decrease of f is below rounding.
+    Breakdown : f is stationary where F~ is not zero (J is singular), or |F~|^2 overflows.
+    """
+    options.check(p=p, k_star=k_star, rho=rho, sigma=sigma)
+    if not rho < sigma:
+        raise OptionError("--sigma", f"{sigma} is out of range", f"with rho = {rho} it must be: rho < sigma < 1")
+    return _iterates(problem, x0, x1, default_p(problem) if p is None else p, int(k_star), rho, sigma)
+
+
+def default_p(problem: Problem) -> float:
+    """The p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the rounding error of q, eps |q|_inf."""
+    scale = float(np.max(np.abs(problem.q))) or 1.0
+    return min(math.log(3) * (1 + linalg.norm_inf(problem.M)) / EPS / scale, 1e300)
+
+
+def _iterates(
+    problem: Problem, x0: Vector, x1: Vector | None, p: float, k_star: int, rho: float, sigma: float
+) -> Iterator[Iterate]:
+    smoothed = Smoothed(problem, p)
+    here = smoothed.at(x0)
+    evaluations = 1
+    yield Iterate(here.x, here.F, SELECTED, evaluations)
+    if x1 is None:
+        k, g = 0, smoothed.gradient(here)
+        step, s = SELECTED, -g
+    else:
+        k, last, here = 1, here, smoothed.at(x1)
+        evaluations += 1
+        yield Iterate(here.x, here.F, SELECTED, evaluations)
+        g = smoothed.gradient(here)
+        step, s = _select(k, k_star, here.F, x1 - x0, here.F - last.F, g)
+    while here.f > 0:
+        slope = _slope(here.f, g, s)
+        last = here
+        gamma, here, g, trials = search(smoothed, here, s, slope, -2 * here.f / slope, rho, sigma)
+        evaluations += trials
+        k += 1
+        yield Iterate(here.x, here.F, step, evaluations)
+        s *= gamma
+        step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
+
+
+def _slope(f: float, g: Vector, s: Vector) -> float:
+    """<g, s>, found fit for a line search. The first trial length is where a parabola of that slope comes down to 0."""
+    slope = float(g @ s)
+    if not (math.isfinite(f) and math.isfinite(slope)):
+        raise Breakdown("|F~|^2 overflows; divide q and the start by their size")
+    if slope == 0:
+        raise Breakdown("f = |F~|^2 / 2 is stationary at a point that is no zero of F~: J is singular there")
+    return slope
+
+
+def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
+    """Steps 2.2 to 2.6: the step that applies at x_k, and its direction."""
+    return (STEEPEST_AT_MULTIPLE, -g) if k % k_star == 0 else direction(F, v, y, g)
+
+
+def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
+    """Steps 2.3 to 2.6: the step that applies and its direction s, with <s, g> < 0 unless g = 0.
+
+    Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1), y = F~(x_k) - F~(x_(k-1)) and g = grad f(x_k) = -d. The working
+    vectors v and y may be overwritten.
+
+    Step 2.3 takes u = xi_1 F and xi_2 v with xi_1 = -|v|^2 / <v, y> and xi_2 = -<y, F> / |y|^2. As the line search
+    makes the length of s irrelevant, both may be divided by one positive number, and so neither can blow up: up to
+    that, they are mu F / |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
+    """
+    size_F, size_v, size_y = math.sqrt(float(F @ F)), math.sqrt(float(v @ v)), math.sqrt(float(y @ y))
+    if 0 in (size_F, size_v, size_y):
+        return STEEPEST, -g
+    cos_vy, cos_yF = float(v @ y) / size_v / size_y, float(y @ F) / size_y / size_F
+    mu, nu = -math.copysign(1.0, cos_vy), -cos_yF * abs(cos_vy)
+    cos_Fv = float(F @ v) / size_F / size_v
+    step, a, b = combine(mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v)
+    if step == STEEPEST:
+        return STEEPEST, -g
+    s = np.multiply(F, a / size_F, out=y)
+    v *= b / size_v
+    s += v
+    return (step, s) if float(s @ g) < 0 else (STEEPEST, -g)
+
+
+def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> tuple[str, float, float]:
+    """Steps 2.4 to 2.6 on unit vectors F and v of that cosine: the step, and a, b of its direction s = a F + b v.
+
+    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The greatest
+    cosine with d is that of its projection onto the plane of F and v, which is a candidate up to its length if its
+    coordinates along u and nu v have a positive sum. Otherwise the cosine approaches its supremum as
+    alpha -> +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the descent condition for
+    <u - nu v, d> > 0; for < 0 the inequality turns round.) Where F and v are parallel, every candidate that descends
+    has the same cosine.
+    """
+    u_d, w_d = mu * F_d, nu * v_d
+    if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):
+        return (AVERAGE, mu, nu) if w_d > 0 else (STEEPEST, 0.0, 0.0)
+    squared_sine = (1 - cosine) * (1 + cosine)
+    if squared_sine <= 8 * EPS:
+        return PLANE, math.copysign(1.0, F_d), 0.0
+    a, b = (F_d - cosine * v_d) / squared_sine, (v_d - cosine * F_d) / squared_sine
+    if nu == 0 or a / mu + b / nu <= 0:
+        turn = math.copysign(1.0, u_d - w_d)
+        return PLANE, turn * mu, -turn * nu
+    return PLANE, a, b

@@ -1,0 +1,132 @@
+"""Every numeric option, written once: its default, its range and its meaning.
+
+The methods' signatures take their defaults from here, the command line its types and help. Nothing heavy is
+imported, so that help and completion are instant.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from lcpcli.errors import OptionError
+
+
+def flag(name: str) -> str:
+    """An option's name on the command line."""
+    return "--" + name.replace("_", "-")
+
+
+@dataclass(frozen=True)
+class Option:
+    """One numeric option.
+
+    name : as in Python; the command line writes it with dashes.
+    kind : int or float.
+    default : the value when nothing is said; None where it follows from the problem.
+    range : the admissible values, as the user reads them.
+    admits : whether a value lies in that range (never called with NaN).
+    meaning : one sentence for help.
+    """
+
+    name: str
+    kind: type[int] | type[float]
+    default: float | None
+    range: str
+    admits: Callable[[float], bool]
+    meaning: str
+
+    def check(self, value: float) -> None:
+        """Raise OptionError unless the value is of this option's kind and in its range."""
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if self.kind is int:
+            number = number and value == value and math.isfinite(value) and value == int(value)
+        if not number or math.isnan(value) or not self.admits(value):
+            raise OptionError(flag(self.name), f"{value} is out of range", f"it must be: {self.range}")
+
+
+OPTIONS = {
+    option.name: option
+    for option in (
+        Option(
+            "p",
+            float,
+            None,
+            "0 < p < infinity",
+            lambda p: 0 < p < math.inf,
+            "Smoothing parameter; by default so large that the smoothing error is below rounding.",
+        ),
+        Option(
+            "k_star",
+            int,
+            10,
+            "whole number >= 1",
+            lambda k: k >= 1,
+            "A steepest-descent step is inserted at every multiple of k*.",
+        ),
+        Option(
+            "rho",
+            float,
+            1e-4,
+            "0 < rho < 1/2",
+            lambda rho: 0 < rho < 0.5,
+            "Sufficient decrease in the line search.",
+        ),
+        Option(
+            "sigma",
+            float,
+            0.9,
+            "rho < sigma < 1",
+            lambda sigma: 0 < sigma < 1,
+            "Curvature in the line search.",
+        ),
+        Option(
+            "omega",
+            float,
+            1.0,
+            "0 < omega < infinity",
+            lambda omega: 0 < omega < math.inf,
+            "Modulus parameter; 1 is the published method.",
+        ),
+        Option(
+            "tol",
+            float,
+            1e-10,
+            "0 < tol < 1",
+            lambda tol: 0 < tol < 1,
+            "Solved when the relative residual is at most this.",
+        ),
+        Option(
+            "max_iterations",
+            int,
+            10_000,
+            "whole number >= 0",
+            lambda k: k >= 0,
+            "Stop after this many iterations.",
+        ),
+        Option(
+            "time_limit",
+            float,
+            math.inf,
+            "seconds > 0",
+            lambda seconds: seconds > 0,
+            "Stop after this many seconds of set-up and iterations.",
+        ),
+        Option(
+            "every",
+            int,
+            5,
+            "whole number >= 1",
+            lambda k: k >= 1,
+            "Show every Nth iterate, besides the first and the last three.",
+        ),
+    )
+}
+
+
+def check(**values: float | None) -> None:
+    """Check values against the options of the same names; None stands for "not given"."""
+    for name, value in values.items():
+        if value is not None:
+            OPTIONS[name].check(value)

@@ -1,0 +1,54 @@
+"""From results to text: pure functions, one format a module. Nothing here prints or writes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lcpcli.result import Result
+    from lcpcli.typing import Indices
+
+FORMATS = {
+    "table": "for people",
+    "json": "one object a line, for scripts",
+    "csv": "every iterate with all digits",
+    "markdown": "the table in Markdown",
+    "latex": "the table in LaTeX with booktabs",
+}
+TABLES = ("table", "markdown", "latex")  # those that show a choice of iterates and of components
+SUFFIXES = {".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
+
+
+def render(
+    results: Sequence[Result], form: str, components: Sequence[Indices | None], width: int | None, color: bool
+) -> str:
+    """The results, in runs of one problem each, as text in a format.
+
+    components : for each problem the components of z that the traces hold; all of them where None.
+    width, color : of the terminal; width is None where there is none.
+    """
+    if form == "json":
+        from lcpcli.report import json_lines
+
+        return json_lines.render(results)
+    if form == "csv":
+        from lcpcli.report import csv_rows
+
+        return csv_rows.render(results)
+    from lcpcli.report import iterations
+
+    runs = [list(run) for _, run in groupby(results, key=lambda result: id(result.problem))]
+    tables = [iterations.build(run[0].problem, run, shown) for run, shown in zip(runs, components, strict=True)]
+    if form == "markdown":
+        from lcpcli.report import markdown
+
+        return markdown.render(tables)
+    if form == "latex":
+        from lcpcli.report import latex
+
+        return latex.render(tables)
+    from lcpcli.report import terminal
+
+    return terminal.render(tables, width, color)

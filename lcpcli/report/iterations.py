@@ -1,0 +1,121 @@
+"""The table of iterates of one problem, laid out like the paper's: method, k, z1 ... zn, and what the methods report.
+
+Built once as cells of text; the formats differ only in how they set it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.problem import Problem
+from lcpcli.report import numbers
+from lcpcli.result import Result, TraceRow
+from lcpcli.typing import Indices
+
+ELLIPSIS = "..."
+CELL = 11  # the usual width of a component and the gap after it
+OTHER_COLUMNS = 34  # the usual width of all other columns
+PIPE_COMPONENTS = 12
+
+
+@dataclass(frozen=True)
+class IterationTable:
+    """Cells of text. `header` names the columns; `groups` has one list of rows a method; `summary` one row a method."""
+
+    title: str
+    header: list[str]
+    groups: list[list[list[str]]]
+    summary_header: list[str]
+    summary: list[list[str]]
+    remarks: list[str]
+
+
+def shown_components(n: int, width: int | None) -> Indices | None:
+    """Which components of z fit into so many columns of text (None: a pipe): all, or the first ones and the last."""
+    room = PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 2)
+    if n <= room:
+        return None
+    return np.append(np.arange(room - 2 if room > 2 else 1), n - 1)
+
+
+def build(problem: Problem, results: Sequence[Result], components: Indices | None) -> IterationTable:
+    """The table of several methods' results on one problem, whose traces hold the given components of z."""
+    everyone = np.arange(problem.n) if components is None else components
+    columns = [f"z{i + 1}" for i in everyone]
+    if components is not None:
+        columns.insert(-1, ELLIPSIS)
+    traces = [_rows(result) for result in results]
+    length, unit = numbers.unit(max((row.seconds for rows in traces for row in rows), default=0.0))
+    accuracy = "error" if problem.solutions else "residual"
+    has_steps = any(row.step for rows in traces for row in rows)
+    header = ["method", "k", *columns, *(["step"] if has_steps else []), accuracy, f"time/{unit}"]
+    groups = []
+    for result, rows in zip(results, traces, strict=True):
+        largest = float(np.max(result.z))
+        group = []
+        for label, row in zip(_label(result.method, len(rows)), rows, strict=True):
+            cells = numbers.components(row.z.tolist(), largest)
+            if components is not None:
+                cells.insert(-1, ELLIPSIS)
+            measured = row.error if problem.solutions else row.residual
+            step = [row.step] if has_steps else []
+            group.append([label, str(row.k), *cells, *step, numbers.short(measured), f"{row.seconds / length:.3f}"])
+        groups.append(group)
+    return IterationTable(_title(problem), header, groups, *_summary(results), _remarks(results))
+
+
+def _rows(result: Result) -> list[TraceRow]:
+    """The iterates that a table shows: not the start, unless there is nothing else."""
+    rows = result.trace.rows if result.trace else []
+    return rows[1:] if len(rows) > 1 else rows
+
+
+def _label(method: str, count: int) -> list[str]:
+    """The method's name down the first column, a word a row as in the paper, or whole if there are too few rows."""
+    words = method.replace("-", "- ").split()
+    if len(words) > count:
+        words = [method]
+    return (words + [""] * count)[:count]
+
+
+def _summary(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
+    header = ["method", "iterations", "evaluations", "time", "residual", "error", "status"]
+    rows = [
+        [
+            result.method,
+            str(result.iterations),
+            str(result.evaluations),
+            numbers.duration(result.setup_seconds + result.solve_seconds),
+            numbers.short(result.residual),
+            numbers.short(result.error),
+            result.status.word.replace("_", " "),
+        ]
+        for result in results
+    ]
+    if all(result.error is None for result in results):
+        header.remove("error")
+        for row in rows:
+            del row[5]
+    return header, rows
+
+
+def _remarks(results: Sequence[Result]) -> list[str]:
+    return [f"{result.method} {result.message}" for result in results if not result.solved]
+
+
+def _title(problem: Problem) -> str:
+    parts = [problem.name, f"n = {problem.n}"]
+    if len(problem.solutions) == 1:
+        z = problem.solutions[0]
+        shown = [f"{v:.7g}" for v in (z if problem.n <= 6 else z[[0, 1, 2, -1]])]
+        if problem.n > 6:
+            shown.insert(3, ELLIPSIS)
+        parts.append(f"solution ({', '.join(shown)})")
+    elif problem.solutions:
+        parts.append(f"{len(problem.solutions)} known solutions")
+    if problem.verdict:
+        parts.append(f"known to be {problem.verdict}" if problem.verdict != "ray" else "known to end in a ray")
+    return ": ".join((parts[0], ", ".join(parts[1:])))

@@ -1,0 +1,66 @@
+"""Results as JSON, one object a line. Keys never vanish: null where there is nothing, and in place of infinities."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from lcpcli.options import OPTIONS
+from lcpcli.result import Result
+
+
+def render(results: Sequence[Result]) -> str:
+    """One line a result."""
+    return "".join(json.dumps(_object(result), allow_nan=False, ensure_ascii=False) + "\n" for result in results)
+
+
+def _object(result: Result) -> dict[str, Any]:
+    return {
+        "problem": result.problem.name,
+        "n": result.problem.n,
+        "method": result.method,
+        "route": [result.method],
+        "status": result.status.word,
+        "message": result.message,
+        "solved": result.solved,
+        "z": _numbers(result.z.tolist()),
+        "w": _numbers(result.w.tolist()),
+        "iterations": result.iterations,
+        "evaluations": result.evaluations,
+        "residual": _number(result.residual),
+        "relative_residual": _number(result.relative_residual),
+        "error": _number(result.error),
+        "error_bound": None,
+        "setup_seconds": result.setup_seconds,
+        "solve_seconds": result.solve_seconds,
+        "certificate": None,
+        "options": {name: _number(value) for name, value in result.options.items() if name in OPTIONS},
+        "trace": _trace(result),
+    }
+
+
+def _trace(result: Result) -> list[dict[str, Any]] | None:
+    if result.trace is None:
+        return None
+    return [
+        {
+            "k": row.k,
+            "z": _numbers(row.z.tolist()),
+            "residual": _number(row.residual),
+            "error": _number(row.error),
+            "seconds": row.seconds,
+            "step": row.step or None,
+            "method": result.method,
+        }
+        for row in result.trace.rows
+    ]
+
+
+def _numbers(values: list[float]) -> list[float | None]:
+    return [_number(value) for value in values]
+
+
+def _number(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,36 @@
+"""How numbers look in tables: rounded to what a reader can use, aligned by the width of their column."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+LARGEST_FIXED = 1e6
+SMALLEST_FIXED = 1e-3
+UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
+
+
+def components(values: Iterable[float], largest: float) -> list[str]:
+    """Components of z with 7 decimals, as in the paper's tables; with 7 significant digits where these would not tell.
+
+    largest : the size of the largest component of the answer, which decides for a whole table.
+    """
+    scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
+    return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{v:.7f}" for v in values]
+
+
+def short(value: float | None) -> str:
+    """Two significant digits of a residual or an error; empty where there is none."""
+    if value is None:
+        return ""
+    return f"{value:.1e}" if value else "0"
+
+
+def unit(seconds: float) -> tuple[float, str]:
+    """The unit in which a time has between one and three digits before the point: (its length in seconds, its name)."""
+    return next((u for u in UNITS if seconds >= u[0]), UNITS[-1])
+
+
+def duration(seconds: float) -> str:
+    """A time with its unit and three significant digits."""
+    length, name = unit(seconds)
+    return f"{seconds / length:.3g} {name}"

@@ -1,0 +1,120 @@
+"""What a solve comes to: its status, its numbers and, where it was asked for, its trace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from lcpcli.problem import Problem
+from lcpcli.typing import Indices, Vector
+
+
+class Status(Enum):
+    """How a solve ended. The value is what the user reads; `word` is what JSON and scripts read."""
+
+    SOLVED = "solved"
+    ITERATION_LIMIT = "stopped at the iteration limit"
+    TIME_LIMIT = "stopped at the time limit"
+    STALLED = "stalled"
+    DIVERGED = "diverged"
+    BREAKDOWN = "broke down"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+    @property
+    def exit_code(self) -> int:
+        """0 solved, 1 not solved, 130 interrupted by the user (as shells report SIGINT)."""
+        return {"SOLVED": 0, "INTERRUPTED": 130}.get(self.name, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class TraceRow:
+    """One iterate in a trace.
+
+    k : its number; the start is 0.
+    z : its z = |x| + x, shape (n,), or the components that the trace was asked to keep.
+    residual, error : as in Result; None where they were not asked for, or no solution is known.
+    seconds : time that the method took from the end of its set-up to this iterate, nothing else counted.
+    step : the step of the published algorithm that made it; "" if the method has but one.
+    """
+
+    k: int
+    z: Vector
+    residual: float | None
+    error: float | None
+    seconds: float
+    step: str
+
+
+@dataclass
+class Trace:
+    """Which iterates to keep and what of them; it fills while the method runs, and holds its rows in order.
+
+    every : keep the start, the first, every so-many-th and the last three iterates.
+    components : indices of the components of z to keep; None keeps them all.
+    residuals : whether each row's residual is read by anybody; each costs one product with M.
+    """
+
+    every: int = 1
+    components: Indices | None = None
+    residuals: bool = True
+    rows: list[TraceRow] = field(default_factory=list)
+
+    def add(self, row: TraceRow) -> None:
+        self.rows.append(row)
+        if len(self.rows) > 3:
+            leaving = self.rows[-4].k
+            if leaving > 1 and leaving % self.every:
+                del self.rows[-4]
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The outcome of one method on one problem. A failed result still carries its best iterate and its trace.
+
+    status, message : how it ended, in one word and in one sentence.
+    z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
+    iterations, evaluations : iterations done; evaluations of F, or of its smoothed form, in them.
+    residual, relative_residual, error : as defined in `accuracy.Accuracy`, recomputed from M and q; error is None
+        where no solution is known.
+    setup_seconds, solve_seconds : until the first iterate, and from there to the last.
+    options : the method's options that were in force.
+    trace : the rows kept, or None if none were asked for.
+    """
+
+    problem: Problem
+    method: str
+    status: Status
+    message: str
+    z: Vector
+    w: Vector
+    iterations: int
+    evaluations: int
+    residual: float
+    relative_residual: float
+    error: float | None
+    setup_seconds: float
+    solve_seconds: float
+    options: dict[str, Any]
+    trace: Trace | None
+
+    @property
+    def solved(self) -> bool:
+        return self.status is Status.SOLVED
+
+    @property
+    def interrupted(self) -> bool:
+        return self.status is Status.INTERRUPTED
+
+
+def z_of(x: Vector) -> Vector:
+    """z = |x| + x = 2 max(x, 0)."""
+    z: Vector = np.maximum(x, 0.0)
+    z += z
+    return z
