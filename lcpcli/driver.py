@@ -56,9 +56,9 @@ def run(
         x0 = np.zeros(problem.n) if problem.x0 is None else problem.x0
     began = clock()
     in_force = methods.options_in_force(function, problem, chosen)
+    setup_seconds = clock() - began
+    loop = _Loop(problem, limits or Limits(), trace, clock, x0, setup_seconds)
     iterates = function(problem, x0, **in_force)
-    loop = _Loop(problem, limits or Limits(), trace, clock, x0)
-    loop.setup_seconds = clock() - began
     status, reason = loop.run(iterates)
     return loop.result(method, in_force, status, reason)
 
@@ -67,11 +67,17 @@ class _Loop:
     """One pass of the loop, with what it has seen so far."""
 
     def __init__(
-        self, problem: Problem, limits: Limits, trace: Trace | None, clock: Callable[[], float], x0: Vector
+        self,
+        problem: Problem,
+        limits: Limits,
+        trace: Trace | None,
+        clock: Callable[[], float],
+        x0: Vector,
+        setup_seconds: float,
     ) -> None:
         self.problem, self.limits, self.trace, self.clock = problem, limits, trace, clock
         self.accuracy = Accuracy(problem)
-        self.setup_seconds = self.solve_seconds = 0.0
+        self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
         self.k, self.evaluations = -1, 0
         self.best, self.best_level, self.first_level = x0, math.inf, math.inf
 

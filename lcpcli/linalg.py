@@ -6,7 +6,6 @@ Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
@@ -56,56 +55,74 @@ def _row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
         yield part, np.abs(M[part])
 
 
-def factorize(M: Matrix, shift: float) -> Callable[[Vector], Vector]:
-    """A solver x = solve(b) of (shift I + M) x = b, from one factorization.
+Solve = Callable[[Vector], Vector]
 
-    Raises SingularMatrix if shift I + M is singular to working precision, which is found out by solving a system
-    whose solution is known: no digit of it comes back. Unlike a condition number, that is not upset by rows and columns
-    in different units.
+
+def factorizer(M: Matrix) -> Callable[[float], Solve]:
+    """What factorizes shift I + M for a given shift, with all that it needs imported: importing is not solving time.
+
+    It returns a solver x = solve(b) of (shift I + M) x = b, and raises SingularMatrix if that matrix is singular to
+    working precision. That is found out by solving a system whose solution is known: no digit comes back. Unlike a
+    condition number, that is not upset by rows and columns in different units.
     """
-    solve = _factorize_sparse(M, shift) if is_sparse(M) else _factorize_dense(M, shift)
-    ones = np.ones(M.shape[0])
-    with np.errstate(over="ignore", invalid="ignore"):
-        back = solve(M @ ones + shift * ones)
-    if not np.max(np.abs(back - 1)) < 0.5:
-        raise SingularMatrix
-    return solve
+    factorize = _sparse_factorizer(M) if is_sparse(M) else _dense_factorizer(M)
+
+    def checked(shift: float) -> Solve:
+        solve = factorize(shift)
+        ones = np.ones(M.shape[0])
+        with np.errstate(over="ignore", invalid="ignore"):
+            back = solve(M @ ones + shift * ones)
+        if not np.max(np.abs(back - 1)) < 0.5:
+            raise SingularMatrix
+        return solve
+
+    return checked
 
 
-def _factorize_sparse(M: Matrix, shift: float) -> Callable[[Vector], Vector]:
+def _sparse_factorizer(M: Matrix) -> Callable[[float], Solve]:
     from scipy.sparse import eye_array
     from scipy.sparse.linalg import splu
 
-    try:
-        lu = splu((M + shift * eye_array(M.shape[0], format="csr")).tocsc())
-    except RuntimeError as error:
-        if "singular" in str(error):
+    def factorize(shift: float) -> Solve:
+        try:
+            solve: Solve = splu((M + shift * eye_array(M.shape[0], format="csr")).tocsc()).solve
+        except RuntimeError as error:
+            if "singular" not in str(error):
+                raise
             raise SingularMatrix from None
-        raise
-    solve: Callable[[Vector], Vector] = lu.solve
-    return solve
+        return solve
+
+    return factorize
 
 
-def _factorize_dense(M: Matrix, shift: float) -> Callable[[Vector], Vector]:
-    A = M.copy(order="F")
-    A.flat[:: A.shape[0] + 1] += shift
-    if A.shape[0] <= SMALL:
-        return _invert(A)
+def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
+    if M.shape[0] <= SMALL:
+        return lambda shift: _invert(_shifted(M, shift))
     from scipy.linalg import get_lapack_funcs
 
-    getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (A,))
-    lu, pivots, info = getrf(A, overwrite_a=True)
-    if info > 0:
-        raise SingularMatrix
+    getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
 
-    def solve(b: Vector) -> Vector:
-        x: Any = getrs(lu, pivots, b)[0]
-        return x  # type: ignore
+    def factorize(shift: float) -> Solve:
+        lu, pivots, info = getrf(_shifted(M, shift), overwrite_a=True)
+        if info > 0:
+            raise SingularMatrix
 
-    return solve
+        def solve(b: Vector) -> Vector:
+            x: Vector = getrs(lu, pivots, b)[0]
+            return x
+
+        return solve
+
+    return factorize
 
 
-def _invert(A: Matrix) -> Callable[[Vector], Vector]:
+def _shifted(M: Matrix, shift: float) -> Matrix:
+    A = M.copy(order="F")
+    A.reshape(-1, order="F")[:: A.shape[0] + 1] += shift
+    return A
+
+
+def _invert(A: Matrix) -> Solve:
     """The inverse and one step of refinement: as accurate as an LU factorization, without scipy."""
     try:
         inverse = np.linalg.inv(A)

@@ -1,8 +1,8 @@
 """Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q.
 
 Columns are parted by semicolons, tabs, commas or blanks, whichever the first row has, looked for in this order. A
-header of names, blank lines, lines that begin with #, any line ends and a byte order mark are passed over. Decimals have a
-point.
+header of names, blank lines, lines that begin with #, any line ends and a byte order mark are passed over. Decimals
+have a point.
 """
 
 from __future__ import annotations

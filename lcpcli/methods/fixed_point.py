@@ -8,7 +8,7 @@ Algebra with Applications 17 (2010) 917-933.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -47,13 +47,15 @@ def fixed_point(
     Stalled : the iterates have stopped changing.
     """
     options.check(omega=omega)
-    return _iterates(problem, x0, omega)
+    return _iterates(problem, x0, omega, linalg.factorizer(problem.M))
 
 
-def _iterates(problem: Problem, x: Vector, omega: float) -> Iterator[Iterate]:
+def _iterates(
+    problem: Problem, x: Vector, omega: float, factorize: Callable[[float], linalg.Solve]
+) -> Iterator[Iterate]:
     M, q = problem.M, problem.q
     try:
-        solve = linalg.factorize(M, omega)
+        solve = factorize(omega)
     except linalg.SingularMatrix:
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
         raise Breakdown(

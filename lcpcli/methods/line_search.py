@@ -14,7 +14,6 @@ exact where f is quadratic (Nocedal and Wright 2006, section 3.5). Gradients are
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,7 +60,7 @@ class Bracket:
 def search(
     smoothed: Smoothed, start: Point, s: Vector, slope: float, gamma: float, rho: float, sigma: float
 ) -> tuple[float, Point, Vector, int]:
-    """The step from start along s, where f has the slope <grad f, s> < 0, that the first trial length gamma > 0 leads to.
+    """The step from start along s, where f has the slope <grad f, s> < 0, found from the first trial length gamma > 0.
 
     Returns its length, the point at its end, the gradient there and the number of trials. Raises Stalled when the
     trials have come down to lengths that change nothing: the decrease is below rounding.
