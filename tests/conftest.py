@@ -1,0 +1,39 @@
+"""Shared by all tests: the paper's examples, and the command line run in this process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from lcpcli import Problem, cli, read, shipped
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of lcp came to."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture
+def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Outcome]:
+    """Run `lcp ARGUMENTS` in this process, as the installed command does."""
+
+    def run(*arguments: str) -> Outcome:
+        monkeypatch.setattr("sys.argv", ["lcp", *arguments])
+        with pytest.raises(SystemExit) as ending:
+            cli.main()
+        out, err = capfd.readouterr()
+        return Outcome(int(ending.value.code or 0), out, err)
+
+    return run
+
+
+@pytest.fixture(params=[1, 2], ids=["example-1", "example-2"])
+def paper_example(request: pytest.FixtureRequest) -> Problem:
+    """Each of the paper's examples."""
+    return read(shipped.path(f"paper-example-{request.param}.json"))
