@@ -37,6 +37,20 @@ def slope(p: float, x: Vector) -> Vector:
     return steepness
 
 
+def split(p: float, x: Vector, z: Vector, w: Vector) -> Indices:
+    """Write z~ = phi + x into z and w~ = phi - x into w, all of shape (n,); return the indices with p |x_i| <= WINDOW."""
+    distance = np.abs(x, out=w)
+    half_width = WINDOW / p
+    window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NOWHERE
+    np.add(distance, x, out=z)
+    np.subtract(distance, x, out=w)
+    if window.size:
+        delta = excess(p, np.abs(x[window]))
+        z[window] += delta
+        w[window] += delta
+    return window
+
+
 @dataclass(frozen=True, eq=False)
 class Point:
     """F~ and f = |F~|^2 / 2 at one x, each vector of shape (n,); window holds the indices with p |x_i| <= WINDOW."""
@@ -52,24 +66,17 @@ class Smoothed:
 
     def __init__(self, problem: Problem, p: float) -> None:
         self._problem, self._p = problem, p
-        self._half_width = WINDOW / p
         self._z, self._w = np.empty(problem.n), np.empty(problem.n)
 
     def at(self, x: Vector) -> Point:
-        """F~ and f at x, by one product with M."""
-        distance = np.abs(x, out=self._w)
-        near = distance.min() <= self._half_width
-        window = np.flatnonzero(distance <= self._half_width) if near else NOWHERE
-        z = np.add(distance, x, out=self._z)
-        w = np.subtract(distance, x, out=self._w)
-        if window.size:
-            delta = excess(self._p, np.abs(x[window]))
-            z[window] += delta
-            w[window] += delta
-        F = self._problem.M @ z
-        F -= w
+        """F~ and f at x, by one product with M; f is infinite where it overflows."""
+        window = split(self._p, x, self._z, self._w)
+        F = self._problem.M @ self._z
+        F -= self._w
         F += self._problem.q
-        return Point(x, F, 0.5 * float(F @ F), window)
+        with np.errstate(over="ignore"):
+            f = 0.5 * float(F @ F)
+        return Point(x, F, f, window)
 
     def gradient(self, point: Point) -> Vector:
         """Gradient of f, J' F~ = 2 (F~ + h (y - F~)) with y = M' F~ and h = (1 + phi') / 2, by one product with M'."""

@@ -1,0 +1,99 @@
+"""The smoothed modulus and the smoothed equation are what their formulas say, wherever doubles reach."""
+
+from __future__ import annotations
+
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lcpcli import Problem
+from lcpcli.smoothing import WINDOW, Smoothed, excess, slope, split
+
+SIZES = st.floats(min_value=1e-300, max_value=1e300)
+NUMBERS = st.floats(min_value=-1e300, max_value=1e300)
+
+
+def exact_modulus(p: float, x: float) -> tuple[Decimal, Decimal]:
+    """phi and phi' to 60 digits."""
+    with localcontext() as context:
+        context.prec, context.Emax, context.Emin = 60, 10**9, -(10**9)
+        up, down = (Decimal(p) * Decimal(x)).exp(), (-Decimal(p) * Decimal(x)).exp()
+        return (1 + up + down).ln() / Decimal(p), (up - down) / (1 + up + down)
+
+
+def computed_split(p: float, x: float) -> tuple[float, float]:
+    """z~ and w~ at one x."""
+    z, w = np.empty(1), np.empty(1)
+    split(p, np.array([x]), z, w)
+    return float(z[0]), float(w[0])
+
+
+@given(p=SIZES, x=NUMBERS)
+def test_phi_exceeds_the_modulus_by_at_most_ln_3_over_p(p: float, x: float) -> None:
+    t = np.array([min(abs(x), WINDOW / p)])
+    delta = excess(p, t)[0]
+    assert 0 <= delta <= np.log(3) / p * (1 + 1e-15)
+    z, w = computed_split(p, x)
+    assert abs(x) <= z / 2 + w / 2 <= (abs(x) + np.log(3) / p) * (1 + 1e-15)
+
+
+@pytest.mark.parametrize("p", [1e-3, 1.0, 1e2, 1e12, 1e300])
+@pytest.mark.parametrize("px", [0.0, 1e-9, 1e-3, 0.5, -0.5, 3.0, -30.0, 300.0, -700.0])
+def test_phi_and_its_slope_agree_with_60_digits(p: float, px: float) -> None:
+    x = px / p
+    phi, steepness = exact_modulus(p, x)
+    assert abs(x) + excess(p, np.array([abs(x)]))[0] == pytest.approx(float(phi), rel=1e-15)
+    assert slope(p, np.array([x]))[0] == pytest.approx(float(steepness), rel=4e-16, abs=0)
+
+
+@pytest.mark.parametrize("px", [-700.0, -40.0, -1.0, 0.0, 1.0, 40.0, 700.0])
+def test_neither_smoothed_z_nor_smoothed_w_cancels(px: float) -> None:
+    """z~ = phi + x and w~ = phi - x keep full relative accuracy although phi is close to |x|."""
+    p = 8.0
+    x = px / p
+    with localcontext() as context:
+        context.prec, context.Emin = 400, -(10**9)
+        up, down = (Decimal(p) * Decimal(x)).exp(), (-Decimal(p) * Decimal(x)).exp()
+        phi = (1 + up + down).ln() / Decimal(p)
+        expected = float(phi + Decimal(x)), float(phi - Decimal(x))
+    assert computed_split(p, x) == pytest.approx(expected, rel=1e-14, abs=0)
+
+
+def exact_half_square(M: list[list[int]], q: list[int], p: float, x: list[Decimal]) -> Decimal:
+    """f = |F~|^2 / 2 in decimal arithmetic of the surrounding context."""
+    P = Decimal(p)
+    phi = [(1 + (P * t).exp() + (-P * t).exp()).ln() / P for t in x]
+    z, w = [a + b for a, b in zip(phi, x, strict=True)], [a - b for a, b in zip(phi, x, strict=True)]
+    F = [sum((m * zj for m, zj in zip(row, z, strict=True)), -wi + qi) for row, wi, qi in zip(M, w, q, strict=True)]
+    return sum((Fi * Fi for Fi in F), Decimal(0)) / 2
+
+
+@pytest.mark.parametrize("p", [0.1, 1.0, 50.0, 1e4])
+def test_gradient_agrees_with_differences_in_high_precision(p: float) -> None:
+    M, q = [[8, -1, 0, -5], [1, 5, -1, 0], [2, -1, 6, -1], [6, 0, -1, 7]], [1, -2, -3, 4]
+    x = [0.25, -1e-3, 2e-5, -0.75]
+    smoothed = Smoothed(Problem(M, q), p)
+    gradient = smoothed.gradient(smoothed.at(np.array(x)))
+    with localcontext() as context:
+        context.prec, context.Emax, context.Emin = 80, 10**9, -(10**9)
+        h = Decimal("1e-25")
+        for i in range(4):
+            ahead, behind = ([Decimal(t) + (sign * h if j == i else 0) for j, t in enumerate(x)] for sign in (1, -1))
+            difference = (exact_half_square(M, q, p, ahead) - exact_half_square(M, q, p, behind)) / (2 * h)
+            assert gradient[i] == pytest.approx(float(difference), rel=1e-12)
+
+
+@given(
+    x=st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4),
+    entries=st.lists(st.floats(-100, 100), min_size=20, max_size=20),
+)
+def test_natural_residual_is_at_most_F(x: list[float], entries: list[float]) -> None:
+    """|min(z, M z + q)| <= |F(x)| componentwise for z = |x| + x: the certificate that costs nothing."""
+    M, q, point = np.array(entries[:16]).reshape(4, 4), np.array(entries[16:]), np.array(x)
+    z, w = np.abs(point) + point, np.abs(point) - point
+    F = M @ z - w + q
+    rounding = 1e-15 * (np.abs(M) @ z + w + np.abs(q))
+    assert np.all(np.abs(np.minimum(z, M @ z + q)) <= np.abs(F) + 8 * rounding)
