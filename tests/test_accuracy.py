@@ -1,0 +1,102 @@
+"""What is measured is what is said: zero at solutions, the same in all units, never fooled by small numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, read, shipped
+from lcpcli.accuracy import Accuracy
+from lcpcli.linalg import norm_inf, row_and_column_maxima
+from lcpcli.scaling import equilibrate
+
+NAMES = ["paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json", "bimatrix.json"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_both_residuals_vanish_at_known_solutions(name: str) -> None:
+    problem = read(shipped.path(name))
+    accuracy = Accuracy(problem)
+    for z in problem.solutions:
+        w = problem.w(z)
+        assert accuracy.natural_residual(z, w) <= 1e-15
+        assert accuracy.relative_residual(z, w) <= 1e-15
+        assert accuracy.error(z) == 0
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_relative_residual_does_not_change_with_the_units_of_rows_columns_and_q(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    M, q, z = generator.standard_normal((5, 5)), generator.standard_normal(5), generator.random(5)
+    R, C = np.exp2(generator.integers(-26, 27, (2, 5)).astype(float))
+    t = 2.0 ** int(generator.integers(-300, 300))
+    problem, scaled = Problem(M, q), Problem(R[:, None] * M * C, t * R * q)
+    here = Accuracy(problem).relative_residual(z, problem.w(z))
+    there = Accuracy(scaled).relative_residual(t * z / C, scaled.w(t * z / C))
+    assert there / 256 <= here <= 256 * there
+
+
+def test_small_solution_is_not_taken_for_zero() -> None:
+    """M = 1e12, q = -1: z = 2e-12 has a natural residual of 2e-12, and is wrong by a factor of 2."""
+    problem = Problem([[1e12]], [-1.0])
+    z = np.array([2e-12])
+    assert Accuracy(problem).natural_residual(z, problem.w(z)) <= 2e-12
+    assert Accuracy(problem).relative_residual(z, problem.w(z)) > 0.1
+
+
+def test_relative_residual_of_a_homogeneous_problem_is_zero_only_at_a_solution() -> None:
+    accuracy = Accuracy(Problem(np.eye(2), np.zeros(2)))
+    assert accuracy.relative_residual(np.zeros(2), np.zeros(2)) == 0
+    assert accuracy.relative_residual(np.ones(2), np.ones(2)) == math.inf
+
+
+def test_nan_and_infinity_are_infinitely_wrong() -> None:
+    accuracy = Accuracy(Problem(np.eye(2), -np.ones(2), solutions=[np.ones(2)]))
+    for z in (np.array([np.nan, 1.0]), np.array([np.inf, 1.0])):
+        assert accuracy.natural_residual(z, z) == math.inf
+        assert accuracy.relative_residual(z, z) == math.inf
+        assert accuracy.error(z) == math.inf
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40))
+def test_equilibrated_rows_and_columns_have_entries_near_one(seed: int, spread: int) -> None:
+    generator = np.random.default_rng(seed)
+    powers = generator.integers(-spread, spread + 1, (2, 6)).astype(float)
+    M = np.exp2(powers[0])[:, None] * generator.standard_normal((6, 6)) * np.exp2(powers[1])
+    for matrix in (M, csr_array(M)):
+        R, C = equilibrate(matrix, np.ones(6))
+        scaled = R[:, None] * np.abs(M) * C
+        largest = np.concatenate((scaled.max(axis=0), scaled.max(axis=1)))
+        assert largest.min() >= 1 / 4
+        assert largest.max() <= 4
+        assert np.array_equal(np.concatenate((R, C)), np.exp2(np.rint(np.log2(np.concatenate((R, C))))))
+
+
+def test_equilibration_keeps_symmetry() -> None:
+    M = np.diag([1e-8, 1.0, 1e8]) + 1e-5
+    R, C = equilibrate(M, np.ones(3))
+    assert np.array_equal(R, C)
+
+
+def test_rows_and_columns_of_zeros_are_equilibrated_too() -> None:
+    M = np.array([[0.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 0.0]])
+    for matrix in (M, csr_array(M)):
+        R, C = equilibrate(matrix, np.array([1e10, 1.0, 0.0]))
+        assert 0.5 <= 1e10 * R[0] <= 2
+        assert R[2] == C[0] == C[2] == 1.0
+
+
+def test_sparse_and_dense_norms_agree() -> None:
+    generator = np.random.default_rng(3)
+    M = generator.standard_normal((50, 50)) * (generator.random((50, 50)) < 0.1)
+    R, C = generator.random((2, 50))
+    assert norm_inf(M) == pytest.approx(norm_inf(csr_array(M)), rel=1e-15)
+    for dense, sparse in zip(row_and_column_maxima(M, R, C), row_and_column_maxima(csr_array(M), R, C), strict=True):
+        assert np.array_equal(dense, sparse)

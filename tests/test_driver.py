@@ -1,0 +1,229 @@
+"""The loop: it believes residuals, not methods; it stops where it was told to; it says how it ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from lcpcli import Limits, Problem, Status, Trace, methods, read, run, shipped
+from lcpcli.errors import OptionError
+from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.typing import Vector
+
+EXAMPLE = read(shipped.path("paper-example-1.json"))
+ANSWER = np.array([0.5, -0.5, 0.5, -0.5])
+
+Script = Callable[[], Iterator[Iterate]]
+
+
+@pytest.fixture
+def scripted(monkeypatch: pytest.MonkeyPatch) -> Callable[[Script], None]:
+    """Let the method `shi` do what a script says."""
+
+    def use(script: Script) -> None:
+        def method(problem: Problem, x0: Vector) -> Iterator[Iterate]:  # noqa: ARG001
+            return script()
+
+        monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
+
+    return use
+
+
+class Clock:
+    """A clock that a script sets forward."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def iterate(x: Vector | float, F: float | None = None) -> Iterate:
+    return Iterate(np.broadcast_to(x, 4) * 1.0, None if F is None else np.full(4, F), "", 0)
+
+
+def test_solved_is_not_said_because_a_method_claims_a_zero_F(scripted: Callable[[Script], None]) -> None:
+    scripted(lambda: iter([iterate(3.0, F=0.0)] * 4))
+    result = run(EXAMPLE, "shi")
+    assert result.status is Status.STALLED
+    assert result.residual == 6.0
+
+
+def test_solved_is_said_from_the_residual_even_if_the_method_breaks_down(scripted: Callable[[Script], None]) -> None:
+    def script() -> Iterator[Iterate]:
+        yield iterate(1.0)
+        yield iterate(ANSWER, F=1.0)
+        raise Breakdown("something")
+
+    scripted(script)
+    result = run(EXAMPLE, "shi")
+    assert result.status is Status.SOLVED
+    assert result.residual == 0.0
+
+
+def test_best_iterate_is_reported_not_the_last(scripted: Callable[[Script], None]) -> None:
+    def script() -> Iterator[Iterate]:
+        yield iterate(1.0, F=10.0)
+        yield iterate(2.0, F=1.0)
+        yield iterate(3.0, F=5.0)
+        raise Stalled("for a test")
+
+    scripted(script)
+    result = run(EXAMPLE, "shi")
+    assert result.status is Status.STALLED
+    assert result.message == "stalled: for a test"
+    assert np.array_equal(result.z, np.full(4, 4.0))
+    assert result.iterations == 2
+
+
+def test_seconds_are_the_methods_own_and_set_up_is_apart(scripted: Callable[[Script], None]) -> None:
+    clock = Clock()
+
+    def script() -> Iterator[Iterate]:
+        clock.now += 100.0
+        yield iterate(1.0, F=10.0)
+        for seconds in (1.0, 2.0, 4.0):
+            clock.now += seconds
+            yield iterate(1.0, F=10.0)
+
+    scripted(script)
+    trace = Trace()
+    result = run(EXAMPLE, "shi", trace=trace, clock=clock)
+    assert [row.seconds for row in trace.rows] == [0.0, 1.0, 3.0, 7.0]
+    assert (result.setup_seconds, result.solve_seconds) == (100.0, 7.0)
+
+
+def test_time_limit_counts_set_up_and_iterations(scripted: Callable[[Script], None]) -> None:
+    clock = Clock()
+
+    def script() -> Iterator[Iterate]:
+        while True:
+            clock.now += 1.0
+            yield iterate(1.0, F=10.0)
+
+    scripted(script)
+    result = run(EXAMPLE, "shi", limits=Limits(time_limit=5.0), clock=clock)
+    assert result.status is Status.TIME_LIMIT
+    assert result.iterations == 4
+
+
+def test_interrupted_run_reports_its_best_iterate(scripted: Callable[[Script], None]) -> None:
+    def script() -> Iterator[Iterate]:
+        yield iterate(1.0, F=10.0)
+        yield iterate(2.0, F=1.0)
+        raise KeyboardInterrupt
+
+    scripted(script)
+    result = run(EXAMPLE, "shi")
+    assert result.status is Status.INTERRUPTED
+    assert result.status.exit_code == 130
+    assert np.array_equal(result.z, np.full(4, 4.0))
+
+
+def test_overflow_inside_a_method_is_a_breakdown(scripted: Callable[[Script], None]) -> None:
+    def script() -> Iterator[Iterate]:
+        yield iterate(1.0, F=10.0)
+        yield iterate(np.array([1e300]) * np.array([1e300]), F=1.0)
+
+    scripted(script)
+    result = run(EXAMPLE, "shi")
+    assert result.status is Status.BREAKDOWN
+    assert "overflow" in result.message
+
+
+def test_iteration_limit_is_kept() -> None:
+    result = run(EXAMPLE, "fixed-point", limits=Limits(max_iterations=7))
+    assert result.status is Status.ITERATION_LIMIT
+    assert result.iterations == 7
+    assert result.status.exit_code == 1
+
+
+def test_no_iteration_may_be_asked_for() -> None:
+    assert run(EXAMPLE, "shi", limits=Limits(max_iterations=0)).iterations == 0
+
+
+def test_diverging_iteration_is_called_so_and_keeps_a_finite_z() -> None:
+    result = run(Problem([[-0.5]], [-1.0]), "fixed-point")
+    assert result.status is Status.DIVERGED
+    assert np.isfinite(result.z).all()
+
+
+def test_trace_is_kept_only_if_somebody_asks() -> None:
+    assert run(EXAMPLE, "shi").trace is None
+
+
+@pytest.mark.parametrize("every", [1, 2, 5, 7, 1000])
+def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three(every: int) -> None:
+    trace = Trace(every=every)
+    last = run(EXAMPLE, "fixed-point", trace=trace).iterations
+    expected = {0, 1, *range(0, last + 1, every), last - 2, last - 1, last}
+    assert [row.k for row in trace.rows] == sorted(expected)
+
+
+def test_trace_keeps_only_the_components_asked_for() -> None:
+    trace = Trace(components=np.array([0, 3]))
+    result = run(EXAMPLE, "fixed-point", trace=trace)
+    assert all(row.z.size == 2 for row in trace.rows)
+    assert np.array_equal(trace.rows[-1].z, result.z[[0, 3]])
+
+
+def test_trace_measures_what_the_result_measures() -> None:
+    trace = Trace()
+    result = run(EXAMPLE, "fixed-point", trace=trace)
+    assert (trace.rows[-1].residual, trace.rows[-1].error) == (result.residual, result.error)
+
+
+def test_error_is_to_the_nearest_known_solution() -> None:
+    problem = read(shipped.path("bimatrix.json"))
+    first, _, third = problem.solutions
+    for solution in (first, third):
+        w = problem.w(solution)
+        result = run(problem, "shi", (solution - w) / 2)
+        assert result.solved
+        assert result.iterations == 0
+        assert result.error is not None
+        assert result.error <= 1e-15
+
+
+def test_option_of_another_method_is_refused() -> None:
+    with pytest.raises(OptionError, match=r"--omega: has no effect with the method shi"):
+        run(EXAMPLE, "shi", omega=2.0)
+
+
+def test_unknown_method_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(OptionError, match="fixed-point"):
+        run(EXAMPLE, "newton")
+
+
+@pytest.mark.parametrize("name", list(methods.METHODS))
+def test_options_in_force_are_reported_defaults_too(name: str) -> None:
+    options = run(EXAMPLE, name).options
+    assert set(options) == set(methods.options_of(methods.load(name)))
+    assert all(value is not None for key, value in options.items() if key != "x1")
+
+
+def test_start_is_the_problems_own_unless_given() -> None:
+    trace = Trace()
+    run(EXAMPLE, "shi", trace=trace)
+    assert np.array_equal(trace.rows[0].z, np.full(4, 20.0))
+    trace = Trace()
+    run(Problem(EXAMPLE.M, EXAMPLE.q), "shi", trace=trace)
+    assert np.array_equal(trace.rows[0].z, np.zeros(4))
+
+
+def test_tolerance_is_what_the_relative_residual_comes_down_to() -> None:
+    for tol in (1e-2, 1e-6, 1e-12):
+        result = run(EXAMPLE, "fixed-point", limits=Limits(tol=tol))
+        assert result.solved
+        assert tol / 100 < result.relative_residual <= tol
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("tol", 0.0), ("tol", 1.0), ("max_iterations", -1), ("time_limit", 0.0), ("tol", math.nan)]
+)
+def test_limits_out_of_range_are_refused(name: str, value: float) -> None:
+    with pytest.raises(OptionError, match=name.replace("_", "-")):
+        Limits(**{name: value})  # type: ignore[arg-type]
