@@ -38,7 +38,7 @@ def slope(p: float, x: Vector) -> Vector:
 
 
 def split(p: float, x: Vector, z: Vector, w: Vector) -> Indices:
-    """Write z~ = phi + x into z and w~ = phi - x into w, all of shape (n,); return the indices with p |x_i| <= WINDOW."""
+    """Write z~ = phi + x into z and w~ = phi - x into w, of shape (n,); return the indices with p |x_i| <= WINDOW."""
     distance = np.abs(x, out=w)
     half_width = WINDOW / p
     window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NOWHERE

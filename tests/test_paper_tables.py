@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from lcpcli import Problem, Trace, read, run, shipped
-
-from .conftest import Outcome
 
 TABLE_1 = {
     1: "0.0000000 0.0000000 0.0000000 0.0000000",
@@ -59,7 +58,7 @@ def test_fixed_point_rows_are_the_printed_ones(number: int) -> None:
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_json_trace_holds_the_printed_rows(number: int, lcp: Callable[..., Outcome]) -> None:
+def test_json_trace_holds_the_printed_rows(number: int, lcp: Callable[..., Any]) -> None:
     outcome = lcp(
         "solve", shipped.path(f"paper-example-{number}.json"), "--method=fixed-point", "--format=json", "--trace"
     )

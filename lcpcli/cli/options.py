@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lcpcli.driver import Limits
     from lcpcli.problem import Problem
     from lcpcli.result import Trace
-    from lcpcli.typing import Indices, Vector
+    from lcpcli.typing import Vector
 
 STARTS = ("x0", "x1")
 OF_METHODS = ("p", "k_star", "rho", "sigma", "omega", *STARTS)
@@ -86,27 +86,24 @@ class Output:
             raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
         options.check(every=every)
         if output is not None:
-            from lcpcli.files.whole import refuse_unwritable
+            from lcpcli.files import refuse_unwritable
 
             refuse_unwritable(output)
         self._iterates = not self.silent and (trace or self.form != "json")
         self._every = every or (int(OPTIONS["every"].default or 1) if self.form in TABLES else 1)
 
-    def components(self, problem: Problem, width: int | None) -> Indices | None:
-        """Which components of z a table of that width shows; None where all are shown."""
-        if self.form not in TABLES:
-            return None
-        from lcpcli.report.iterations import shown_components
-
-        return shown_components(problem.n, width if self.form == "table" else None)
-
-    def trace(self, problem: Problem, components: Indices | None) -> Trace | None:
-        """An empty trace for a run whose iterates will be shown, with only what will be read."""
+    def trace(self, problem: Problem, width: int | None) -> Trace | None:
+        """An empty trace for a run whose iterates will be shown in that width, to keep only what will be read."""
         if not self._iterates:
             return None
         from lcpcli.result import Trace
 
-        return Trace(self._every, components, residuals=self.form not in TABLES or not problem.solutions)
+        if self.form not in TABLES:
+            return Trace(self._every)
+        from lcpcli.report.iterations import shown_components
+
+        components = shown_components(problem.n, width if self.form == "table" else None)
+        return Trace(self._every, components, residuals=not problem.solutions)
 
 
 def _numeric(name: str) -> Callable[[Command], Command]:

@@ -11,7 +11,8 @@ from typing import TypeVar
 
 from lcpcli.errors import ProblemError
 from lcpcli.files import csv_format, json_format
-from lcpcli.files.whole import write_whole
+from lcpcli.files.whole import refuse_unwritable as refuse_unwritable
+from lcpcli.files.whole import write_whole as write_whole
 from lcpcli.problem import Problem
 from lcpcli.typing import Vector
 

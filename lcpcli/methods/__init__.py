@@ -8,10 +8,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import OptionError
-from lcpcli.methods.iterate import Iterate
 from lcpcli.options import flag
 
 if TYPE_CHECKING:
+    from lcpcli.methods.iterate import Iterate
     from lcpcli.problem import Problem
 
 METHODS = {
@@ -19,7 +19,7 @@ METHODS = {
     "fixed-point": "modulus iteration (Schäfer 2004)",
 }
 
-Method = Callable[..., Iterator[Iterate]]
+Method = Callable[..., "Iterator[Iterate]"]
 
 
 def load(name: str) -> Method:

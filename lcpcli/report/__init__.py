@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from lcpcli.result import Result
-    from lcpcli.typing import Indices
 
 FORMATS = {
     "table": "for people",
@@ -21,12 +20,9 @@ TABLES = ("table", "markdown", "latex")  # those that show a choice of iterates 
 SUFFIXES = {".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
 
 
-def render(
-    results: Sequence[Result], form: str, components: Sequence[Indices | None], width: int | None, color: bool
-) -> str:
-    """The results, in runs of one problem each, as text in a format.
+def render(results: Sequence[Result], form: str, width: int | None, color: bool) -> str:
+    """The results, those on one problem one after the other, as text in a format.
 
-    components : for each problem the components of z that the traces hold; all of them where None.
     width, color : of the terminal; width is None where there is none.
     """
     if form == "json":
@@ -40,7 +36,7 @@ def render(
     from lcpcli.report import iterations
 
     runs = [list(run) for _, run in groupby(results, key=lambda result: id(result.problem))]
-    tables = [iterations.build(run[0].problem, run, shown) for run, shown in zip(runs, components, strict=True)]
+    tables = [iterations.build(run) for run in runs]
     if form == "markdown":
         from lcpcli.report import markdown
 

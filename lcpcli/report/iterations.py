@@ -41,8 +41,10 @@ def shown_components(n: int, width: int | None) -> Indices | None:
     return np.append(np.arange(room - 2 if room > 2 else 1), n - 1)
 
 
-def build(problem: Problem, results: Sequence[Result], components: Indices | None) -> IterationTable:
-    """The table of several methods' results on one problem, whose traces hold the given components of z."""
+def build(results: Sequence[Result]) -> IterationTable:
+    """The table of several methods' results on one problem, whose traces hold the same components of z."""
+    problem, trace = results[0].problem, results[0].trace
+    components = trace.components if trace else None
     everyone = np.arange(problem.n) if components is None else components
     columns = [f"z{i + 1}" for i in everyone]
     if components is not None:

@@ -1,0 +1,83 @@
+"""Imports follow the work: nothing heavy is loaded before somebody needs it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, files, shipped
+
+EXAMPLE = shipped.path("paper-example-1.json")
+REPORT = """
+import sys
+sys.argv = ["lcp", *sys.argv[1:]]
+from lcpcli.cli import main
+try:
+    main()
+finally:
+    print("\\n" + " ".join(sorted({name.split(".")[0] for name in sys.modules})))
+"""
+
+
+def modules_after(*arguments: str) -> set[str]:
+    """The top-level modules that are loaded when `lcp ARGUMENTS` is done."""
+    done = subprocess.run([sys.executable, "-c", REPORT, *arguments], capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["solve", "--help"], ["compare", "--help"], []])
+def test_help_and_version_load_neither_numpy_nor_scipy_nor_rich(arguments: list[str]) -> None:
+    assert not modules_after(*arguments) & {"numpy", "scipy", "rich"}
+
+
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+@pytest.mark.parametrize("n", [4, 200])
+def test_dense_solve_to_json_loads_neither_rich_nor_scipy(method: str, n: int, tmp_path: Path) -> None:
+    file = tmp_path / "dense.json"
+    files.write(Problem(4 * np.eye(n), -np.ones(n)), str(file))
+    loaded = modules_after("solve", str(file), "--method", method, "--format", "json")
+    assert "numpy" in loaded
+    assert not loaded & {"scipy", "rich"}
+
+
+def test_table_loads_rich_but_not_scipy() -> None:
+    loaded = modules_after("solve", EXAMPLE)
+    assert "rich" in loaded
+    assert "scipy" not in loaded
+
+
+def test_package_itself_loads_nothing() -> None:
+    code = "import sys, lcpcli; print([m for m in ('numpy', 'scipy', 'rich', 'click') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_python_m_runs_the_command(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "lcpcli", "compare", "--format", "json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert [json.loads(line)["solved"] for line in done.stdout.splitlines()] == [True] * 4
+
+
+def test_closed_pipe_leaves_no_traceback() -> None:
+    command = f"{sys.executable} -m lcpcli compare --every 1 | head -1"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("paper-example-1")
+    assert done.stderr == ""
+
+
+def test_unknown_public_name_is_an_attribute_error() -> None:
+    import lcpcli
+
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = lcpcli.nonsense
+
+
+def test_every_public_name_can_be_loaded() -> None:
+    import lcpcli
+
+    assert all(getattr(lcpcli, name) is not None for name in lcpcli.__all__)

@@ -1,0 +1,70 @@
+"""README says what the program does: its output is the program's, its commands run, its snippets work."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli import options, result
+from lcpcli.cli.options import OF_METHODS
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+
+
+def without_times(text: str) -> list[list[str]]:
+    """Lines as cells, without times and without the lines of `shi`, whose last digits depend on the machine."""
+    lines = []
+    method = ""
+    for line in text.splitlines():
+        if set(line) == {"-"}:
+            continue
+        cells = re.sub(r"\S+ (us|ms|s) ", "TIME ", re.sub(r"time/\w+|\s\d+\.\d{3}$", " TIME", line)).split()
+        method = cells[0] if cells and not cells[0][0].isdigit() else method
+        lines.append(cells if method != "shi" else [])
+    return [cells for cells in lines if cells]
+
+
+def test_output_of_compare_is_the_programs(lcp: Callable[..., Any]) -> None:
+    shown = blocks("console")[0].removeprefix("$ lcp compare\n")
+    assert without_times(shown) == without_times(lcp("compare").out)
+    assert len(without_times(shown)) == 50
+
+
+def test_there_are_two_commands_and_ci_runs_exactly_these() -> None:
+    commands = [line for line in README.splitlines() if line.startswith("python -m pip install ")]
+    assert commands == ["python -m pip install . && lcp compare", "python -m pip install '.[test]' && pytest"]
+    assert "^python -m pip install " in (ROOT / ".ci" / "run").read_text()
+
+
+@pytest.mark.parametrize("text", blocks("json"))
+def test_json_examples_are_solved(text: str, lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "problem.json"
+    file.write_text(text)
+    assert lcp("solve", str(file), "-q").code == 0
+
+
+def test_python_snippet_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    (snippet,) = blocks("python")
+    exec(compile(snippet, "README.md", "exec"), {})
+    assert capsys.readouterr().out.startswith("solved [1.33")
+
+
+def test_every_status_and_its_exit_code_is_documented() -> None:
+    for status in result.Status:
+        rows = [line for line in README.splitlines() if line.startswith("|") and f"`{status.word}`" in line]
+        assert len(rows) == 1
+        assert rows[0].split("|")[1].strip() == str(status.exit_code)
+
+
+def test_every_option_of_the_methods_is_documented() -> None:
+    for name in OF_METHODS:
+        assert f"`{options.flag(name)}" in README

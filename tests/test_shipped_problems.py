@@ -1,0 +1,56 @@
+"""The problems that ship: each says where it is from, and its known solutions are solutions."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, read, shipped
+from lcpcli.problem import is_sparse
+
+FOLDER = Path(shipped.path("paper-example-1.json")).parent
+NAMES = sorted(path.name for path in FOLDER.glob("*.json"))
+
+
+@pytest.fixture(params=NAMES)
+def problem(request: pytest.FixtureRequest) -> Problem:
+    return read(shipped.path(request.param))
+
+
+def test_four_problems_ship() -> None:
+    assert NAMES == ["bimatrix.json", "paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json"]
+
+
+def test_each_has_a_name_a_source_and_a_solution(problem: Problem) -> None:
+    assert f"{problem.name}.json" in NAMES
+    assert problem.source
+    assert problem.solutions
+
+
+def test_each_stands_in_the_folders_readme(problem: Problem) -> None:
+    assert f"| {problem.name}.json | {problem.n} |" in (FOLDER / "README.md").read_text()
+
+
+def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
+    """Each component is taken as the nearest fraction of small denominator, and the LCP is checked in fractions."""
+    M = problem.M.toarray() if is_sparse(problem.M) else problem.M
+    rows, q = [[Fraction(m) for m in row] for row in M.tolist()], [Fraction(t) for t in problem.q.tolist()]
+    for solution in problem.solutions:
+        z = [Fraction(t).limit_denominator(1000) for t in solution.tolist()]
+        w = [sum((m * t for m, t in zip(row, z, strict=True)), qi) for row, qi in zip(rows, q, strict=True)]
+        assert all(
+            abs(exact - Fraction(given)) <= Fraction(1, 10**15)
+            for exact, given in zip(z, solution.tolist(), strict=True)
+        )
+        assert all(zi >= 0 and wi >= 0 and zi * wi == 0 for zi, wi in zip(z, w, strict=True))
+
+
+def test_bimatrix_solutions_are_the_published_equilibria() -> None:
+    """von Stengel 2007: (1, 0, 0) and (1, 0); (4/5, 1/5, 0) and (2/3, 1/3); (0, 1/3, 2/3) and (1/3, 2/3)."""
+    published = [((1, 0, 0), (1, 0)), ((4 / 5, 1 / 5, 0), (2 / 3, 1 / 3)), ((0, 1 / 3, 2 / 3), (1 / 3, 2 / 3))]
+    for z, (x, y) in zip(read(shipped.path("bimatrix.json")).solutions, published, strict=True):
+        assert np.allclose(z[:3] / z[:3].sum(), x, rtol=0, atol=1e-15)
+        assert np.allclose(z[3:] / z[3:].sum(), y, rtol=0, atol=1e-15)

@@ -1,0 +1,293 @@
+"""What people see: tables laid out like the paper's, that fit an 80-column terminal, and plain text in pipes."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Callable
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, Trace, cli, files, read, run, shipped
+from lcpcli.cli import session
+from lcpcli.report import iterations, numbers
+
+EXAMPLE = shipped.path("paper-example-1.json")
+TRIDIAGONAL = shipped.path("tridiagonal-100.json")
+ESCAPE = "\x1b["
+
+Lcp = Callable[..., Any]
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
+    """Make standard output a terminal of that width, with or without colour."""
+
+    def become(width: int, color: bool) -> None:
+        monkeypatch.setattr(session, "_terminal", lambda: (width, color))
+
+    return become
+
+
+def body(out: str, method: str) -> list[list[str]]:
+    """The rows of one method in the table of the first problem, as cells."""
+    groups = re.split(r"^-+\n", out.split("\n\n")[0], flags=re.MULTILINE)[1:]
+    group = next(g for g in groups if g.startswith(method[:3]))
+    return [line.split() for line in group.splitlines() if line[:1] in (" ", method[0]) or line.startswith("point")]
+
+
+def test_compare_prints_one_table_an_example_and_a_line_a_method(lcp: Lcp) -> None:
+    outcome = lcp("compare")
+    assert outcome.code == 0
+    assert outcome.err == ""
+    tables = outcome.out.split("\n\n")
+    assert [table.splitlines()[0].split(":")[0] for table in tables] == ["paper-example-1", "paper-example-2"]
+    for table in tables:
+        lines = table.splitlines()
+        assert lines[1].split() == ["method", "k", "z1", "z2", "z3", "z4", "step", "error", "time/ms"]
+        assert lines[-4].split() == ["method", "iterations", "evaluations", "time", "residual", "error", "status"]
+        assert [(line.split()[0], line.split()[-1]) for line in lines[-2:]] == [
+            ("fixed-point", "solved"),
+            ("shi", "solved"),
+        ]
+
+
+def test_rows_are_the_first_every_fifth_and_the_last_three(lcp: Lcp) -> None:
+    lines = lcp("compare", EXAMPLE, "--method", "fixed-point").out.splitlines()
+    shown = [int(next(cell for cell in line.split() if cell.isdigit())) for line in lines[3:-3]]
+    last = shown[-1]
+    assert shown == sorted({1, *range(5, last + 1, 5), last - 2, last - 1, last})
+
+
+def test_components_have_seven_decimals_and_the_method_stands_at_the_left(lcp: Lcp) -> None:
+    lines = lcp("solve", EXAMPLE, "--method", "fixed-point").out.splitlines()
+    assert lines[3].split()[:6] == ["fixed-", "1", "0.0000000", "0.0000000", "0.0000000", "0.0000000"]
+    assert lines[4].split()[:6] == ["point", "5", "0.7883251", "0.0000000", "1.3448593", "0.0000000"]
+    assert lines[5].startswith("  ")
+
+
+@pytest.mark.parametrize("file", [EXAMPLE, shipped.path("paper-example-2.json"), TRIDIAGONAL])
+def test_eighty_columns_are_enough(file: str, lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    terminal(80, False)
+    outcome = lcp("compare", file)
+    assert max(len(line) for line in outcome.out.splitlines()) <= 80
+
+
+@pytest.mark.parametrize(("width", "shown"), [(80, 4), (120, 7), (200, 15), (40, 3)])
+def test_large_n_shows_the_first_and_the_last_components(
+    width: int, shown: int, lcp: Lcp, terminal: Callable[[int, bool], None]
+) -> None:
+    terminal(width, False)
+    header = lcp("solve", TRIDIAGONAL, "--method", "fixed-point").out.splitlines()[1].split()
+    names = header[2 : header.index("error")]
+    assert names[0] == "z1"
+    assert names[-2:] == ["...", "z100"]
+    assert len(names) == shown
+
+
+def test_all_components_are_shown_where_they_fit(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    terminal(80, False)
+    assert "..." not in lcp("solve", EXAMPLE).out
+
+
+def test_colour_is_for_terminals_only(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    assert ESCAPE not in lcp("compare").out
+    terminal(80, False)
+    assert ESCAPE not in lcp("compare").out
+    terminal(80, True)
+    assert ESCAPE in lcp("compare").out
+
+
+@pytest.mark.parametrize(
+    ("environment", "colored"),
+    [({}, True), ({"NO_COLOR": "1"}, False), ({"NO_COLOR": ""}, True), ({"TERM": "dumb"}, False)],
+)
+def test_no_color_is_obeyed(environment: dict[str, str], colored: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    assert session._terminal()[1] is colored
+
+
+def test_pipe_shows_numbers_uncut(lcp: Lcp) -> None:
+    out = lcp("solve", TRIDIAGONAL).out
+    assert "…" not in out
+    assert len(out.splitlines()[1]) > 100
+
+
+def test_without_a_known_solution_the_residual_is_shown(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    file.write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
+    lines = lcp("solve", str(file), "--method", "fixed-point").out.splitlines()
+    assert lines[1].split() == ["method", "k", "z1", "z2", "residual", "time/us"] or "residual" in lines[1]
+    assert "error" not in lines[-3]
+
+
+def test_unsolved_run_says_why_and_exits_with_one(lcp: Lcp) -> None:
+    outcome = lcp("solve", EXAMPLE, "--method", "fixed-point", "--max-iterations", "2")
+    assert outcome.code == 1
+    assert outcome.out.splitlines()[-1] == "fixed-point stopped at the iteration limit"
+    assert "iteration limit" in outcome.out.splitlines()[-2]
+
+
+def test_quiet_prints_nothing_and_the_exit_code_tells(lcp: Lcp) -> None:
+    assert (lcp("solve", EXAMPLE, "-q").code, lcp("solve", EXAMPLE, "-q").out) == (0, "")
+    failed = lcp("solve", EXAMPLE, "-q", "--max-iterations", "1")
+    assert (failed.code, failed.out, failed.err) == (1, "", "")
+
+
+def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
+    lines = [json.loads(line) for line in lcp("compare", "--format", "json").out.splitlines()]
+    assert [(line["problem"], line["method"]) for line in lines] == [
+        (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
+    ]
+    keys = """problem n method route status message solved z w iterations evaluations residual relative_residual error
+        error_bound setup_seconds solve_seconds certificate options trace"""
+    for line in lines:
+        assert list(line) == keys.split()
+        assert line["trace"] is None
+        problem = read(shipped.path(f"{line['problem']}.json"))
+        z = np.array(line["z"])
+        assert np.array_equal(line["w"], problem.w(z))
+        assert line["residual"] == np.abs(np.minimum(z, problem.w(z))).max()
+
+
+def test_json_has_null_where_a_number_is_not_finite(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    file.write_text('{"M": [[1e300]], "q": [-1e300], "x0": [1e300]}')
+    outcome = lcp("solve", str(file), "--format", "json", "--trace", "--max-iterations", "0")
+    record = json.loads(outcome.out, parse_constant=lambda name: pytest.fail(name))
+    assert record["residual"] == 2e300 or record["residual"] is None
+    assert record["relative_residual"] is None or record["relative_residual"] > 1
+
+
+def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
+    rows = list(csv.DictReader(StringIO(lcp("compare", EXAMPLE, "--format", "csv").out)))
+    trace = Trace()
+    run(read(EXAMPLE), "fixed-point", trace=trace)
+    kept = [row for row in rows if row["method"] == "fixed-point"]
+    assert len(kept) == len(trace.rows)
+    for text, row in zip(kept, trace.rows, strict=True):
+        assert int(text["k"]) == row.k
+        assert [float(text[f"z{i + 1}"]) for i in range(4)] == row.z.tolist()
+        assert float(text["residual"]) == row.residual
+        assert float(text["error"]) == row.error
+    assert {row["step"] for row in rows if row["method"] == "shi"} >= {"1", "2.2", "2.4"}
+
+
+def test_csv_of_problems_of_different_sizes_is_one_table(lcp: Lcp) -> None:
+    outcome = lcp("compare", EXAMPLE, shipped.path("bimatrix.json"), "--format", "csv", "--max-iterations", "3")
+    rows = list(csv.reader(StringIO(outcome.out)))
+    assert {len(row) for row in rows} == {len(rows[0])}
+    assert rows[1][rows[0].index("z5")] == ""
+
+
+def test_markdown_parses_back_to_the_same_cells(lcp: Lcp) -> None:
+    plain = lcp("compare", EXAMPLE, "--method", "fixed-point").out.splitlines()
+    marked = lcp("compare", EXAMPLE, "--method", "fixed-point", "--format", "markdown").out.splitlines()
+    table = [[cell.strip() for cell in line.strip("|").split("|")] for line in marked if line.startswith("|")]
+    assert len({len(row) for row in table[: len(plain) - 5]}) == 1
+    assert table[0] == plain[1].split()
+    assert table[2][:6] == plain[3].split()[:6]
+    assert table[1][0] == ":--"
+
+
+def test_latex_is_a_booktabs_table_with_as_many_cells_a_row(lcp: Lcp) -> None:
+    out = lcp("compare", TRIDIAGONAL, "--format", "latex").out
+    columns = re.search(r"\\begin\{tabular\}\{(l\w+)\}", out)
+    assert columns
+    rows = [line for line in out.splitlines() if line.endswith(r"\\")]
+    assert {line.count("&") + 1 for line in rows} == {len(columns[1])}
+    assert out.count(r"\toprule") == out.count(r"\bottomrule") == 1
+    assert out.count(r"\midrule") == 2
+    assert r"$z_{100}$" in out
+    assert out.count("{") == out.count("}")
+
+
+def test_latex_and_markdown_escape_what_they_must(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    files.write(Problem([[1.0]], [-1.0], name="a_b & 50% | <x>"), str(file))
+    assert r"\caption{a\_b \& 50\% | <x>" in lcp("solve", str(file), "--format", "latex").out
+    assert r"### a\_b & 50% \| \<x>" in lcp("solve", str(file), "--format", "markdown").out
+
+
+@pytest.mark.parametrize(
+    ("ending", "begins"),
+    [("json", "{"), ("csv", "problem,"), ("md", "### "), ("tex", r"\begin{table}"), ("txt", "paper-example-1:")],
+)
+def test_format_follows_the_ending_of_the_output_file(ending: str, begins: str, lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / f"result.{ending}"
+    outcome = lcp("solve", EXAMPLE, "-o", str(file))
+    assert (outcome.code, outcome.out) == (0, "")
+    assert file.read_text().startswith(begins)
+
+
+def test_trace_in_json_may_be_thinned(lcp: Lcp) -> None:
+    record = json.loads(lcp("solve", EXAMPLE, "--format", "json", "--trace", "--every", "10").out)
+    last = record["iterations"]
+    assert [row["k"] for row in record["trace"]] == sorted({0, 1, *range(10, last + 1, 10), last - 2, last - 1, last})
+
+
+def test_several_known_solutions_are_announced(lcp: Lcp) -> None:
+    assert lcp("compare", shipped.path("bimatrix.json"), "--max-iterations", "5").out.startswith(
+        "bimatrix: n = 5, 3 known solutions"
+    )
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.0, "0 us"), (1.5e-6, "1.5 us"), (0.0123, "12.3 ms"), (1.0, "1 s"), (75.25, "75.2 s")]
+)
+def test_durations_have_a_unit_that_fits(seconds: float, text: str) -> None:
+    assert numbers.duration(seconds) == text
+
+
+def test_components_beyond_seven_decimals_are_shown_with_their_exponent() -> None:
+    assert numbers.components([1.0, 2e6], largest=1.0) == ["1.0000000", "2.000000e+06"]
+    assert numbers.components([1e-9, 0.0], largest=1e-9) == ["1.000000e-09", "0.000000e+00"]
+
+
+def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    from lcpcli import driver
+
+    begun: list[str] = []
+    real = driver.run
+
+    def interrupted(problem: Problem, method: str, **options: Any) -> Any:
+        begun.append(method)
+        if len(begun) == 2:
+
+            def clock() -> float:
+                if len(ticks) > 20:
+                    raise KeyboardInterrupt
+                ticks.append(0)
+                return 0.0
+
+            ticks: list[int] = []
+            return real(problem, method, clock=clock, **options)
+        return real(problem, method, **options)
+
+    monkeypatch.setattr(driver, "run", interrupted)
+    outcome = lcp("compare")
+    assert outcome.code == 130
+    assert begun == ["fixed-point", "shi"]
+    assert "shi interrupted" in outcome.out
+
+
+def test_python_m_lcpcli_is_the_same_command() -> None:
+    assert cli.main.__module__ == "lcpcli.cli"
+
+
+def test_shown_components_always_include_the_last() -> None:
+    for n in (50, 10**6):
+        for width in (20, 60, 80, 200, None):
+            shown = iterations.shown_components(n, width)
+            assert shown is not None
+            assert shown[0] == 0
+            assert shown[-1] == n - 1
