@@ -59,10 +59,10 @@ class Bracket:
 
 def search(
     smoothed: Smoothed, start: Point, s: Vector, slope: float, gamma: float, rho: float, sigma: float
-) -> tuple[float, Point, Vector, int]:
+) -> tuple[Point, Vector, int]:
     """The step from start along s, where f has the slope <grad f, s> < 0, found from the first trial length gamma > 0.
 
-    Returns its length, the point at its end, the gradient there and the number of trials. Raises Stalled when the
+    Returns the point at its end, the gradient there and the number of trials. Raises Stalled when the
     trials have come down to lengths that change nothing: the decrease is below rounding.
     """
     bracket, first = Bracket(0.0, start.f, slope), gamma
@@ -78,7 +78,7 @@ def search(
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
-                return gamma, point, g, trial
+                return point, g, trial
             bracket.raise_low(gamma, point.f, slope_here)
         gamma = bracket.next_trial(slope)
     raise Stalled("no step decreases |F~| any further in double precision")

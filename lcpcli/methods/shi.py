@@ -96,24 +96,18 @@ def _iterates(
         g = smoothed.gradient(here)
         step, s = _select(k, k_star, here.F, x1 - x0, here.F - last.F, g)
     while here.f > 0:
-        slope = _slope(here.f, g, s)
+        slope = float(g @ s)
+        if not (math.isfinite(here.f) and math.isfinite(slope)):
+            raise Breakdown("|F~|^2 overflows; divide q and the start by their size")
+        if slope == 0:
+            raise Breakdown("f = |F~|^2 / 2 is stationary at a point that is no zero of F~: J is singular there")
         last = here
-        gamma, here, g, trials = search(smoothed, here, s, slope, -2 * here.f / slope, rho, sigma)
+        first_trial = -2 * here.f / slope  # where a parabola of that slope comes down to 0
+        here, g, trials = search(smoothed, here, s, slope, first_trial, rho, sigma)
         evaluations += trials
         k += 1
         yield Iterate(here.x, here.F, step, evaluations)
-        s *= gamma
         step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
-
-
-def _slope(f: float, g: Vector, s: Vector) -> float:
-    """<g, s>, found fit for a line search. The first trial length is where a parabola of that slope comes down to 0."""
-    slope = float(g @ s)
-    if not (math.isfinite(f) and math.isfinite(slope)):
-        raise Breakdown("|F~|^2 overflows; divide q and the start by their size")
-    if slope == 0:
-        raise Breakdown("f = |F~|^2 / 2 is stationary at a point that is no zero of F~: J is singular there")
-    return slope
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
@@ -124,8 +118,8 @@ def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> 
 def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
     """Steps 2.3 to 2.6: the step that applies and its direction s, with <s, g> < 0 unless g = 0.
 
-    Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1), y = F~(x_k) - F~(x_(k-1)) and g = grad f(x_k) = -d. The working
-    vectors v and y may be overwritten.
+    Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1) or a positive multiple of it, y = F~(x_k) - F~(x_(k-1)) and
+    g = grad f(x_k) = -d. v and y are working space afterwards.
 
     Step 2.3 takes u = xi_1 F and xi_2 v with xi_1 = -|v|^2 / <v, y> and xi_2 = -<y, F> / |y|^2. As the line search
     makes the length of s irrelevant, both may be divided by one positive number, and so neither can blow up: up to
