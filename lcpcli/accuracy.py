@@ -29,25 +29,22 @@ class Accuracy:
         return _largest(np.minimum(z, w))
 
     def relative_residual(self, z: Vector, w: Vector) -> float:
-        with np.errstate(over="ignore"):
-            return self._relative(_largest(np.minimum(z / self._C, self._R * w)))
+        return self._relative(_largest(np.minimum(z / self._C, self._R * w)))
 
     def bound(self, F: Vector) -> float:
         """A bound of the relative residual from F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0.
 
         min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise, scaled or not.
         """
-        with np.errstate(over="ignore"):
-            return self._relative(_largest(self._R * F))
+        return self._relative(_largest(self._R * F))
 
     def error(self, z: Vector) -> float | None:
-        with np.errstate(over="ignore", invalid="ignore"):
-            return min((_largest(z - solution) for solution in self._problem.solutions), default=None)
+        return min((_largest(z - solution) for solution in self._problem.solutions), default=None)
 
     def _relative(self, residual: float) -> float:
         if residual == 0:
             return 0.0
-        return residual / self._scale if self._scale else math.inf
+        return residual / self._scale if 0 < self._scale < math.inf else math.inf
 
 
 def _largest(v: Vector) -> float:

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lcpcli import methods, options
 from lcpcli.accuracy import Accuracy
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
 from lcpcli.options import OPTIONS
-from lcpcli.problem import Problem
+from lcpcli.problem import Problem, as_vector
 from lcpcli.result import Result, Status, Trace, TraceRow, z_of
 from lcpcli.typing import Vector
 
@@ -33,10 +34,11 @@ class Limits:
         options.check(tol=self.tol, max_iterations=self.max_iterations, time_limit=self.time_limit)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
 def run(
     problem: Problem,
     method: str,
-    x0: Vector | None = None,
+    x0: ArrayLike | None = None,
     *,
     limits: Limits | None = None,
     trace: Trace | None = None,
@@ -50,15 +52,15 @@ def run(
     method's own work alone.
     """
     function = methods.load(method)
-    if "x1" not in chosen and x0 is None and problem.x1 is not None and "x1" in methods.options_of(function):
-        chosen["x1"] = problem.x1
-    if x0 is None:
-        x0 = np.zeros(problem.n) if problem.x0 is None else problem.x0
+    if x0 is None and problem.x1 is not None and "x1" in methods.options_of(function):
+        chosen.setdefault("x1", problem.x1)
+    given = np.zeros(problem.n) if problem.x0 is None else problem.x0
+    start = given if x0 is None else as_vector("x0", x0, problem.n)
     began = clock()
     in_force = methods.options_in_force(function, problem, chosen)
     setup_seconds = clock() - began
-    loop = _Loop(problem, limits or Limits(), trace, clock, x0, setup_seconds)
-    iterates = function(problem, x0, **in_force)
+    loop = _Loop(problem, limits or Limits(), trace, clock, start, setup_seconds)
+    iterates = function(problem, start, **in_force)
     status, reason = loop.run(iterates)
     return loop.result(method, in_force, status, reason)
 
@@ -83,8 +85,7 @@ class _Loop:
 
     def result(self, method: str, in_force: dict[str, Any], status: Status, reason: str) -> Result:
         z = z_of(self.best)
-        with np.errstate(over="ignore", invalid="ignore"):
-            w = self.problem.w(z)
+        w = self.problem.w(z)
         relative = self.accuracy.relative_residual(z, w)
         if relative <= self.limits.tol:
             status, reason = Status.SOLVED, ""

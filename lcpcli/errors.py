@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+SHOWN = 40  # characters of a text from a file that a message quotes at most
+
+
+def quoted(text: str) -> str:
+    """A text as a message quotes it: in quotes, on one line, and not longer than is of use."""
+    return repr(text if len(text) <= SHOWN else text[:SHOWN] + "...")
+
 
 class LCPError(Exception):
     """Base class of every error that this package raises on purpose.

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, quoted
 from lcpcli.typing import Matrix, Vector
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
+ROWS = "a list of rows of numbers"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Problem:
     """One LCP of n >= 1 unknowns, checked when it is made: every number is finite and every length fits.
 
@@ -34,24 +37,40 @@ class Problem:
     name: str = ""
     x0: Vector | None = None
     x1: Vector | None = None
-    solutions: Sequence[Vector] = field(default=())
+    solutions: tuple[Vector, ...] = ()
     verdict: str = ""
     source: str = ""
     note: str = ""
 
-    def __post_init__(self) -> None:
-        q = as_vector("q", self.q)
-        if not q.size:
+    def __init__(
+        self,
+        M: Any,
+        q: ArrayLike,
+        name: str = "",
+        x0: ArrayLike | None = None,
+        x1: ArrayLike | None = None,
+        solutions: Sequence[ArrayLike] = (),
+        verdict: str = "",
+        source: str = "",
+        note: str = "",
+    ) -> None:
+        keep = partial(object.__setattr__, self)
+        vector_q = as_vector("q", q)
+        n = vector_q.size
+        if not n:
             raise ProblemError("q", "is empty", "give a problem of at least one unknown")
-        keep = object.__setattr__
-        keep(self, "q", q)
-        keep(self, "M", as_square("M", self.M, q.size))
-        for name in ("x0", "x1"):
-            if getattr(self, name) is not None:
-                keep(self, name, as_vector(name, getattr(self, name), q.size))
-        keep(self, "solutions", tuple(as_vector("solution", z, q.size) for z in self.solutions))
-        if self.verdict and self.verdict not in VERDICTS:
-            raise ProblemError("verdict", f"{self.verdict!r} is unknown", f"use one of {', '.join(VERDICTS)}")
+        keep("q", vector_q)
+        keep("M", as_square("M", M, n))
+        keep("x0", None if x0 is None else as_vector("x0", x0, n))
+        keep("x1", None if x1 is None else as_vector("x1", x1, n))
+        names = [f"solution[{i}]" if len(solutions) > 1 else "solution" for i in range(len(solutions))]
+        keep("solutions", tuple(as_vector(field, z, n) for field, z in zip(names, solutions, strict=True)))
+        for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
+            if not isinstance(text, str):
+                raise ProblemError(field, f"is {kind(text)}", "give a text")
+            keep(field, text)
+        if verdict and verdict not in VERDICTS:
+            raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
     @property
     def n(self) -> int:
@@ -76,7 +95,7 @@ def as_vector(field: str, values: Any, n: int | None = None) -> Vector:
         _refuse_other_than_numbers(field, values)
     v = _as_floats(field, values)
     if v.ndim != 1:
-        raise ProblemError(field, f"has {v.ndim} dimensions", "give a flat list of numbers")
+        raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a flat list of numbers")
     if n is not None and v.size != n:
         raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, 'unknown')}", "make them agree")
     _refuse_infinite(field, v)
@@ -87,15 +106,19 @@ def as_square(field: str, values: Any, n: int) -> Matrix:
     """Values as a float64 matrix of shape (n, n), dense or in compressed sparse rows, or a ProblemError."""
     if isinstance(values, (list, tuple)):
         _refuse_other_than_rows(field, values)
-    M: Matrix = _as_sparse(field, values) if is_sparse(values) else _as_floats(field, values)
+    M: Matrix = _as_sparse(field, values) if is_sparse(values) else _as_floats(field, values, ROWS)
+    if M.shape and not M.shape[0]:
+        raise ProblemError(field, "is empty", f"give {ROWS}")
     if M.ndim != 2:
-        raise ProblemError(field, f"has {M.ndim} dimensions", "give a list of rows of numbers")
+        raise ProblemError(field, f"has {count(M.ndim, 'dimension')}", f"give {ROWS}")
     if M.shape[0] != M.shape[1]:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
     if M.shape[0] != n:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]} but q has {count(n, 'entry')}", "make them agree")
-    entries: Vector = M.data if is_sparse(M) else M
-    _refuse_infinite(field, entries)
+    if is_sparse(M):
+        _refuse_infinite(field, M.data, lambda: np.column_stack(M.tocoo().coords))
+    else:
+        _refuse_infinite(field, M)
     return M
 
 
@@ -110,7 +133,7 @@ def kind(value: Any) -> str:
     if isinstance(value, (bool, np.bool_)):
         return str(value).lower()
     if isinstance(value, str):
-        return f"the text {value!r}" if len(value) <= 40 else "a text"
+        return f"the text {quoted(value)}"
     names = {type(None): "null", dict: "an object", list: "a list", tuple: "a list", int: "a number", float: "a number"}
     return names.get(type(value), f"of type {type(value).__name__}")
 
@@ -127,13 +150,14 @@ def _as_sparse(field: str, M: Any) -> Matrix:
     return compressed
 
 
-def _as_floats(field: str, values: Any) -> Vector:
+def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> Vector:
     if not isinstance(values, (list, tuple, np.ndarray)):
-        raise ProblemError(field, f"is {kind(values)}", "give a list of numbers")
+        raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     if isinstance(values, np.ndarray) and values.dtype.kind not in "fiu":
         raise ProblemError(field, f"holds {values.dtype.name} values", "give real numbers")
     try:
-        return np.asarray(values, dtype=np.float64)
+        with np.errstate(over="ignore"):
+            return np.asarray(values, dtype=np.float64)
     except OverflowError:
         raise ProblemError(
             field, "holds an integer beyond the range of double precision", "scale the problem"
@@ -158,9 +182,10 @@ def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
             raise ProblemError(f"{field}[{i}]", f"is {kind(v)}", "give a number")
 
 
-def _refuse_infinite(field: str, values: Vector) -> None:
+def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
         if np.isfinite(values.sum()) or np.isfinite(values).all():
             return
-    place = "".join(f"[{i}]" for i in np.argwhere(~np.isfinite(values))[0])
+    wrong = np.argwhere(~np.isfinite(values))[0]
+    place = "".join(f"[{i}]" for i in (wrong if places is None else places()[wrong[0]]))
     raise ProblemError(f"{field}{place}", "is not a finite number in double precision", "give a finite number")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 
 import click
 
@@ -13,7 +14,6 @@ from lcpcli.cli.solve import solve
 from lcpcli.errors import LCPError
 
 INTERRUPTED = 130
-CLOSED_PIPE = 141
 
 
 @click.group(
@@ -40,6 +40,8 @@ lcp.add_command(compare)
 
 def main() -> None:
     """Run the command line and exit with its code."""
+    if sys.stdout is None:  # closed by the caller
+        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
@@ -65,13 +67,14 @@ def _run() -> int:
     except MemoryError:
         _complain("lcp: not enough memory for this problem")
         return 1
-    except BrokenPipeError:
+    except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return CLOSED_PIPE
+        return _complain(f"lcp: standard output cannot be written ({error.strerror}); choose another place with -o")
 
 
 def _complain(message: str) -> int:
-    click.echo(message, err=True)
+    readable = "".join(mark if mark.isprintable() else repr(mark)[1:-1] for mark in message)
+    click.echo(readable, err=True)
     return 2
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -69,6 +70,7 @@ def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -
     for name in chosen:
         if not any(name in own for own in known):
             raise OptionError(flag(name), f"has no effect with {' and '.join(names)}", "leave it out")
+    options.check(**{name: value for name, value in chosen.items() if name not in STARTS})
     return [{name: value for name, value in chosen.items() if name in own} for own in known]
 
 
@@ -78,6 +80,8 @@ class Output:
     def __init__(self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool) -> None:
         self.form = form or SUFFIXES.get(Path(output or "").suffix, "table")
         self.path, self.silent = output, quiet and output is None
+        if trace and self.silent:
+            raise OptionError("--trace", "has no effect with --quiet", "leave it out")
         if trace and self.form != "json":
             raise OptionError(
                 "--trace", f"has no effect on the format {self.form}, which shows the iterates", "leave it out"
@@ -122,9 +126,11 @@ def _vector(option: str, given: str, n: int) -> Vector:
     from lcpcli.files import read_vector
     from lcpcli.problem import as_vector
 
-    if Path(given).exists():
-        return as_vector(option, read_vector(option, given), n)
+    if given and os.path.exists(given):  # noqa: PTH110 (Path.exists raises an error for a long text)
+        return read_vector(option, given, n)
     try:
+        if "_" in given:
+            raise ValueError
         numbers = [float(number) for number in given.split(",")]
     except ValueError:
         raise OptionError(option, f"{given!r} is neither a file nor numbers", "write 1,-2,0.5 or name a file") from None

@@ -6,11 +6,15 @@ import os
 import shutil
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lcpcli.cli.options import Output, for_methods, limits
+from lcpcli.errors import OptionError
+
+CLOSED_PIPE = 141  # as shells report SIGPIPE
 
 if TYPE_CHECKING:
     from lcpcli.driver import Limits
@@ -23,6 +27,10 @@ def run(paths: Sequence[tuple[str, str | None]], methods: Sequence[str], given: 
     output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet")))
     from lcpcli import files
 
+    if [name for pair in paths for name in pair].count(files.STANDARD_INPUT) > 1:
+        raise OptionError("standard input", "can be read only once", "name a file")
+    if output.path is not None and any(_same(output.path, name) for pair in paths for name in pair if name):
+        raise OptionError(output.path, "holds the problem", "choose another place for the output")
     bounds = limits(given)
     problems = [files.read(*path) for path in paths]
     chosen = [for_methods(given, methods, problem) for problem in problems]
@@ -33,7 +41,7 @@ def run(paths: Sequence[tuple[str, str | None]], methods: Sequence[str], given: 
 
         text = report.render(results, output.form, width, color)
         if output.path is None:
-            click.echo(text, nl=False, color=color)
+            _print(text, color)
         else:
             files.write_whole(output.path, text)
     return max(result.status.exit_code for result in results)
@@ -58,6 +66,23 @@ def _results(
             if results[-1].interrupted:
                 return results
     return results
+
+
+def _print(text: str, color: bool) -> None:
+    """Print to standard output; a reader who has closed it wants no more, and is told nothing."""
+    try:
+        click.echo(text, nl=False, color=color)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise click.exceptions.Exit(CLOSED_PIPE) from None
+
+
+def _same(one: str, other: str) -> bool:
+    try:
+        return Path(one).samefile(other)
+    except OSError:
+        return False
 
 
 def _terminal() -> tuple[int | None, bool]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,16 +23,17 @@ FORMATS = {".json": json_format, ".csv": csv_format}
 T = TypeVar("T")
 
 
-def read(path: str, q_path: str | None = None) -> Problem:
+def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None) -> Problem:
     """The problem in a JSON or CSV file, or M and q in two CSV files; "-" is standard input.
 
-    A file called .json and any text that opens a brace is JSON, everything else CSV. Raises ProblemError, which names
-    the file, the field or line, and the mend.
+    A file called .json and any text that opens a brace or a bracket is JSON, everything else CSV. Raises ProblemError,
+    which names the file, the field or line, and the mend.
     """
-    text = _read_text(path)
-    if path.endswith(".json") or text.lstrip().startswith("{"):
+    path, q_path = os.fspath(path), None if q_path is None else os.fspath(q_path)
+    text = _read_text(path, "give M and q, as JSON or CSV")
+    if path.endswith(".json") or text.lstrip().startswith(("{", "[")):
         if q_path is not None:
-            raise ProblemError(q_path, f"is not needed: {path} is JSON and holds q", "leave it out")
+            raise ProblemError(q_path, f"is not needed: {_place(path)} is JSON and holds q", "leave it out")
         problem = _blaming(path, lambda: json_format.parse(text))
     else:
         M, q = _blaming(path, lambda: csv_format.parse(text, alone=q_path is None))
@@ -39,25 +41,23 @@ def read(path: str, q_path: str | None = None) -> Problem:
             q = read_vector("q", q_path)
         problem = _blaming(path, lambda: Problem(M, q))
     return (
-        problem
-        if problem.name
-        else replace(problem, name=Path(path).stem if path != STANDARD_INPUT else "standard input")
+        problem if problem.name else replace(problem, name=Path(path).stem if path != STANDARD_INPUT else _place(path))
     )
 
 
-def read_vector(field: str, path: str) -> Vector:
-    """A vector from a CSV file of one row or one column, or from a JSON list."""
-    text = _read_text(path)
-    parse = json_format.parse_vector if text.lstrip().startswith("[") else csv_format.parse_vector
-    return _blaming(path, lambda: parse(field, text))
+def read_vector(field: str, path: str, n: int | None = None) -> Vector:
+    """A vector of length n, any length if None, from a CSV file of one row or one column, or from a JSON list."""
+    text = _read_text(path, "give one row or one column of numbers")
+    parse = json_format.parse_vector if text.lstrip().startswith(("[", "{")) else csv_format.parse_vector
+    return _blaming(path, lambda: parse(field, text, n))
 
 
-def write(problem: Problem, path: str) -> None:
+def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     """Write a problem in the format that the file's name ends with, whole or not at all."""
     form = FORMATS.get(Path(path).suffix)
     if form is None:
-        raise ProblemError(path, "has no format by its name", f"let it end with {' or '.join(FORMATS)}")
-    write_whole(path, form.render(problem))
+        raise ProblemError(str(path), "has no format by its name", f"let it end with {' or '.join(FORMATS)}")
+    write_whole(os.fspath(path), form.render(problem))
 
 
 def _blaming(path: str, parse: Callable[[], T]) -> T:
@@ -65,31 +65,51 @@ def _blaming(path: str, parse: Callable[[], T]) -> T:
     try:
         return parse()
     except ProblemError as error:
-        raise error.inside("standard input" if path == STANDARD_INPUT else path) from None
+        raise error.inside(_place(path)) from None
 
 
-def _read_text(path: str) -> str:
+def _place(path: str) -> str:
+    """What a path is called in messages."""
+    return "standard input" if path == STANDARD_INPUT else path
+
+
+def _read_text(path: str, expected: str) -> str:
+    """The text of a file; `expected` is the mend for an empty one."""
+    place = _place(path)
     try:
-        raw = sys.stdin.buffer.read() if path == STANDARD_INPUT else Path(path).read_bytes()
-        text = raw.decode("utf-8-sig")
+        text = _read_bytes(path).decode("utf-8-sig")
     except FileNotFoundError:
-        raise ProblemError(path, "no such file", _likely_file(path)) from None
+        raise ProblemError(place, "no such file", _likely_file(path)) from None
     except IsADirectoryError:
-        raise ProblemError(path, "is a directory", "name a file in it") from None
+        raise ProblemError(place, "is a directory", "name a file in it") from None
     except OSError as error:
-        raise ProblemError(path, f"cannot be read ({error.strerror})", "make it readable") from None
+        raise ProblemError(place, f"cannot be read ({error.strerror})", "make it readable") from None
     except UnicodeDecodeError:
-        raise ProblemError(path, "is not UTF-8 text", "save it as UTF-8") from None
+        raise ProblemError(place, "is not UTF-8 text", "save it as UTF-8") from None
+    if "\0" in text:
+        raise ProblemError(place, "is not UTF-8 text", "save it as UTF-8")
     if not text.strip():
-        raise ProblemError(
-            "standard input" if path == STANDARD_INPUT else path, "is empty", "give M and q, as JSON or CSV"
-        )
+        raise ProblemError(place, "is empty", expected)
     return text
+
+
+def _read_bytes(path: str) -> bytes:
+    if not path:
+        raise ProblemError("", "the name of a file is empty", "name a file")
+    if path != STANDARD_INPUT:
+        return Path(path).read_bytes()
+    if sys.stdin is None:
+        raise ProblemError(_place(path), "is closed", "name a file")
+    return sys.stdin.buffer.read()
 
 
 def _likely_file(path: str) -> str:
     folder = Path(path).parent
     if not folder.is_dir():
         return f"there is no folder {folder}"
-    close = get_close_matches(Path(path).name, [entry.name for entry in folder.iterdir()], n=1)
+    try:
+        names = [entry.name for entry in folder.iterdir()]
+    except OSError:
+        names = []
+    close = get_close_matches(Path(path).name, names, n=1)
     return f"did you mean {folder / close[0]}?" if close else "check the path"

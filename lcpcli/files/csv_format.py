@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, quoted
 from lcpcli.problem import Problem, as_vector, count, is_sparse
 from lcpcli.typing import Matrix, Vector
 
 DELIMITERS = (";", "\t", ",")
+NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, and so is no name in a header
 
 
 def parse(text: str, *, alone: bool) -> tuple[Matrix, Vector]:
@@ -27,7 +29,9 @@ def parse(text: str, *, alone: bool) -> tuple[Matrix, Vector]:
         return table, np.empty(0)
     if columns == n:
         raise ProblemError(
-            "", f"has {n} rows of {n} columns, which is M without q", "add q as the last column or a file for q"
+            "",
+            f"has {count(n, 'row')} of {count(n, 'column')}, which is M without q",
+            "add q as the last column or a file for q",
         )
     if columns != n + 1:
         raise ProblemError(
@@ -36,12 +40,12 @@ def parse(text: str, *, alone: bool) -> tuple[Matrix, Vector]:
     return np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n])
 
 
-def parse_vector(field: str, text: str) -> Vector:
-    """A vector from a text of one row or one column."""
+def parse_vector(field: str, text: str, n: int | None = None) -> Vector:
+    """A vector of length n, any length if None, from a text of one row or one column."""
     rows = _rows(text)
     if len(rows) > 1 and len(rows[0]) > 1:
         raise ProblemError(field, f"has {len(rows)} rows and {len(rows[0])} columns", "give one row or one column")
-    return as_vector(field, [x for row in rows for x in row])
+    return as_vector(field, [x for row in rows for x in row], n)
 
 
 def render(problem: Problem) -> str:
@@ -52,14 +56,13 @@ def render(problem: Problem) -> str:
 
 
 def _rows(text: str) -> list[list[float]]:
-    lines = [
-        (number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"
-    ]
+    all_lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and line.lstrip()[0] != "#"]
     if not lines:
         raise ProblemError("", "holds no numbers", "give one row a line")
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
     first = _fields(*lines[0], delimiter)
-    if not any(_is_number(entry) for entry in first):
+    if not any(_is_number(entry) or NUMERIC.match(entry) for entry in first):
         del lines[0]
     rows = [
         [_number(entry, number, i, delimiter) for i, entry in enumerate(_fields(number, line, delimiter), 1)]
@@ -79,7 +82,7 @@ def _rows(text: str) -> list[list[float]]:
 
 def _fields(number: int, line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
-        return line.split()
+        line, delimiter = " ".join(line.split()), " "
     try:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
     except csv.Error as error:
@@ -103,7 +106,7 @@ def _number(entry: str, line: int, column: int, delimiter: str | None) -> float:
     if not entry.strip():
         raise ProblemError(place, "is empty", "give a number")
     if delimiter != "," and _is_number(entry.replace(",", ".", 1)):
-        raise ProblemError(place, f"is {entry!r}, with a decimal comma", "write decimals with a point")
+        raise ProblemError(place, f"is {quoted(entry)}, with a decimal comma", "write decimals with a point")
     if _is_number(entry):
-        raise ProblemError(place, f"is {entry.strip()}", "give a finite number in double precision")
-    raise ProblemError(place, f"is {entry!r}, not a number", "give a number")
+        raise ProblemError(place, f"is {quoted(entry.strip())}", "give a finite number in double precision")
+    raise ProblemError(place, f"is {quoted(entry)}, not a number", "give a number")

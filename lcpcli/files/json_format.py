@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import SHOWN, ProblemError
 from lcpcli.problem import Problem, as_vector, count, is_sparse, kind
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -39,9 +39,6 @@ def parse(text: str) -> Problem:
     for key in ("M", "q"):
         if key not in data:
             raise ProblemError(key, "is missing", f"add the key {key}")
-    for key in TEXTS:
-        if not isinstance(data.get(key, ""), str):
-            raise ProblemError(key, f"is {kind(data[key])}", "give a text in quotes")
     fields = {key: data[key] for key in (*TEXTS, "x0", "x1") if key in data}
     for key in ("x0", "x1"):
         if key in fields and not isinstance(fields[key], list):
@@ -52,9 +49,9 @@ def parse(text: str) -> Problem:
     return Problem(M, data["q"], solutions=_solutions(data), **fields)
 
 
-def parse_vector(field: str, text: str) -> Vector:
-    """A vector written as a JSON list."""
-    return as_vector(field, _load(text))
+def parse_vector(field: str, text: str, n: int | None = None) -> Vector:
+    """A vector of length n, any length if None, written as a JSON list."""
+    return as_vector(field, _load(text), n)
 
 
 def render(problem: Problem) -> str:
@@ -96,7 +93,8 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _refuse_unknown(field: str, data: dict[str, Any], keys: tuple[str, ...]) -> None:
     for key in data:
         if key not in keys:
-            where = f"{field}.{key}" if field else key
+            shown = key if len(key) <= SHOWN else f"{key[:SHOWN]}..."
+            where = f"{field}.{shown}" if field else shown
             raise ProblemError(where, "is no key of a problem", _likely_key(key, keys))
 
 
@@ -125,7 +123,7 @@ def _coordinates(M: dict[str, Any], n: int) -> Matrix:
         raise ProblemError("M.format", f"is {kind(M['format'])}", 'the one format is "coo"')
     shape = as_vector("M.shape", M["shape"])
     if shape.size != 2 or (shape != n).any():
-        declared = " x ".join(f"{side:g}" for side in shape)
+        declared = " x ".join(f"{side:g}" for side in shape) or "empty"
         raise ProblemError("M.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
     values = as_vector("M.values", M["values"])
     rows, cols = (_indices(f"M.{key}", M[key], values.size, n) for key in ("rows", "cols"))
@@ -157,7 +155,7 @@ def _render(v: Any) -> str:
 
 
 def _number(x: float) -> str:
-    return str(int(x)) if x == int(x) and abs(x) < 1e15 else repr(x)
+    return f"{x:.0f}" if x == int(x) and abs(x) < 1e15 else repr(x)
 
 
 def _render_matrix(M: Matrix) -> str:
