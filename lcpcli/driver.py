@@ -121,7 +121,7 @@ class _Loop:
         except Breakdown as reason:
             return Status.BREAKDOWN, str(reason)
         except FloatingPointError as reason:
-            return Status.BREAKDOWN, f"{reason} after iteration {self.k}"
+            return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
         except KeyboardInterrupt:
             return Status.INTERRUPTED, ""
 
