@@ -116,7 +116,7 @@ def as_square(field: str, values: Any, n: int) -> Matrix:
     if M.shape[0] != n:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]} but q has {count(n, 'entry')}", "make them agree")
     if is_sparse(M):
-        _refuse_infinite(field, M.data, lambda: np.column_stack(M.tocoo().coords))
+        _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
     else:
         _refuse_infinite(field, M)
     return M

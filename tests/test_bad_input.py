@@ -296,10 +296,10 @@ OPTIONS = [
     of_solving("every-unseen", "--every 2 -q", "--every:", "no effect", "leave it out"),
     of_solving("unknown-method", "--method newton-raphson", "--method", "'newton-raphson'", "'shi'", "--help"),
     of_solving("unknown-format", "--format xml", "--format", "'xml'", "'json'", "--help"),
-    of_solving("unknown-option", "--toll 1", "'--toll'", "--help"),
+    of_solving("unknown-option", "--toll 1", "--toll", "--help"),
     of_solving("option-without-value", "--tol", "'--tol'", "--help"),
-    of_line("unknown-command", "solv good.json", "'solv'", "solve", "--help"),
-    of_line("unknown-option-of-lcp", "--fast", "'--fast'", "lcp --help"),
+    of_line("unknown-command", "solv good.json", "'solv'", "--help"),
+    of_line("unknown-option-of-lcp", "--fast", "--fast", "lcp --help"),
     of_line("no-file", "solve", "FILE", "missing", "lcp solve --help"),
     of_line("too-many-files", "solve M.csv q.csv good.json", "good.json", "unexpected", "lcp solve --help"),
 ]

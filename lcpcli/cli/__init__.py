@@ -57,7 +57,7 @@ def _run() -> int:
         return ending.exit_code
     except click.UsageError as error:
         where = error.ctx.command_path if error.ctx else "lcp"
-        return _complain(f"{where}: {_one_line(error.format_message())}; see {where} --help")
+        return _complain(f"{where}: {_one_line(error.format_message())} (see {where} --help)")
     except click.ClickException as error:
         return _complain(f"lcp: {_one_line(error.format_message())}")
     except LCPError as error:

@@ -162,6 +162,6 @@ def _render_matrix(M: Matrix) -> str:
     if not is_sparse(M):
         return "[\n    " + ",\n    ".join(_render(row) for row in M) + "\n  ]"
     coo = M.tocoo()
-    parts = {"rows": coo.coords[0], "cols": coo.coords[1], "values": coo.data}
+    parts = {"rows": coo.row, "cols": coo.col, "values": coo.data}
     lists = ",\n    ".join(f'"{key}": {_render(values)}' for key, values in parts.items())
     return f'{{\n    "format": "coo", "shape": [{M.shape[0]}, {M.shape[1]}],\n    {lists}\n  }}'
