@@ -1,0 +1,259 @@
+"""What is written is read back exactly, and appears whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import json
+import math
+import os
+import resource
+import stat
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+
+from lcpcli import Problem, read, write
+from lcpcli.errors import LCPError, ProblemError
+from lcpcli.files import write_whole
+from lcpcli.problem import VERDICTS, is_sparse
+
+from .conftest import Outcome
+
+M = [[2.0, -1.0], [-0.5, 2.0]]
+Q = [-1.0, 0.25]
+JSON = '{"M": [[2, -1], [-0.5, 2]], "q": [-1, 0.25]}'
+LARGEST, SMALLEST = sys.float_info.max, math.ulp(0.0)
+
+
+def numbers(problem: Problem) -> tuple[list[list[float]], list[float]]:
+    """M and q as lists."""
+    return (problem.M.toarray() if is_sparse(problem.M) else problem.M).tolist(), problem.q.tolist()
+
+
+FLOATS = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@st.composite
+def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
+    """Any problem of a few unknowns that has a name."""
+    n = draw(st.integers(1, 4))
+    vectors = st.lists(FLOATS, min_size=n, max_size=n)
+    if in_coordinates:
+        places = st.tuples(st.integers(0, n - 1), st.integers(0, n - 1))
+        entries = draw(st.dictionaries(places, FLOATS))
+        rows, cols = [i for i, _ in entries], [j for _, j in entries]
+        matrix = sparse.coo_array((list(entries.values()), (rows, cols)), shape=(n, n), dtype=float)
+    else:
+        matrix = draw(st.lists(vectors, min_size=n, max_size=n))
+    return Problem(
+        matrix,
+        draw(vectors),
+        name=draw(st.text(min_size=1)),
+        x0=draw(st.none() | vectors),
+        x1=draw(st.none() | vectors),
+        solutions=draw(st.lists(vectors, max_size=3)),
+        verdict=draw(st.sampled_from(["", *VERDICTS])),
+        source=draw(st.text()),
+        note=draw(st.text()),
+    )
+
+
+def everything(problem: Problem) -> list[Any]:
+    """All that a problem holds, its numbers bit by bit."""
+    dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
+    vectors = [dense, problem.q, problem.x0, problem.x1, *problem.solutions]
+    bits = [None if v is None else v.tobytes() for v in vectors]
+    return [*bits, is_sparse(problem.M), problem.name, problem.source, problem.note, problem.verdict]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("files")
+
+
+EXTREME = [
+    [SMALLEST, -SMALLEST, 2 * SMALLEST, LARGEST],
+    [-LARGEST, sys.float_info.min, -0.0, 0.1],
+    [1e15, 1e15 + 1, 2.0**53 - 1, 2.0**53 + 2],
+    [1e22, -1e23, 1 / 3, 123456789012345.0],
+]
+
+
+@settings(deadline=None)
+@given(problem=problems(in_coordinates=False))
+@example(problem=Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME))
+def test_dense_json_is_read_back_exactly(folder: Path, problem: Problem) -> None:
+    write(problem, str(folder / "dense.json"))
+    assert everything(read(str(folder / "dense.json"))) == everything(problem)
+
+
+@settings(deadline=None)
+@given(problem=problems(in_coordinates=True))
+@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme"))
+def test_json_in_coordinates_is_read_back_exactly(folder: Path, problem: Problem) -> None:
+    write(problem, str(folder / "coordinates.json"))
+    assert everything(read(str(folder / "coordinates.json"))) == everything(problem)
+
+
+@settings(deadline=None)
+@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
+@example(problem=Problem(EXTREME, EXTREME[0]))
+def test_csv_is_read_back_exactly(folder: Path, problem: Problem) -> None:
+    write(problem, str(folder / "both.csv"))
+    dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
+    assert everything(read(str(folder / "both.csv"))) == everything(Problem(dense, problem.q, name="both"))
+
+
+EXAMPLE = Problem(M, Q, name="example")
+
+
+@pytest.mark.parametrize("name", ["problem.txt", "problem", "problem.json.gz", "json", ".csv"])
+def test_no_file_is_written_in_an_unknown_format(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ProblemError, match=rf"{name}.*\.json.*\.csv"):
+        write(EXAMPLE, str(tmp_path / name))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_new_file_has_the_permissions_that_are_usual(tmp_path: Path) -> None:
+    before = os.umask(0o027)
+    try:
+        write(EXAMPLE, str(tmp_path / "problem.json"))
+        assert os.umask(0o027) == 0o027
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "problem.json").stat().st_mode) == 0o640
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o664, 0o755])
+def test_an_old_file_keeps_its_permissions(tmp_path: Path, mode: int) -> None:
+    path = tmp_path / "problem.json"
+    path.write_text("old")
+    path.chmod(mode)
+    write(EXAMPLE, str(path))
+    assert numbers(read(str(path))) == (M, Q)
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+
+
+def test_a_link_stays_a_link_to_what_is_written(tmp_path: Path) -> None:
+    (tmp_path / "link.json").symlink_to("problem.json")
+    write(EXAMPLE, str(tmp_path / "link.json"))
+    assert (tmp_path / "link.json").readlink() == Path("problem.json")
+    assert numbers(read(str(tmp_path / "problem.json"))) == (M, Q)
+
+
+def test_a_file_of_the_longest_possible_name_is_written(tmp_path: Path) -> None:
+    path = tmp_path / f"{'a' * 250}.json"
+    write(EXAMPLE, str(path))
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+
+
+@contextmanager
+def full_disk() -> Iterator[None]:
+    """No file can grow beyond a few bytes."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+@contextmanager
+def refused_rename(error: BaseException) -> Iterator[None]:
+    """No file can be put in the place of another."""
+
+    def refuse(*_: object) -> None:
+        raise error
+
+    with pytest.MonkeyPatch.context() as patch:
+        for owner, name in ((os, "replace"), (os, "rename"), (Path, "replace"), (Path, "rename")):
+            patch.setattr(owner, name, refuse)
+        yield
+
+
+@pytest.mark.parametrize("old", [None, "old"])
+@pytest.mark.parametrize(
+    ("failure", "error"),
+    [
+        (full_disk, LCPError),
+        (lambda: refused_rename(OSError(errno.EIO, "Input/output error")), LCPError),
+        (lambda: refused_rename(KeyboardInterrupt()), KeyboardInterrupt),
+    ],
+    ids=["full-disk", "refused-rename", "interrupt"],
+)
+def test_a_file_that_cannot_be_written_stays_as_it_was(
+    tmp_path: Path, failure: Callable[[], Any], error: type[BaseException], old: str | None
+) -> None:
+    path = tmp_path / "problem.json"
+    if old is not None:
+        path.write_text(old)
+    with pytest.raises(error), failure():
+        write(EXAMPLE, str(path))
+    assert {entry.name: entry.read_text() for entry in tmp_path.iterdir()} == ({"problem.json": old} if old else {})
+
+
+def test_a_result_that_cannot_be_written_is_told_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
+    (tmp_path / "problem.json").write_text(JSON)
+    with refused_rename(OSError(errno.EIO, "Input/output error")):
+        outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", str(tmp_path / "result.json"))
+    assert outcome.err.count("\n") == 1
+    assert "result.json: cannot be written" in outcome.err
+    assert (outcome.code, outcome.out) == (2, "")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["problem.json"]
+
+
+def test_a_device_is_written_to_and_not_replaced(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
+    (tmp_path / "problem.json").write_text(JSON)
+    with refused_rename(AssertionError("the device would have been replaced")):
+        outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", "/dev/null")
+        write_whole("/dev/null", "text")
+    assert outcome == Outcome(0, "", "")
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+
+
+def test_a_full_device_is_told_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
+    (tmp_path / "problem.json").write_text(JSON)
+    outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", "/dev/full")
+    assert outcome.err.count("\n") == 1
+    assert "/dev/full: cannot be written" in outcome.err
+    assert (outcome.code, outcome.out) == (2, "")
+
+
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.json"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        write(EXAMPLE, str(pipe))
+        text = os.read(reader, 1 << 16)
+    finally:
+        os.close(reader)
+    assert json.loads(text)["q"] == Q
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_a_problem_is_read_from_a_pipe() -> None:
+    reader, writer = os.pipe()
+    try:
+        os.write(writer, JSON.encode())
+        os.close(writer)
+        assert numbers(read(f"/dev/fd/{reader}")) == (M, Q)
+    finally:
+        os.close(reader)
+
+
+@pytest.mark.parametrize("ending", ["md", "tex", "csv", "json", "txt"])
+def test_a_name_that_is_no_unicode_does_not_lose_the_result(
+    lcp: Callable[..., Outcome], tmp_path: Path, ending: str
+) -> None:
+    (tmp_path / "problem.json").write_text(JSON[:-1] + ', "name": "half \\ud83d"}')
+    outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", str(tmp_path / f"result.{ending}"))
+    assert outcome == Outcome(0, "", "")
+    assert "half" in (tmp_path / f"result.{ending}").read_text(encoding="utf-8")
