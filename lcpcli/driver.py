@@ -19,6 +19,7 @@ from lcpcli.problem import Problem, as_vector
 from lcpcli.result import Result, Status, Trace, TraceRow, z_of
 from lcpcli.typing import Vector
 
+NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
 
 
@@ -81,14 +82,20 @@ class _Loop:
         self.accuracy = Accuracy(problem)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
         self.k, self.evaluations = -1, 0
-        self.best, self.best_level, self.first_level = x0, math.inf, math.inf
+        self.last = self.best = x0
+        self.best_level = self.first_level = math.inf
 
     def result(self, method: str, in_force: dict[str, Any], status: Status, reason: str) -> Result:
-        z = z_of(self.best)
+        if self.trace is not None and not self.trace.rows:
+            self._record(self.trace, Iterate(self.last, None, "", 0))  # the method broke down before its start
+        best = min((self.last, self.best), key=self._relative_residual)
+        z = z_of(best)
         w = self.problem.w(z)
         relative = self.accuracy.relative_residual(z, w)
         if relative <= self.limits.tol:
             status, reason = Status.SOLVED, ""
+        elif best is not self.last:
+            reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return Result(
             problem=self.problem,
             method=method,
@@ -143,13 +150,14 @@ class _Loop:
         self.k += 1
         self.evaluations = iterate.evaluations
         level = self._level(iterate)
+        self.last = iterate.x
         if level < self.best_level:
             self.best_level, self.best = level, iterate.x
         if self.k == 0:
             self.first_level = level
         if self.trace is not None:
             self._record(self.trace, iterate)
-        if level <= self.limits.tol and self._relative_residual(iterate.x) <= self.limits.tol:
+        if self._worth_measuring(level) and self._relative_residual(iterate.x) <= self.limits.tol:
             self.best = iterate.x
             return Status.SOLVED
         if not level <= DIVERGED * self.first_level:
@@ -159,6 +167,11 @@ class _Loop:
         if self.setup_seconds + self.solve_seconds >= self.limits.time_limit:
             return Status.TIME_LIMIT
         return None
+
+    def _worth_measuring(self, level: float) -> bool:
+        """Whether to compute the residual, which costs a product with M: where the bound has come near the tolerance,
+        and at k = 0, 1, 2, 4, 8, ..., in case that the bound never comes down although the residual does."""
+        return level <= NEAR * self.limits.tol or self.k & (self.k - 1) == 0
 
     def _level(self, iterate: Iterate) -> float:
         """The bound of the relative residual that comes free with F, or the relative residual where F is unknown."""
@@ -172,4 +185,4 @@ class _Loop:
         z = z_of(iterate.x)
         residual = self.accuracy.natural_residual(z, self.problem.w(z)) if trace.residuals else None
         kept = z if trace.components is None else z[trace.components]
-        trace.add(TraceRow(self.k, kept, residual, self.accuracy.error(z), self.solve_seconds, iterate.step))
+        trace.add(TraceRow(max(self.k, 0), kept, residual, self.accuracy.error(z), self.solve_seconds, iterate.step))

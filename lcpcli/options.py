@@ -60,7 +60,7 @@ OPTIONS = {
         Option(
             "k_star",
             int,
-            10,
+            100,
             "whole number >= 1",
             lambda k: k >= 1,
             "A steepest-descent step is inserted at every multiple of k*.",
@@ -119,7 +119,7 @@ OPTIONS = {
             5,
             "whole number >= 1",
             lambda k: k >= 1,
-            "Show every Nth iterate, besides the first and the last three.",
+            "Show every Nth iterate, besides the first and the last three; all in CSV and --trace unless given.",
         ),
     )
 }

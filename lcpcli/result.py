@@ -57,11 +57,13 @@ class Trace:
     """Which iterates to keep and what of them; it fills while the method runs, and holds its rows in order.
 
     every : keep the start, the first, every so-many-th and the last three iterates.
+    most : where that comes to more rows than this, `every` is doubled, and again; None sets no limit.
     components : indices of the components of z to keep; None keeps them all.
     residuals : whether each row's residual is read by anybody; each costs one product with M.
     """
 
     every: int = 1
+    most: int | None = None
     components: Indices | None = None
     residuals: bool = True
     rows: list[TraceRow] = field(default_factory=list)
@@ -69,9 +71,14 @@ class Trace:
     def add(self, row: TraceRow) -> None:
         self.rows.append(row)
         if len(self.rows) > 3:
-            leaving = self.rows[-4].k
-            if leaving > 1 and leaving % self.every:
+            if not self._stays(self.rows[-4].k):
                 del self.rows[-4]
+            if self.most is not None and len(self.rows) > self.most:
+                self.every *= 2
+                self.rows[:-3] = [old for old in self.rows[:-3] if self._stays(old.k)]
+
+    def _stays(self, k: int) -> bool:
+        return k <= 1 or k % self.every == 0
 
 
 @dataclass(frozen=True, eq=False)

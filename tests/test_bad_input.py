@@ -87,6 +87,7 @@ FILES = [
     of_line("link-to-itself", "solve loop", "loop:", "cannot be read"),
     of_json("empty", "", "is empty", "M and q"),
     of_json("only-blanks", " \r\n\t\n", "is empty", "M and q"),
+    of_csv("q-not-last", "q;z1;z2\n1;2;3\n4;5;6\n", "line 1, column 1", "headed q", "last column"),
     of_csv("empty-csv", "", "is empty", "M and q"),
     of_json("latin-1", GOOD.replace("}", ', "name": "Schäfer"}').encode("latin-1"), "UTF-8"),
     of_json("utf-16", GOOD.encode("utf-16"), "UTF-8"),

@@ -74,7 +74,7 @@ def test_best_iterate_is_reported_not_the_last(scripted: Callable[[Script], None
     scripted(script)
     result = run(EXAMPLE, "shi")
     assert result.status is Status.STALLED
-    assert result.message == "stalled: for a test"
+    assert result.message == "stalled: for a test; the best iterate is reported, not the last"
     assert np.array_equal(result.z, np.full(4, 4.0))
     assert result.iterations == 2
 
@@ -161,6 +161,37 @@ def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three(every:
     last = run(EXAMPLE, "fixed-point", trace=trace).iterations
     expected = {0, 1, *range(0, last + 1, every), last - 2, last - 1, last}
     assert [row.k for row in trace.rows] == sorted(expected)
+
+
+def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
+    trace = Trace(every=5, most=20)
+    last = run(EXAMPLE, "fixed-point", x0=np.full(4, 1e9), trace=trace, limits=Limits(tol=1e-15)).iterations
+    assert last > 40
+    assert len(trace.rows) <= 20
+    assert trace.every in (5, 10, 20, 40)
+    kept = [row.k for row in trace.rows]
+    assert kept == sorted({0, 1, *range(0, last + 1, trace.every), last - 2, last - 1, last})
+
+
+def test_exact_start_is_recognised_though_its_F_is_large() -> None:
+    """z = 0 solves any problem with q >= 0, whatever negative x represents it."""
+    result = run(Problem([[-5.0, 2.0], [-6.0, 1.0]], [1.0, 2.0]), "shi", [-3.0, -4.0])
+    assert result.solved
+    assert result.iterations == 0
+
+
+def test_residual_is_measured_now_and_then_where_its_bound_never_comes_down() -> None:
+    """With M singular F stays large along the iteration although z has converged long before."""
+    result = run(Problem(np.ones((3, 3)), [-1.0, -2.0, -3.0]), "fixed-point")
+    assert result.solved
+    assert result.iterations <= 256
+
+
+def test_trace_of_a_method_that_breaks_down_at_once_shows_the_start() -> None:
+    trace = Trace()
+    result = run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace)
+    assert result.status is Status.BREAKDOWN
+    assert [(row.k, row.z.tolist()) for row in trace.rows] == [(0, [0.0])]
 
 
 def test_trace_keeps_only_the_components_asked_for() -> None:

@@ -252,6 +252,16 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
     assert 1e-3 < result.residual <= bound
 
 
+def test_direction_that_cannot_descend_gives_way_to_steepest_descent() -> None:
+    """A positive definite problem on which the plane of F~ and the last step becomes orthogonal to d."""
+    generator = np.random.default_rng([12, 3])
+    factor = generator.standard_normal((12, 12))
+    problem = Problem(factor @ factor.T + 12 * np.eye(12), generator.standard_normal(12))
+    for k_star in (5, 10, 100, 1000):
+        result = run(problem, "shi", k_star=k_star, limits=Limits(max_iterations=5000))
+        assert result.status in (Status.SOLVED, Status.ITERATION_LIMIT)
+
+
 def test_default_p_solves_a_degenerate_problem() -> None:
     """z* = w* = 0 in the second component, where the smoothing error is ln 3 / p itself."""
     result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-2.0, -1.0], solutions=[[1.0, 0.0]]), "shi")
@@ -299,5 +309,5 @@ def test_options_out_of_range_are_refused_before_any_work(option: str, value: fl
 
 def test_trace_of_a_plain_run_shows_plane_and_steepest_steps() -> None:
     trace = Trace()
-    run(EXAMPLE_2, "shi", trace=trace)
+    run(EXAMPLE_2, "shi", trace=trace, k_star=10)
     assert {row.step for row in trace.rows} >= {SELECTED, STEEPEST_AT_MULTIPLE, PLANE}

@@ -169,7 +169,7 @@ def test_json_has_null_where_a_number_is_not_finite(lcp: Lcp, tmp_path: Path) ->
 
 
 def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
-    rows = list(csv.DictReader(StringIO(lcp("compare", EXAMPLE, "--format", "csv").out)))
+    rows = list(csv.DictReader(StringIO(lcp("compare", EXAMPLE, "--format", "csv", "--k-star", "10").out)))
     trace = Trace()
     run(read(EXAMPLE), "fixed-point", trace=trace)
     kept = [row for row in rows if row["method"] == "fixed-point"]
@@ -195,7 +195,7 @@ def test_markdown_parses_back_to_the_same_cells(lcp: Lcp) -> None:
     table = [[cell.strip() for cell in line.strip("|").split("|")] for line in marked if line.startswith("|")]
     assert len({len(row) for row in table[: len(plain) - 5]}) == 1
     assert table[0] == plain[1].split()
-    assert table[2][:6] == plain[3].split()[:6]
+    assert table[2][:6] == ["fixed-point", *plain[3].split()[1:6]]
     assert table[1][0] == ":--"
 
 
@@ -227,6 +227,24 @@ def test_format_follows_the_ending_of_the_output_file(ending: str, begins: str, 
     outcome = lcp("solve", EXAMPLE, "-o", str(file))
     assert (outcome.code, outcome.out) == (0, "")
     assert file.read_text().startswith(begins)
+
+
+@pytest.mark.parametrize("name", ["result.pdf", "result.jsonl", "result.xlsx"])
+def test_unknown_ending_is_refused_unless_the_format_is_given(name: str, lcp: Lcp, tmp_path: Path) -> None:
+    refused = lcp("solve", EXAMPLE, "-o", str(tmp_path / name))
+    assert refused.code == 2
+    assert "ending" in refused.err
+    assert lcp("solve", EXAMPLE, "-o", str(tmp_path / name), "--format", "json").code == 0
+
+
+def test_output_to_a_dash_is_standard_output(lcp: Lcp) -> None:
+    assert lcp("solve", EXAMPLE, "-o", "-").out.startswith("paper-example-1")
+
+
+def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
+    long = ("solve", shipped.path("bimatrix.json"), "--max-iterations", "400", "--k-star", "10")
+    assert 30 < len(lcp(*long).out.splitlines()) < 75
+    assert len(lcp(*long, "--every", "1").out.splitlines()) > 300
 
 
 def test_trace_in_json_may_be_thinned(lcp: Lcp) -> None:

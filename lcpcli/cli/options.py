@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 STARTS = ("x0", "x1")
 OF_METHODS = ("p", "k_star", "rho", "sigma", "omega", *STARTS)
 LIMITS = ("tol", "max_iterations", "time_limit")
+MOST_ROWS = 60  # of one method in a table, unless --every asks for more
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -36,7 +37,7 @@ def solving(command: Command) -> Command:
         click.option(
             "--x0",
             metavar="NUMBERS|FILE",
-            help="Start, comma-separated or in a file.  [default: the problem's, else 0]",
+            help="Start x = (z - w) / 2, with commas or in a file.  [default: the problem's, else 0]",
         ),
         click.option(
             "--x1", metavar="NUMBERS|FILE", help="Second point of shi.  [default: the problem's, else a descent step]"
@@ -78,7 +79,8 @@ class Output:
     """What is to be shown, in which format and where, found consistent before any work is done."""
 
     def __init__(self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool) -> None:
-        self.form = form or SUFFIXES.get(Path(output or "").suffix, "table")
+        output = None if output == "-" else output
+        self.form = form or _form_of(output)
         self.path, self.silent = output, quiet and output is None
         if trace and self.silent:
             raise OptionError("--trace", "has no effect with --quiet", "leave it out")
@@ -94,7 +96,7 @@ class Output:
 
             refuse_unwritable(output)
         self._iterates = not self.silent and (trace or self.form != "json")
-        self._every = every or (int(OPTIONS["every"].default or 1) if self.form in TABLES else 1)
+        self._every = every
 
     def trace(self, problem: Problem, width: int | None) -> Trace | None:
         """An empty trace for a run whose iterates will be shown in that width, to keep only what will be read."""
@@ -103,11 +105,21 @@ class Output:
         from lcpcli.result import Trace
 
         if self.form not in TABLES:
-            return Trace(self._every)
+            return Trace(self._every or 1)
         from lcpcli.report.iterations import shown_components
 
         components = shown_components(problem.n, width if self.form == "table" else None)
-        return Trace(self._every, components, residuals=not problem.solutions)
+        every, most = (self._every, None) if self._every else (int(OPTIONS["every"].default or 1), MOST_ROWS)
+        return Trace(every, most, components, residuals=not problem.solutions)
+
+
+def _form_of(output: str | None) -> str:
+    """The format that an output file's ending asks for; without an ending, the table."""
+    ending = Path(output or "").suffix.lower()
+    if ending not in SUFFIXES:
+        endings = ", ".join(known for known in SUFFIXES if known)
+        raise OptionError(str(output), f"the ending {ending} is no format", f"use {endings} or give --format")
+    return SUFFIXES[ending]
 
 
 def _numeric(name: str) -> Callable[[Command], Command]:

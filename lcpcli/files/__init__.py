@@ -111,5 +111,5 @@ def _likely_file(path: str) -> str:
         names = [entry.name for entry in folder.iterdir()]
     except OSError:
         names = []
-    close = get_close_matches(Path(path).name, names, n=1)
+    close = get_close_matches(Path(path).name, names, n=1, cutoff=0.75)
     return f"did you mean {folder / close[0]}?" if close else "check the path"

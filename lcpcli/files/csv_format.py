@@ -63,6 +63,7 @@ def _rows(text: str) -> list[list[float]]:
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
     first = _fields(*lines[0], delimiter)
     if not any(_is_number(entry) or NUMERIC.match(entry) for entry in first):
+        _refuse_misplaced_q(lines[0][0], first)
         del lines[0]
     rows = [
         [_number(entry, number, i, delimiter) for i, entry in enumerate(_fields(number, line, delimiter), 1)]
@@ -78,6 +79,14 @@ def _rows(text: str) -> list[list[float]]:
     if not rows:
         raise ProblemError("", "holds a header and no numbers", "give one row a line below it")
     return rows
+
+
+def _refuse_misplaced_q(line: int, header: list[str]) -> None:
+    """A header is passed over, unless it says that q is another column than the last."""
+    names = [name.strip() for name in header]
+    if "q" in names[:-1]:
+        place = f"line {line}, column {names.index('q') + 1}"
+        raise ProblemError(place, "is headed q, which must be the last column", "reorder the columns")
 
 
 def _fields(number: int, line: str, delimiter: str | None) -> list[str]:

@@ -51,6 +51,8 @@ def write_whole(path: str, text: str) -> None:
 
 
 def _target(path: str) -> Path:
+    if _is_special(Path(path)):
+        return Path(path)
     try:
         return Path(path).resolve()
     except RuntimeError:  # what pathlib makes of a link to itself before Python 3.13

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import OptionError
-from lcpcli.options import flag
+from lcpcli.options import OPTIONS, flag
 
 if TYPE_CHECKING:
     from lcpcli.methods.iterate import Iterate
@@ -44,6 +44,8 @@ def options_in_force(method: Method, problem: Problem, chosen: dict[str, Any]) -
     """
     known = options_of(method)
     for name in chosen:
+        if name not in OPTIONS and name not in known:
+            raise OptionError(name, "is no option of a method", f"there are {', '.join(known)}")
         if name not in known:
             raise OptionError(
                 flag(name), f"has no effect with the method {method.__name__.replace('_', '-')}", "leave it out"

@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli import linalg, options
 from lcpcli.errors import OptionError
-from lcpcli.methods.iterate import Breakdown, Iterate
+from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
 from lcpcli.methods.line_search import search
 from lcpcli.options import OPTIONS
 from lcpcli.problem import Problem
@@ -28,6 +28,7 @@ STEEPEST_AT_MULTIPLE = "2.2"
 PLANE = "2.4"
 AVERAGE = "2.5"
 STEEPEST = "2.6"
+DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
 
 
 def shi(
@@ -103,7 +104,13 @@ def _iterates(
             raise Breakdown("f = |F~|^2 / 2 is stationary at a point that is no zero of F~: J is singular there")
         last = here
         first_trial = -2 * here.f / slope  # where a parabola of that slope comes down to 0
-        here, g, trials = search(smoothed, here, s, slope, first_trial, rho, sigma)
+        try:
+            here, g, trials = search(smoothed, here, s, slope, first_trial, rho, sigma)
+        except Stalled:
+            if step in DESCENT:
+                raise
+            step, s = STEEPEST, -g  # s is orthogonal to d up to rounding: no direction is left but d
+            continue
         evaluations += trials
         k += 1
         yield Iterate(here.x, here.F, step, evaluations)

@@ -17,7 +17,7 @@ FORMATS = {
     "latex": "the table in LaTeX with booktabs",
 }
 TABLES = ("table", "markdown", "latex")  # those that show a choice of iterates and of components
-SUFFIXES = {".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
+SUFFIXES = {"": "table", ".txt": "table", ".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
 
 
 def render(results: Sequence[Result], form: str, width: int | None, color: bool) -> str:

@@ -45,42 +45,40 @@ def build(results: Sequence[Result]) -> IterationTable:
     """The table of several methods' results on one problem, whose traces hold the same components of z."""
     problem, trace = results[0].problem, results[0].trace
     components = trace.components if trace else None
-    everyone = np.arange(problem.n) if components is None else components
-    columns = [f"z{i + 1}" for i in everyone]
+    columns = [f"z{i + 1}" for i in (np.arange(problem.n) if components is None else components)]
     if components is not None:
         columns.insert(-1, ELLIPSIS)
     traces = [_rows(result) for result in results]
     length, unit = numbers.unit(max((row.seconds for rows in traces for row in rows), default=0.0))
     accuracy = "error" if problem.solutions else "residual"
-    has_steps = any(row.step for rows in traces for row in rows)
-    header = ["method", "k", *columns, *(["step"] if has_steps else []), accuracy, f"time/{unit}"]
+    steps = ["step"] if any(row.step for rows in traces for row in rows) else []
+    header = ["method", "k", *columns, *steps, accuracy, f"time/{unit}"]
     groups = []
     for result, rows in zip(results, traces, strict=True):
+        labels = [result.method] + [""] * (len(rows) - 1)
         largest = float(np.max(result.z))
-        group = []
-        for label, row in zip(_label(result.method, len(rows)), rows, strict=True):
-            cells = numbers.components(row.z.tolist(), largest)
-            if components is not None:
-                cells.insert(-1, ELLIPSIS)
-            measured = row.error if problem.solutions else row.residual
-            step = [row.step] if has_steps else []
-            group.append([label, str(row.k), *cells, *step, numbers.short(measured), f"{row.seconds / length:.3f}"])
-        groups.append(group)
-    return IterationTable(_title(problem), header, groups, *_summary(results), _remarks(results))
+        tails = [[row.step][: len(steps)] + _measures(row, bool(problem.solutions), length) for row in rows]
+        cells = [_components(row, largest, components is not None) for row in rows]
+        groups.append([[a, str(row.k), *z, *tail] for a, row, z, tail in zip(labels, rows, cells, tails, strict=False)])
+    remarks = _remarks(results, components is not None)
+    return IterationTable(_title(problem), header, groups, *_summary(results), remarks)
+
+
+def _components(row: TraceRow, largest: float, elided: bool) -> list[str]:
+    cells = numbers.components(row.z.tolist(), largest)
+    if elided:
+        cells.insert(-1, ELLIPSIS)
+    return cells
+
+
+def _measures(row: TraceRow, known: bool, length: float) -> list[str]:
+    return [numbers.short(row.error if known else row.residual), f"{row.seconds / length:.3f}"]
 
 
 def _rows(result: Result) -> list[TraceRow]:
     """The iterates that a table shows: not the start, unless there is nothing else."""
     rows = result.trace.rows if result.trace else []
     return rows[1:] if len(rows) > 1 else rows
-
-
-def _label(method: str, count: int) -> list[str]:
-    """The method's name down the first column, a word a row as in the paper, or whole if there are too few rows."""
-    words = method.replace("-", "- ").split()
-    if len(words) > count:
-        words = [method]
-    return (words + [""] * count)[:count]
 
 
 def _summary(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
@@ -104,8 +102,11 @@ def _summary(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
     return header, rows
 
 
-def _remarks(results: Sequence[Result]) -> list[str]:
-    return [f"{result.method} {result.message}" for result in results if not result.solved]
+def _remarks(results: Sequence[Result], elided: bool) -> list[str]:
+    remarks = [f"{result.method} {result.message}" for result in results if not result.solved]
+    if elided:
+        remarks.append(f"all {results[0].problem.n} components of z: --format json or csv")
+    return remarks
 
 
 def _title(problem: Problem) -> str:

@@ -32,8 +32,8 @@ def _environment(table: IterationTable) -> str:
         lines += [r"\midrule", *(_row([_cell(cell) for cell in row]) for row in group)]
     lines += [r"\bottomrule", r"\end{tabular}"]
     for summary in table.summary:
-        facts = ", ".join(f"{name} {cell}" for name, cell in zip(table.summary_header, summary, strict=True) if cell)
-        lines.append(rf"% {facts}")
+        facts = [f"{name} {cell}" for name, cell in zip(table.summary_header, summary, strict=True) if cell]
+        lines.append(rf"\par\smallskip {_escape(', '.join(facts[1:]))} ({_escape(summary[0])})")
     return "\n".join([*lines, r"\end{table}"]) + "\n"
 
 

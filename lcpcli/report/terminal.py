@@ -35,11 +35,19 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
         if i:
             console.print()
         console.print(Text(table.title, style="bold"))
-        console.print(_grid([table.header], table.groups, width))
+        console.print(_grid([table.header], [_label_down(group) for group in table.groups], width))
         console.print(_grid([table.summary_header], [table.summary], width))
         for remark in table.remarks:
             console.print(Text(remark, style="yellow"))
     return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
+
+
+def _label_down(group: list[list[str]]) -> list[list[str]]:
+    """The group with its method's name down the first column, a word a row as in the paper, if it has the rows."""
+    words = group[0][0].replace("-", "- ").split() if group else []
+    if len(words) > len(group):
+        return group
+    return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
 
 
 def _grid(header: Sequence[list[str]], groups: Sequence[list[list[str]]], width: int | None) -> Table:
