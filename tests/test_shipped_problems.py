@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lcpcli import Problem, read, shipped
+from lcpcli import Problem, Status, read, run, shipped
 from lcpcli.problem import is_sparse
 
 FOLDER = Path(shipped.path("paper-example-1.json")).parent
@@ -46,6 +46,13 @@ def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
             for exact, given in zip(z, solution.tolist(), strict=True)
         )
         assert all(zi >= 0 and wi >= 0 and zi * wi == 0 for zi, wi in zip(z, w, strict=True))
+
+
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+def test_all_but_the_game_are_solved_by_both_methods(problem: Problem, method: str) -> None:
+    result = run(problem, method)
+    assert result.solved is (problem.name != "bimatrix")
+    assert problem.name != "bimatrix" or result.status in (Status.STALLED, Status.DIVERGED)
 
 
 def test_bimatrix_solutions_are_the_published_equilibria() -> None:
