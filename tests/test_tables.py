@@ -49,7 +49,9 @@ def test_compare_prints_one_table_an_example_and_a_line_a_method(lcp: Lcp) -> No
     assert [table.splitlines()[0].split(":")[0] for table in tables] == ["paper-example-1", "paper-example-2"]
     for table in tables:
         lines = table.splitlines()
-        assert lines[1].split() == ["method", "k", "z1", "z2", "z3", "z4", "step", "error", "time/ms"]
+        *names, time = lines[1].split()
+        assert names == ["method", "k", "z1", "z2", "z3", "z4", "step", "error"]
+        assert time in ("time/us", "time/ms", "time/s")
         assert lines[-4].split() == ["method", "iterations", "evaluations", "time", "residual", "error", "status"]
         assert [(line.split()[0], line.split()[-1]) for line in lines[-2:]] == [
             ("fixed-point", "solved"),
@@ -126,7 +128,7 @@ def test_without_a_known_solution_the_residual_is_shown(lcp: Lcp, tmp_path: Path
     file = tmp_path / "own.json"
     file.write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
     lines = lcp("solve", str(file), "--method", "fixed-point").out.splitlines()
-    assert lines[1].split() == ["method", "k", "z1", "z2", "residual", "time/us"] or "residual" in lines[1]
+    assert lines[1].split()[:-1] == ["method", "k", "z1", "z2", "residual"]
     assert "error" not in lines[-3]
 
 
@@ -194,7 +196,7 @@ def test_markdown_parses_back_to_the_same_cells(lcp: Lcp) -> None:
     marked = lcp("compare", EXAMPLE, "--method", "fixed-point", "--format", "markdown").out.splitlines()
     table = [[cell.strip() for cell in line.strip("|").split("|")] for line in marked if line.startswith("|")]
     assert len({len(row) for row in table[: len(plain) - 5]}) == 1
-    assert table[0] == plain[1].split()
+    assert table[0][:-1] == plain[1].split()[:-1]
     assert table[2][:6] == ["fixed-point", *plain[3].split()[1:6]]
     assert table[1][0] == ":--"
 
