@@ -6,45 +6,58 @@ import math
 
 import numpy as np
 
+from lcpcli import linalg
 from lcpcli.problem import Problem
 from lcpcli.scaling import equilibrate
 from lcpcli.typing import Vector
+
+FLOOR = 1e-5  # of the problem's scale: what is smaller than that in a row is still measured against it
 
 
 class Accuracy:
     """The measures of one problem. All are maxima over components; NaN and overflow come out as infinity.
 
     natural residual : |min(z, w)|_inf with w = M z + q, in the problem's own units; zero exactly at the solutions.
-    relative residual : |min(z / C, R w)|_inf / |R q|_inf with the diagonals R, C of `scaling.equilibrate`: the natural
-        residual in units in which rescaling rows, columns or q changes nothing.
+    relative residual : the largest |min(z / C, R w)|_i / s_i with the diagonals R, C of `scaling.equilibrate`. s_i is
+        the scale of row i, max(|R q|_i, (R |M| z)_i), but at most s and at least FLOOR s, where s is the scaled
+        residual of z = 0 (largest |R q|_i if z = 0 solves the problem). So neither a large entry of q in another row
+        nor a z that runs off to infinity makes a wrong row look right.
     error : |z - z*|_inf to the nearest of the known solutions.
     """
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
         self._R, self._C = equilibrate(problem.M, problem.q)
-        self._scale = float(np.max(np.abs(self._R * problem.q)))
+        Rq = self._R * problem.q
+        self._Rq = np.abs(Rq)
+        self._scale = -float(Rq.min()) if (Rq < 0).any() else float(self._Rq.max())
 
     def natural_residual(self, z: Vector, w: Vector) -> float:
         return _largest(np.minimum(z, w))
 
     def relative_residual(self, z: Vector, w: Vector) -> float:
-        return self._relative(_largest(np.minimum(z / self._C, self._R * w)))
+        residual = np.abs(np.minimum(z / self._C, self._R * w))
+        if not residual.any():
+            return 0.0
+        if not 0 < self._scale < math.inf or not np.isfinite(residual).all():
+            return math.inf
+        terms = self._R * linalg.absolute_product(self._problem.M, z)
+        own = np.clip(np.maximum(self._Rq, terms), FLOOR * self._scale, self._scale)
+        return _largest(residual / own)
 
     def bound(self, F: Vector) -> float:
-        """A bound of the relative residual from F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0.
+        """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.
 
-        min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise, scaled or not.
+        min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise, scaled or not:
+        where it is small, the relative residual is at most 1 / FLOOR times as large.
         """
-        return self._relative(_largest(self._R * F))
+        largest = _largest(self._R * F)
+        if largest == 0:
+            return 0.0
+        return largest / self._scale if 0 < self._scale < math.inf else math.inf
 
     def error(self, z: Vector) -> float | None:
         return min((_largest(z - solution) for solution in self._problem.solutions), default=None)
-
-    def _relative(self, residual: float) -> float:
-        if residual == 0:
-            return 0.0
-        return residual / self._scale if 0 < self._scale < math.inf else math.inf
 
 
 def _largest(v: Vector) -> float:

@@ -16,7 +16,7 @@ from lcpcli.accuracy import Accuracy
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
 from lcpcli.options import OPTIONS
 from lcpcli.problem import Problem, as_vector
-from lcpcli.result import Result, Status, Trace, TraceRow, z_of
+from lcpcli.result import Passing, Result, Status, Trace, TraceRow, z_of
 from lcpcli.typing import Vector
 
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
@@ -55,6 +55,8 @@ def run(
     function = methods.load(method)
     if x0 is None and problem.x1 is not None and "x1" in methods.options_of(function):
         chosen.setdefault("x1", problem.x1)
+    if chosen.get("x1") is not None:
+        chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
     given = np.zeros(problem.n) if problem.x0 is None else problem.x0
     start = given if x0 is None else as_vector("x0", x0, problem.n)
     began = clock()
@@ -84,11 +86,16 @@ class _Loop:
         self.k, self.evaluations = -1, 0
         self.last = self.best = x0
         self.best_level = self.first_level = math.inf
+        self._measured: tuple[Vector | None, float] = None, math.inf
 
     def result(self, method: str, in_force: dict[str, Any], status: Status, reason: str) -> Result:
-        if self.trace is not None and not self.trace.rows:
-            self._record(self.trace, Iterate(self.last, None, "", 0))  # the method broke down before its start
-        best = min((self.last, self.best), key=self._relative_residual)
+        if self.trace is not None:
+            if self.k < 0:  # the method broke down before its start
+                self._keep(self.trace, Iterate(self.last, None, "", 0))
+            self.trace.close(self._row)
+        best = self.last
+        if self.best is not best and self._relative_residual(best) > self.limits.tol:
+            best = min((best, self.best), key=self._relative_residual)
         z = z_of(best)
         w = self.problem.w(z)
         relative = self.accuracy.relative_residual(z, w)
@@ -153,10 +160,10 @@ class _Loop:
         self.last = iterate.x
         if level < self.best_level:
             self.best_level, self.best = level, iterate.x
-        if self.k == 0:
+        if not self.first_level < math.inf:
             self.first_level = level
         if self.trace is not None:
-            self._record(self.trace, iterate)
+            self._keep(self.trace, iterate)
         if self._worth_measuring(level) and self._relative_residual(iterate.x) <= self.limits.tol:
             self.best = iterate.x
             return Status.SOLVED
@@ -178,11 +185,18 @@ class _Loop:
         return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
 
     def _relative_residual(self, x: Vector) -> float:
-        z = z_of(x)
-        return self.accuracy.relative_residual(z, self.problem.w(z))
+        """The relative residual at x; that of the x asked for last is remembered."""
+        if x is not self._measured[0]:
+            z = z_of(x)
+            self._measured = x, self.accuracy.relative_residual(z, self.problem.w(z))
+        return self._measured[1]
 
-    def _record(self, trace: Trace, iterate: Iterate) -> None:
-        z = z_of(iterate.x)
+    def _keep(self, trace: Trace, iterate: Iterate) -> None:
+        trace.add(Passing(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step), self._row)
+
+    def _row(self, trace: Trace, passing: Passing) -> TraceRow:
+        """The row of an iterate that stays in the trace, measured as far as the trace asks for it."""
+        z = z_of(passing.x)
         residual = self.accuracy.natural_residual(z, self.problem.w(z)) if trace.residuals else None
         kept = z if trace.components is None else z[trace.components]
-        trace.add(TraceRow(max(self.k, 0), kept, residual, self.accuracy.error(z), self.solve_seconds, iterate.step))
+        return TraceRow(passing.k, kept, residual, self.accuracy.error(z), passing.seconds, passing.step)

@@ -47,6 +47,14 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
     return rows, columns
 
 
+def absolute_product(M: Matrix, z: Vector) -> Vector:
+    """|M| z, by parts, so that |M| is never formed."""
+    if is_sparse(M):
+        product: Vector = abs(M) @ z
+        return product
+    return np.concatenate([block @ z for _, block in _row_blocks(M)])
+
+
 def _row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
     """|M| a few rows at a time, so that no second matrix is needed."""
     height = max(1, BLOCK_BYTES // (M.shape[1] * M.itemsize))
@@ -70,10 +78,11 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
     def checked(shift: float) -> Solve:
         solve = factorize(shift)
         ones = np.ones(M.shape[0])
-        with np.errstate(over="ignore", invalid="ignore"):
-            back = solve(M @ ones + shift * ones)
-        if not np.max(np.abs(back - 1)) < 0.5:
-            raise SingularMatrix
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            known = 1 / np.maximum(row_and_column_maxima(M, ones, ones)[1], shift)
+            back = solve(M @ known + shift * known)
+            if not np.max(np.abs(back / known - 1)) < 0.5:
+                raise SingularMatrix
         return solve
 
     return checked

@@ -7,6 +7,7 @@ imported, so that help and completion are instant.
 from __future__ import annotations
 
 import math
+import numbers
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -39,7 +40,7 @@ class Option:
 
     def check(self, value: float) -> None:
         """Raise OptionError unless the value is of this option's kind and in its range."""
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        number = isinstance(value, numbers.Real) and not isinstance(value, bool)
         if self.kind is int:
             number = number and value == value and math.isfinite(value) and value == int(value)
         if not number or math.isnan(value) or not self.admits(value):
@@ -130,3 +131,6 @@ def check(**values: float | None) -> None:
     for name, value in values.items():
         if value is not None:
             OPTIONS[name].check(value)
+    rho, sigma = (values.get(name) or OPTIONS[name].default or 0.0 for name in ("rho", "sigma"))
+    if not rho < sigma:
+        raise OptionError("--sigma", f"{sigma} is out of range", f"with rho = {rho} it must be: rho < sigma < 1")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -52,6 +53,19 @@ class TraceRow:
     step: str
 
 
+@dataclass(frozen=True, eq=False)
+class Passing:
+    """An iterate that may yet leave the trace, and has not been measured: its number, x, seconds and step."""
+
+    k: int
+    x: Vector
+    seconds: float
+    step: str
+
+
+Measure = Callable[["Trace", Passing], TraceRow]
+
+
 @dataclass
 class Trace:
     """Which iterates to keep and what of them; it fills while the method runs, and holds its rows in order.
@@ -67,15 +81,23 @@ class Trace:
     components: Indices | None = None
     residuals: bool = True
     rows: list[TraceRow] = field(default_factory=list)
+    _last: list[Passing] = field(default_factory=list)
 
-    def add(self, row: TraceRow) -> None:
-        self.rows.append(row)
-        if len(self.rows) > 3:
-            if not self._stays(self.rows[-4].k):
-                del self.rows[-4]
-            if self.most is not None and len(self.rows) > self.most:
-                self.every *= 2
-                self.rows[:-3] = [old for old in self.rows[:-3] if self._stays(old.k)]
+    def add(self, passing: Passing, measure: Measure) -> None:
+        """Take one more iterate; the one that is no longer among the last three is measured if it stays."""
+        self._last.append(passing)
+        if len(self._last) > 3:
+            leaving = self._last.pop(0)
+            if self._stays(leaving.k):
+                self.rows.append(measure(self, leaving))
+        if self.most is not None and len(self.rows) + 3 > self.most:
+            self.every *= 2
+            self.rows = [row for row in self.rows if self._stays(row.k)]
+
+    def close(self, measure: Measure) -> None:
+        """The run has ended: the last three stay."""
+        self.rows += [measure(self, passing) for passing in self._last]
+        self._last.clear()
 
     def _stays(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0

@@ -1,7 +1,7 @@
 """Equilibration: units for rows and columns in which every problem looks alike.
 
 For positive diagonals R and C the solutions of LCP(R M C, R q) are z / C with w scaled by R. With R and C from the
-matrix itself, what is measured in scaled units does not change when somebody rescales rows, columns or q.
+matrix itself, what is measured in scaled units hardly depends on the units in which rows and columns were given.
 """
 
 from __future__ import annotations
@@ -12,15 +12,17 @@ from lcpcli import linalg
 from lcpcli.typing import Matrix, Vector
 
 SWEEPS = 30
+LARGEST_POWER = 1000.0  # of two: R and C, and what they divide, stay finite
 
 
 def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
     """Diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
 
-    Rows and columns are divided by the roots of their largest entries in turn (Ruiz 2001, A scaling algorithm to
-    equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), here by the nearest powers of two, so that
-    scaling rounds nothing, until every largest entry lies between 1/4 and 4. A symmetric M stays symmetric: R = C.
-    A row of zeros is scaled by its entry of q; a column of zeros, which has no scale, not at all.
+    Rows and columns are divided at once by the roots of their largest entries (D. Ruiz, A scaling algorithm to
+    equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), again and again until every largest entry
+    lies between 1/2 and 2, at most SWEEPS times. The divisors are powers of two, so that scaling rounds nothing, and
+    stay finite. A symmetric M stays symmetric: R = C. A row of zeros is scaled until its entry of q is as large as
+    the largest other one; a column of zeros, which has no scale, not at all. Blocks of M that do not touch each other keep what units they have in common.
     """
     row_power, column_power = np.zeros(q.size), np.zeros(q.size)
     for _ in range(SWEEPS):
@@ -28,10 +30,14 @@ def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
         row_change, column_change = _half_power(rows), _half_power(columns)
         if not row_change.any() and not column_change.any():
             break
-        row_power -= row_change
-        column_power -= column_change
+        row_power = np.clip(row_power - row_change, -LARGEST_POWER, LARGEST_POWER)
+        column_power = np.clip(column_power - column_change, -LARGEST_POWER, LARGEST_POWER)
     empty = (rows == 0) & (q != 0)
-    row_power[empty] = -2 * _half_power(np.abs(q[empty]))
+    if empty.any():
+        sizes = row_power[~empty] + 2 * _half_power(np.abs(q[~empty]))
+        largest = sizes[q[~empty] != 0].max(initial=-LARGEST_POWER)
+        own = 2 * _half_power(np.abs(q[empty]))
+        row_power[empty] = np.clip((largest if largest > -LARGEST_POWER else 0.0) - own, -LARGEST_POWER, LARGEST_POWER)
     return np.exp2(row_power), np.exp2(column_power)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Limits, Problem, Status, Trace, methods, read, run, shipped
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, ProblemError
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
 from lcpcli.typing import Vector
 
@@ -192,6 +192,49 @@ def test_trace_of_a_method_that_breaks_down_at_once_shows_the_start() -> None:
     result = run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace)
     assert result.status is Status.BREAKDOWN
     assert [(row.k, row.z.tolist()) for row in trace.rows] == [(0, [0.0])]
+
+
+def test_rows_that_do_not_stay_are_not_measured() -> None:
+    class Counting(np.ndarray):  # type: ignore[type-arg]
+        products = 0
+
+        def __matmul__(self, other: object) -> object:
+            Counting.products += 1
+            return self.view(np.ndarray) @ other
+
+    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0)
+    object.__setattr__(problem, "M", problem.M.view(Counting))
+    run(problem, "fixed-point")
+    without, Counting.products = Counting.products, 0
+    trace = Trace(every=50)
+    run(problem, "fixed-point", trace=trace)
+    assert Counting.products == without + len(trace.rows)
+
+
+def test_start_that_is_given_displaces_both_points_of_the_problem() -> None:
+    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=np.ones(4), x1=2 * np.ones(4))
+    trace = Trace()
+    run(problem, "shi", trace=trace)
+    assert np.array_equal(trace.rows[1].z, np.full(4, 4.0))
+    trace = Trace()
+    run(problem, "shi", -np.ones(4), trace=trace)
+    assert not np.array_equal(trace.rows[1].z, np.full(4, 4.0))
+
+
+@pytest.mark.parametrize("x1", [[1.0], [1.0, 2.0, 3.0, float("nan")], "x"])
+def test_second_point_is_checked_like_the_first(x1: object) -> None:
+    with pytest.raises(ProblemError, match="x1"):
+        run(EXAMPLE, "shi", x1=x1)
+
+
+def test_numpy_numbers_are_numbers() -> None:
+    assert run(EXAMPLE, "fixed-point", omega=np.float32(2), limits=Limits(max_iterations=np.int64(500))).solved
+
+
+def test_diverging_iterates_are_followed_until_they_are_hopeless() -> None:
+    trace = Trace(residuals=False)
+    run(Problem([[-0.5]], [-1.0]), "fixed-point", trace=trace)
+    assert trace.rows[-1].z.max() > 1e90
 
 
 def test_trace_keeps_only_the_components_asked_for() -> None:

@@ -76,9 +76,9 @@ def test_singular_matrix_is_refused_however_large(sparse: bool) -> None:
     assert "singular" in result.message
 
 
-def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one() -> None:
-    M = np.diag([1e-20, 1.0, 1e20])
-    problem = Problem(M, -np.diag(M), solutions=[np.ones(3)])
+@pytest.mark.parametrize("M", [np.diag([1e-20, 1.0, 1e20]).tolist(), [[0.0, 1e20], [1.0, 2e20]]])
+def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(M: list[list[float]]) -> None:
+    problem = Problem(M, [-1.0] * len(M))
     assert run(problem, "fixed-point", limits=Limits(max_iterations=3)).status is Status.ITERATION_LIMIT
 
 

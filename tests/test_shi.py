@@ -15,7 +15,7 @@ from lcpcli import Limits, Problem, Status, Trace, read, run, shipped
 from lcpcli.errors import OptionError
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
 from lcpcli.methods.shi import AVERAGE, PLANE, SELECTED, STEEPEST, STEEPEST_AT_MULTIPLE, direction, shi
-from lcpcli.smoothing import Smoothed
+from lcpcli.smoothing import Point, Smoothed
 
 Vector = NDArray[np.float64]
 EXAMPLE_1, EXAMPLE_2 = (read(shipped.path(f"paper-example-{number}.json")) for number in (1, 2))
@@ -260,6 +260,45 @@ def test_direction_that_cannot_descend_gives_way_to_steepest_descent() -> None:
     for k_star in (5, 10, 100, 1000):
         result = run(problem, "shi", k_star=k_star, limits=Limits(max_iterations=5000))
         assert result.status in (Status.SOLVED, Status.ITERATION_LIMIT)
+
+
+def test_most_positive_definite_problems_are_solved_from_the_origin() -> None:
+    """Random ones, symmetric and not, with unit diagonal, as the method wants them; n = 2, 4 and 8."""
+    solved = 0
+    for seed in range(60):
+        generator = np.random.default_rng(seed)
+        n = (2, 4, 8)[seed % 3]
+        factor, skew = generator.standard_normal((2, n, n))
+        M = factor @ factor.T + 0.5 * np.eye(n) + seed % 2 * (skew - skew.T)
+        scale = 1 / np.sqrt(np.diag(M))
+        problem = Problem(scale[:, None] * M * scale, generator.standard_normal(n))
+        solved += run(problem, "shi", limits=Limits(max_iterations=3000)).solved
+    assert solved >= 54
+
+
+def test_positive_definite_problem_on_which_descent_stalls_at_a_kink_is_solved_with_another_k_star() -> None:
+    problem = Problem([[1.0, -3.0], [4.0, 2.0]], [-1.0, 1.0])
+    assert run(problem, "shi", k_star=10).solved
+
+
+def test_evaluations_of_a_search_in_vain_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    done = 0
+    real = Smoothed.at
+
+    def counting(self: Smoothed, x: Vector) -> Point:
+        nonlocal done
+        done += 1
+        return real(self, x)
+
+    monkeypatch.setattr(Smoothed, "at", counting)
+    result = run(Problem([[2.0, -5.0], [5.0, 2.0]], [-1.0, 1.0]), "shi", limits=Limits(max_iterations=200))
+    assert result.evaluations == done
+
+
+def test_underflow_is_a_breakdown_that_says_so() -> None:
+    result = run(Problem([[2.0]], [-1e-200]), "shi")
+    assert result.status is Status.BREAKDOWN
+    assert "underflows" in result.message
 
 
 def test_default_p_solves_a_degenerate_problem() -> None:

@@ -216,7 +216,10 @@ def test_latex_is_a_booktabs_table_with_as_many_cells_a_row(lcp: Lcp) -> None:
 def test_latex_and_markdown_escape_what_they_must(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "own.json"
     files.write(Problem([[1.0]], [-1.0], name="a_b & 50% | <x>"), str(file))
-    assert r"\caption{a\_b \& 50\% | <x>" in lcp("solve", str(file), "--format", "latex").out
+    assert (
+        r"\caption{a\_b \& 50\% \textbar{} \textless{}x\textgreater{}"
+        in lcp("solve", str(file), "--format", "latex").out
+    )
     assert r"### a\_b & 50% \| \<x>" in lcp("solve", str(file), "--format", "markdown").out
 
 
@@ -262,7 +265,16 @@ def test_several_known_solutions_are_announced(lcp: Lcp) -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "text"), [(0.0, "0 us"), (1.5e-6, "1.5 us"), (0.0123, "12.3 ms"), (1.0, "1 s"), (75.25, "75.2 s")]
+    ("seconds", "text"),
+    [
+        (0.0, "0 us"),
+        (1.5e-6, "1.5 us"),
+        (0.0123, "12.3 ms"),
+        (1.0, "1 s"),
+        (75.25, "75.2 s"),
+        (0.9997, "1 s"),
+        (1234.0, "1234 s"),
+    ],
 )
 def test_durations_have_a_unit_that_fits(seconds: float, text: str) -> None:
     assert numbers.duration(seconds) == text

@@ -67,7 +67,7 @@ def _run() -> int:
     except MemoryError:
         _complain("lcp: not enough memory for this problem")
         return 1
-    except OSError as error:
+    except OSError as error:  # of standard output: files turn theirs into an LCPError
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _complain(f"lcp: standard output cannot be written ({error.strerror}); choose another place with -o")
 

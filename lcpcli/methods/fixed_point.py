@@ -25,9 +25,9 @@ def fixed_point(
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
 
     For symmetric positive definite M it converges linearly for every omega > 0, by the contraction factor
-    max |omega - lambda| / |omega + lambda| over the eigenvalues lambda of M (van Bokhoven 1981; Schäfer 2004 for
-    omega = 1 and for H-matrices with positive diagonal); elsewhere it may diverge. It costs one factorization, then one
-    product with M and one solve an iteration.
+    max |omega - lambda| / |omega + lambda| over the eigenvalues lambda of M (van Bokhoven 1981; Schäfer 2004, who
+    treats classes of H-matrices too); elsewhere it may diverge. It costs one factorization, then one product with M
+    and one solve an iteration.
 
     Parameters
     ----------

@@ -29,4 +29,11 @@ class Breakdown(Exception):
 
 
 class Stalled(Exception):
-    """The method has got as far as rounding lets it; the argument says what holds it there."""
+    """The method has got as far as rounding lets it; the argument says what holds it there.
+
+    evaluations : how many evaluations it has cost to find that out.
+    """
+
+    def __init__(self, reason: str, evaluations: int = 0) -> None:
+        super().__init__(reason)
+        self.evaluations = evaluations

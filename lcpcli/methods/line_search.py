@@ -81,4 +81,4 @@ def search(
                 return point, g, trial
             bracket.raise_low(gamma, point.f, slope_here)
         gamma = bracket.next_trial(slope)
-    raise Stalled("no step decreases |F~| any further in double precision")
+    raise Stalled("no step decreases |F~| any further in double precision", trial)

@@ -14,7 +14,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from lcpcli import linalg, options
-from lcpcli.errors import OptionError
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
 from lcpcli.methods.line_search import search
 from lcpcli.options import OPTIONS
@@ -43,8 +42,9 @@ def shi(
 ) -> Iterator[Iterate]:
     """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step.
 
-    Converges to a stationary point of f, which is a zero of F~ where J is regular (every P-matrix M); linearly,
-    at a rate that worsens with the condition of J. Its zero solves the LCP up to the smoothing error, of which
+    In exact arithmetic, limit points of the steepest-descent steps are stationary points of f if its level sets are
+    bounded; where J is regular (for every P-matrix M) these are zeros of F~. In double precision a large p leaves
+    kinks, at one of which descent may stall. A zero of F~ solves the LCP up to the smoothing error, of which
     |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
     with M' for each trial of sufficient decrease; nothing n-by-n is formed.
 
@@ -60,7 +60,8 @@ def shi(
     Yields
     ------
     Iterate : x0, x1, x2, ... with F~ and the number of the step that led there: "1" selected, "2.2" steepest descent
-        at a multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for want of one.
+        at a multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for want of a
+        direction that descends, also where the search along one of step 2.4 or 2.5 has found no step.
 
     Raises
     ------
@@ -69,8 +70,6 @@ def shi(
     Breakdown : f is stationary where F~ is not zero (J is singular), or |F~|^2 overflows.
     """
     options.check(p=p, k_star=k_star, rho=rho, sigma=sigma)
-    if not rho < sigma:
-        raise OptionError("--sigma", f"{sigma} is out of range", f"with rho = {rho} it must be: rho < sigma < 1")
     return _iterates(problem, x0, x1, default_p(problem) if p is None else p, int(k_star), rho, sigma)
 
 
@@ -106,15 +105,18 @@ def _iterates(
         first_trial = -2 * here.f / slope  # where a parabola of that slope comes down to 0
         try:
             here, g, trials = search(smoothed, here, s, slope, first_trial, rho, sigma)
-        except Stalled:
+        except Stalled as stalled:
             if step in DESCENT:
                 raise
-            step, s = STEEPEST, -g  # s is orthogonal to d up to rounding: no direction is left but d
+            evaluations += stalled.evaluations
+            step, s = STEEPEST, -g  # a kink, or rounding, lets f rise along s: no direction is left but d
             continue
         evaluations += trials
         k += 1
         yield Iterate(here.x, here.F, step, evaluations)
         step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
+    if here.F.any():
+        raise Breakdown("|F~|^2 underflows; multiply q and the start by one large number")
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:

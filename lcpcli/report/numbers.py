@@ -26,11 +26,11 @@ def short(value: float | None) -> str:
 
 
 def unit(seconds: float) -> tuple[float, str]:
-    """The unit in which a time has between one and three digits before the point: (its length in seconds, its name)."""
-    return next((u for u in UNITS if seconds >= u[0]), UNITS[-1])
+    """The largest unit of which a time is at least one, to three digits: (its length in seconds, its name)."""
+    return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
 
 
 def duration(seconds: float) -> str:
     """A time with its unit and three significant digits."""
     length, name = unit(seconds)
-    return f"{seconds / length:.3g} {name}"
+    return f"{seconds / length:.3g} {name}" if seconds < 999.5 else f"{seconds:.0f} {name}"
