@@ -21,8 +21,9 @@ def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
     Rows and columns are divided at once by the roots of their largest entries (D. Ruiz, A scaling algorithm to
     equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), again and again until every largest entry
     lies between 1/2 and 2, at most SWEEPS times. The divisors are powers of two, so that scaling rounds nothing, and
-    stay finite. A symmetric M stays symmetric: R = C. A row of zeros is scaled until its entry of q is as large as
-    the largest other one; a column of zeros, which has no scale, not at all. Blocks of M that do not touch each other keep what units they have in common.
+    stay finite. A symmetric M stays symmetric: R = C. A row of zeros is scaled until its entry of q is as large as the
+    largest other one; a column of zeros, which has no scale, not at all. Blocks of M that do not touch each other keep
+    what units they have in common.
     """
     row_power, column_power = np.zeros(q.size), np.zeros(q.size)
     for _ in range(SWEEPS):
