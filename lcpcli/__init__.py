@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lcpcli.api import solve as solve
     from lcpcli.driver import Limits as Limits
     from lcpcli.driver import run as run
     from lcpcli.files import read as read
@@ -28,10 +29,11 @@ _HOMES = {
     "Trace": "result",
     "read": "files",
     "run": "driver",
+    "solve": "api",
     "write": "files",
 }
 
-__all__ = ["Limits", "Problem", "Result", "Status", "Trace", "read", "run", "write"]
+__all__ = ["Limits", "Problem", "Result", "Status", "Trace", "read", "run", "solve", "write"]
 
 
 def __getattr__(name: str) -> Any:

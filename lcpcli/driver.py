@@ -11,12 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lcpcli import methods, options
+from lcpcli import finish as finishing
+from lcpcli import methods, options, scaled
 from lcpcli.accuracy import Accuracy
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
-from lcpcli.options import OPTIONS
+from lcpcli.certificate import Certificate, proves_infeasible
+from lcpcli.errors import OptionError
+from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, OutOfTime, Stalled
+from lcpcli.options import OPTIONS, flag
 from lcpcli.problem import Problem, as_vector
-from lcpcli.result import Passing, Result, Status, Trace, TraceRow, z_of
+from lcpcli.result import Passing, Result, Status, Trace, TraceRow, x_of, z_of
 from lcpcli.typing import Vector
 
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
@@ -41,31 +44,61 @@ def run(
     method: str,
     x0: ArrayLike | None = None,
     *,
+    z0: ArrayLike | None = None,
     limits: Limits | None = None,
     trace: Trace | None = None,
     clock: Callable[[], float] = time.perf_counter,
+    scale: bool = False,
+    finish: bool = False,
     **chosen: Any,
 ) -> Result:
-    """Run a method on a problem from x0 (by default the problem's own start, else the origin).
+    """Run a method on a problem from x0, or from z0 (by default the problem's own start, else the origin).
 
     "solved" is said only if the relative residual, recomputed from the original M and q, is at most limits.tol.
-    `chosen` are options of the method; one that it does not have is an OptionError. The clock is read around the
-    method's own work alone.
+    `scale` has an iterative method work on the equilibrated problem, `finish` has it end on its active set as soon as
+    that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. The
+    clock is read around the method's own work alone.
     """
     function = methods.load(method)
-    if x0 is None and problem.x1 is not None and "x1" in methods.options_of(function):
+    for addition, wanted in (("scale", scale), ("finish", finish)):
+        if wanted and method not in methods.ITERATIVE:
+            raise OptionError(flag(addition), f"has no effect with the method {method}", "leave it out")
+    if x0 is None and z0 is None and problem.x1 is not None and "x1" in methods.options_of(function):
         chosen.setdefault("x1", problem.x1)
+    limits = limits or Limits()
+    if "time_limit" in methods.options_of(function):
+        chosen.setdefault("time_limit", limits.time_limit)
     if chosen.get("x1") is not None:
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
-    given = np.zeros(problem.n) if problem.x0 is None else problem.x0
-    start = given if x0 is None else as_vector("x0", x0, problem.n)
+    start = _start(problem, x0, z0)
     began = clock()
-    in_force = methods.options_in_force(function, problem, chosen)
+    units = scaled.scale(problem) if scale else None
+    target = units.problem if units else problem
+    in_force = methods.options_in_force(function, target, chosen)
     setup_seconds = clock() - began
-    loop = _Loop(problem, limits or Limits(), trace, clock, start, setup_seconds)
-    iterates = function(problem, start, **in_force)
-    status, reason = loop.run(iterates)
-    return loop.result(method, in_force, status, reason)
+    loop = _Loop(problem, method, limits, trace, clock, start, setup_seconds)
+    if units:
+        moved = {name: units.start(in_force[name]) for name in ("x1",) if in_force.get(name) is not None}
+        iterates = function(target, units.start(start), **(in_force | moved))
+    else:
+        iterates = function(target, start, **in_force)
+    if finish:
+        iterates = finishing.finish(target, iterates)
+    status, reason = loop.run(units.iterates(iterates) if units else iterates)
+    additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
+    return loop.result(in_force | additions, status, reason)
+
+
+def _start(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None) -> Vector:
+    """x0, or the x of z0 and w = M z0 + q, or the problem's own start, or the origin."""
+    if z0 is not None:
+        if x0 is not None:
+            raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
+        z = as_vector("z0", z0, problem.n)
+        return as_vector("M z0 + q", x_of(z, problem.w(z)))
+    if x0 is not None:
+        return as_vector("x0", x0, problem.n)
+    return np.zeros(problem.n) if problem.x0 is None else problem.x0
 
 
 class _Loop:
@@ -74,24 +107,27 @@ class _Loop:
     def __init__(
         self,
         problem: Problem,
+        method: str,
         limits: Limits,
         trace: Trace | None,
         clock: Callable[[], float],
         x0: Vector,
         setup_seconds: float,
     ) -> None:
-        self.problem, self.limits, self.trace, self.clock = problem, limits, trace, clock
+        self.problem, self.method, self.limits, self.trace, self.clock = problem, method, limits, trace, clock
         self.accuracy = Accuracy(problem)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
         self.k, self.evaluations = -1, 0
         self.last = self.best = x0
         self.best_level = self.first_level = math.inf
+        self.route: list[str] = []
+        self.certificate: Certificate | None = None
         self._measured: tuple[Vector | None, float] = None, math.inf
 
-    def result(self, method: str, in_force: dict[str, Any], status: Status, reason: str) -> Result:
+    def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
         if self.trace is not None:
             if self.k < 0:  # the method broke down before its start
-                self._keep(self.trace, Iterate(self.last, None, "", 0))
+                self._keep(self.trace, Iterate(self.last, None, "", 0), self.method)
             self.trace.close(self._row)
         best = self.last
         if self.best is not best and self._relative_residual(best) > self.limits.tol:
@@ -105,7 +141,7 @@ class _Loop:
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return Result(
             problem=self.problem,
-            method=method,
+            method=self.method,
             status=status,
             message=f"{status.value}: {reason}" if reason else status.value,
             z=z,
@@ -119,6 +155,8 @@ class _Loop:
             solve_seconds=self.solve_seconds,
             options=in_force,
             trace=self.trace,
+            route=tuple(self.route) or (self.method,),
+            certificate=self.certificate if status is not Status.SOLVED else None,
         )
 
     def run(self, iterates: Iterator[Iterate]) -> tuple[Status, str]:
@@ -131,13 +169,26 @@ class _Loop:
                 if ending:
                     return ending, ""
         except Stalled as reason:
-            return Status.STALLED, str(reason)
+            late = isinstance(reason, OutOfTime) or self._late()
+            return (Status.TIME_LIMIT if late else Status.STALLED), str(reason)
         except Breakdown as reason:
             return Status.BREAKDOWN, str(reason)
+        except NoSolution as ending:
+            return self._without_solution(ending.certificate)
         except FloatingPointError as reason:
             return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
         except KeyboardInterrupt:
             return Status.INTERRUPTED, ""
+
+    def _without_solution(self, certificate: Certificate) -> tuple[Status, str]:
+        """The status that a certificate justifies; a Farkas vector is checked against M and q here, not believed."""
+        if certificate.kind == "farkas":
+            if certificate.vector is None or not proves_infeasible(self.problem, certificate.vector):
+                return Status.STALLED, "a proof of infeasibility did not stand up to rounding"
+            self.certificate = certificate
+            return Status.INFEASIBLE, certificate.statement
+        self.certificate = certificate
+        return Status.RAY if certificate.kind == "ray" else Status.UNSOLVABLE, certificate.statement
 
     def _next(self, iterates: Iterator[Iterate]) -> Iterate | None:
         """The next iterate, with the time that it took added to set-up (the first one) or to the solve."""
@@ -156,6 +207,9 @@ class _Loop:
         """Keep what is to be kept of an iterate, and say whether the run ends with it."""
         self.k += 1
         self.evaluations = iterate.evaluations
+        method = iterate.method or self.method
+        if method not in self.route:
+            self.route.append(method)
         level = self._level(iterate)
         self.last = iterate.x
         if level < self.best_level:
@@ -163,17 +217,18 @@ class _Loop:
         if not self.first_level < math.inf:
             self.first_level = level
         if self.trace is not None:
-            self._keep(self.trace, iterate)
+            self._keep(self.trace, iterate, method)
         if self._worth_measuring(level) and self._relative_residual(iterate.x) <= self.limits.tol:
             self.best = iterate.x
             return Status.SOLVED
-        if not level <= DIVERGED * self.first_level:
+        if self.method in methods.ITERATIVE and not level <= DIVERGED * self.first_level:
             return Status.DIVERGED
         if self.k >= self.limits.max_iterations:
             return Status.ITERATION_LIMIT
-        if self.setup_seconds + self.solve_seconds >= self.limits.time_limit:
-            return Status.TIME_LIMIT
-        return None
+        return Status.TIME_LIMIT if self._late() else None
+
+    def _late(self) -> bool:
+        return self.setup_seconds + self.solve_seconds >= self.limits.time_limit
 
     def _worth_measuring(self, level: float) -> bool:
         """Whether to compute the residual, which costs a product with M: where the bound has come near the tolerance,
@@ -191,12 +246,13 @@ class _Loop:
             self._measured = x, self.accuracy.relative_residual(z, self.problem.w(z))
         return self._measured[1]
 
-    def _keep(self, trace: Trace, iterate: Iterate) -> None:
-        trace.add(Passing(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step), self._row)
+    def _keep(self, trace: Trace, iterate: Iterate, method: str) -> None:
+        trace.add(Passing(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step, method), self._row)
 
     def _row(self, trace: Trace, passing: Passing) -> TraceRow:
         """The row of an iterate that stays in the trace, measured as far as the trace asks for it."""
         z = z_of(passing.x)
         residual = self.accuracy.natural_residual(z, self.problem.w(z)) if trace.residuals else None
         kept = z if trace.components is None else z[trace.components]
-        return TraceRow(passing.k, kept, residual, self.accuracy.error(z), passing.seconds, passing.step)
+        error = self.accuracy.error(z)
+        return TraceRow(passing.k, kept, residual, error, passing.seconds, passing.step, passing.method)

@@ -6,11 +6,13 @@ Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
 from lcpcli.problem import is_sparse
-from lcpcli.typing import Matrix, Vector
+from lcpcli.products import product
+from lcpcli.typing import Indices, Matrix, Vector
 
 SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
 BLOCK_BYTES = 1 << 20
@@ -47,20 +49,54 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
     return rows, columns
 
 
+def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
+    """R M C for diagonals R, C of shape (n,), as a new matrix; rounds nothing if they are powers of two."""
+    if not is_sparse(M):
+        return R[:, np.newaxis] * M * C
+    result = M.copy()
+    result.data *= C[M.indices]
+    result.data *= np.repeat(R, np.diff(M.indptr))
+    return result
+
+
 def absolute_product(M: Matrix, z: Vector) -> Vector:
     """|M| z, by parts, so that |M| is never formed."""
     if is_sparse(M):
-        product: Vector = abs(M) @ z
-        return product
-    return np.concatenate([block @ z for _, block in _row_blocks(M)])
+        result: Vector = abs(M) @ z
+        return result
+    return np.concatenate([product(block, z) for _, block in _row_blocks(M)])
 
 
 def _row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
     """|M| a few rows at a time, so that no second matrix is needed."""
+    for part in _parts(M):
+        yield part, np.abs(M[part])
+
+
+def _parts(M: Matrix) -> Iterator[slice]:
     height = max(1, BLOCK_BYTES // (M.shape[1] * M.itemsize))
     for top in range(0, M.shape[0], height):
-        part = slice(top, top + height)
-        yield part, np.abs(M[part])
+        yield slice(top, top + height)
+
+
+def column_reader(M: Matrix) -> Callable[[int], Vector]:
+    """What returns column j of M, dense, for a given j."""
+    if not is_sparse(M):
+        return lambda j: M[:, j]
+    by_columns = M.tocsc()
+
+    def column(j: int) -> Vector:
+        dense = np.zeros(M.shape[0])
+        part = slice(by_columns.indptr[j], by_columns.indptr[j + 1])
+        dense[by_columns.indices[part]] = by_columns.data[part]
+        return dense
+
+    return column
+
+
+def dense_columns(M: Matrix, columns: Indices) -> Matrix:
+    """Some columns of M, as a dense array."""
+    return M[:, columns].toarray() if is_sparse(M) else M[:, columns]
 
 
 Solve = Callable[[Vector], Vector]
@@ -80,7 +116,7 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
         ones = np.ones(M.shape[0])
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             known = 1 / np.maximum(row_and_column_maxima(M, ones, ones)[1], shift)
-            back = solve(M @ known + shift * known)
+            back = solve(product(M, known) + shift * known)
             if not np.max(np.abs(back / known - 1)) < 0.5:
                 raise SingularMatrix
         return solve
@@ -90,23 +126,62 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
 
 def _sparse_factorizer(M: Matrix) -> Callable[[float], Solve]:
     from scipy.sparse import eye_array
-    from scipy.sparse.linalg import splu
+
+    lu = sparse_lu(is_symmetric(M))
+    identity = eye_array(M.shape[0], format="csr")
 
     def factorize(shift: float) -> Solve:
-        try:
-            solve: Solve = splu((M + shift * eye_array(M.shape[0], format="csr")).tocsc()).solve
-        except RuntimeError as error:
-            if "singular" not in str(error):
-                raise
-            raise SingularMatrix from None
+        solve: Solve = lu(M + shift * identity).solve
         return solve
 
     return factorize
 
 
+def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
+    """scipy's splu of a csr_array, raising SingularMatrix; with pivots on the diagonal where M is symmetric.
+
+    An ordering of M + M' in the place of one of M'M halves the fill-in of symmetric matrices. Diagonal pivots are safe
+    for positive definite ones; the solve of a known system in `factorizer` or refinement finds out where they are not.
+    SuperLU must not see a structurally singular matrix: on some it hands BLAS negative sizes, which print to standard
+    output, and fails with other errors.
+    """
+    from scipy.sparse.csgraph import structural_rank
+    from scipy.sparse.linalg import splu
+
+    chosen: dict[str, Any] = {}
+    if symmetric:
+        chosen = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+
+    def lu(A: Matrix) -> Any:
+        if not A.diagonal().all():
+            pattern = A.copy()
+            pattern.eliminate_zeros()
+            if structural_rank(pattern) < A.shape[0]:
+                raise SingularMatrix
+        # a symmetric csr_array is a csc_array with the same three arrays
+        try:
+            return splu(A.T if symmetric else A.tocsc(), **chosen)
+        except RuntimeError as error:
+            if "singular" not in str(error) and "failed to factorize" not in str(error):
+                raise
+            raise SingularMatrix from None
+
+    return lu
+
+
+def is_symmetric(M: Matrix) -> bool:
+    """Whether M equals its transpose exactly."""
+    if not is_sparse(M):
+        return all(np.array_equal(M[part], M[:, part].T) for part in _parts(M))
+    if M.has_canonical_format:
+        columns = M.T.tocsr()
+        return all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))
+    return bool((M != M.T).nnz == 0)
+
+
 def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
     if M.shape[0] <= SMALL:
-        return lambda shift: _invert(_shifted(M, shift))
+        return lambda shift: invert(_shifted(M, shift))
     from scipy.linalg import get_lapack_funcs
 
     getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
@@ -131,7 +206,7 @@ def _shifted(M: Matrix, shift: float) -> Matrix:
     return A
 
 
-def _invert(A: Matrix) -> Solve:
+def invert(A: Matrix) -> Solve:
     """The inverse and one step of refinement: as accurate as an LU factorization, without scipy."""
     try:
         inverse = np.linalg.inv(A)

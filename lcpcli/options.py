@@ -19,6 +19,9 @@ def flag(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
+AUTO = "auto"  # the value of an option that is to be derived from the problem
+
+
 @dataclass(frozen=True)
 class Option:
     """One numeric option.
@@ -29,6 +32,7 @@ class Option:
     range : the admissible values, as the user reads them.
     admits : whether a value lies in that range (never called with NaN).
     meaning : one sentence for help.
+    auto : whether the word "auto" stands for a value derived from the problem.
     """
 
     name: str
@@ -37,14 +41,18 @@ class Option:
     range: str
     admits: Callable[[float], bool]
     meaning: str
+    auto: bool = False
 
-    def check(self, value: float) -> None:
+    def check(self, value: float | str) -> None:
         """Raise OptionError unless the value is of this option's kind and in its range."""
-        number = isinstance(value, numbers.Real) and not isinstance(value, bool)
-        if self.kind is int:
-            number = number and value == value and math.isfinite(value) and value == int(value)
-        if not number or math.isnan(value) or not self.admits(value):
+        if self.auto and isinstance(value, str) and value == AUTO:
+            return
+        if not isinstance(value, numbers.Real) or isinstance(value, bool) or not self._admits(float(value)):
             raise OptionError(flag(self.name), f"{value} is out of range", f"it must be: {self.range}")
+
+    def _admits(self, value: float) -> bool:
+        whole = self.kind is not int or (math.isfinite(value) and value == int(value))
+        return whole and not math.isnan(value) and self.admits(value)
 
 
 OPTIONS = {
@@ -86,9 +94,18 @@ OPTIONS = {
             "omega",
             float,
             1.0,
-            "0 < omega < infinity",
+            "0 < omega < infinity, or auto",
             lambda omega: 0 < omega < math.inf,
-            "Modulus parameter; 1 is the published method.",
+            "Modulus parameter; 1 is the published method, auto is estimated from the spectrum of M.",
+            auto=True,
+        ),
+        Option(
+            "anderson",
+            int,
+            0,
+            "whole number >= 0",
+            lambda memory: memory >= 0,
+            "Accelerate the iteration by that many earlier steps; 0 is the published method.",
         ),
         Option(
             "tol",
@@ -126,11 +143,11 @@ OPTIONS = {
 }
 
 
-def check(**values: float | None) -> None:
+def check(**values: float | str | None) -> None:
     """Check values against the options of the same names; None stands for "not given"."""
     for name, value in values.items():
         if value is not None:
             OPTIONS[name].check(value)
-    rho, sigma = (values.get(name) or OPTIONS[name].default or 0.0 for name in ("rho", "sigma"))
+    rho, sigma = (float(values.get(name) or OPTIONS[name].default or 0.0) for name in ("rho", "sigma"))
     if not rho < sigma:
         raise OptionError("--sigma", f"{sigma} is out of range", f"with rho = {rho} it must be: rho < sigma < 1")

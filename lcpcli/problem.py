@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.products import product
 from lcpcli.typing import Matrix, Vector
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
@@ -79,7 +80,7 @@ class Problem:
 
     def w(self, z: Vector) -> Vector:
         """w = M z + q for z of shape (n,)."""
-        w: Vector = self.M @ z
+        w = product(self.M, z)
         w += self.q
         return w
 
@@ -106,7 +107,7 @@ def as_square(field: str, values: Any, n: int) -> Matrix:
     """Values as a float64 matrix of shape (n, n), dense or in compressed sparse rows, or a ProblemError."""
     if isinstance(values, (list, tuple)):
         _refuse_other_than_rows(field, values)
-    M: Matrix = _as_sparse(field, values) if is_sparse(values) else _as_floats(field, values, ROWS)
+    M: Matrix = values if is_sparse(values) else _as_floats(field, values, ROWS)
     if M.shape and not M.shape[0]:
         raise ProblemError(field, "is empty", f"give {ROWS}")
     if M.ndim != 2:
@@ -116,6 +117,7 @@ def as_square(field: str, values: Any, n: int) -> Matrix:
     if M.shape[0] != n:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]} but q has {count(n, 'entry')}", "make them agree")
     if is_sparse(M):
+        M = _as_sparse(field, M)
         _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
     else:
         _refuse_infinite(field, M)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
 from lcpcli.typing import Indices, Vector
 
@@ -22,6 +23,9 @@ class Status(Enum):
     STALLED = "stalled"
     DIVERGED = "diverged"
     BREAKDOWN = "broke down"
+    INFEASIBLE = "proved to have no solution, not even z >= 0 with Mz + q >= 0"
+    UNSOLVABLE = "proved to have no solution"
+    RAY = "ended in a ray"
     INTERRUPTED = "interrupted"
 
     @property
@@ -30,8 +34,8 @@ class Status(Enum):
 
     @property
     def exit_code(self) -> int:
-        """0 solved, 1 not solved, 130 interrupted by the user (as shells report SIGINT)."""
-        return {"SOLVED": 0, "INTERRUPTED": 130}.get(self.name, 1)
+        """0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted (as shells report SIGINT)."""
+        return {"SOLVED": 0, "INFEASIBLE": 3, "UNSOLVABLE": 3, "INTERRUPTED": 130}.get(self.name, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +47,7 @@ class TraceRow:
     residual, error : as in Result; None where they were not asked for, or no solution is known.
     seconds : time that the method took from the end of its set-up to this iterate, nothing else counted.
     step : the step of the published algorithm that made it; "" if the method has but one.
+    method : the method that made it.
     """
 
     k: int
@@ -51,16 +56,18 @@ class TraceRow:
     error: float | None
     seconds: float
     step: str
+    method: str
 
 
 @dataclass(frozen=True, eq=False)
 class Passing:
-    """An iterate that may yet leave the trace, and has not been measured: its number, x, seconds and step."""
+    """An iterate that may yet leave the trace, and has not been measured: its number, x, seconds, step and method."""
 
     k: int
     x: Vector
     seconds: float
     step: str
+    method: str
 
 
 Measure = Callable[["Trace", Passing], TraceRow]
@@ -115,6 +122,8 @@ class Result:
     setup_seconds, solve_seconds : until the first iterate, and from there to the last.
     options : the method's options that were in force.
     trace : the rows kept, or None if none were asked for.
+    route : the methods that took part, in order.
+    certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     """
 
     problem: Problem
@@ -132,6 +141,8 @@ class Result:
     solve_seconds: float
     options: dict[str, Any]
     trace: Trace | None
+    route: tuple[str, ...]
+    certificate: Certificate | None
 
     @property
     def solved(self) -> bool:
@@ -147,3 +158,12 @@ def z_of(x: Vector) -> Vector:
     z: Vector = np.maximum(x, 0.0)
     z += z
     return z
+
+
+def x_of(z: Vector, w: Vector) -> Vector:
+    """The x = (z - w) / 2 with z = |x| + x and w = |x| - x, where z, w >= 0 and z'w = 0.
+
+    Where rounding leaves both of a pair away from 0, the smaller one counts as 0: z and w of a solution then come
+    back as they are, and not each with the other's error.
+    """
+    return np.where(z > w, z, -w) / 2

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.problem import Problem
+from lcpcli.products import product, transposed_product
 from lcpcli.typing import Indices, Vector
 
 NOWHERE = np.empty(0, dtype=np.intp)
@@ -71,7 +72,7 @@ class Smoothed:
     def at(self, x: Vector) -> Point:
         """F~ and f at x, by one product with M; f is infinite where it overflows."""
         window = split(self._p, x, self._z, self._w)
-        F = self._problem.M @ self._z
+        F = product(self._problem.M, self._z)
         F -= self._w
         F += self._problem.q
         with np.errstate(over="ignore"):
@@ -80,7 +81,7 @@ class Smoothed:
 
     def gradient(self, point: Point) -> Vector:
         """Gradient of f, J' F~ = 2 (F~ + h (y - F~)) with y = M' F~ and h = (1 + phi') / 2, by one product with M'."""
-        y: Vector = self._problem.M.T @ point.F
+        y = transposed_product(self._problem.M, point.F)
         y -= point.F
         inner = 0.5 * (1 + slope(self._p, point.x[point.window])) * y[point.window]
         y *= point.x > 0

@@ -9,4 +9,5 @@ from numpy.typing import NDArray
 
 Vector: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
+Mask: TypeAlias = NDArray[np.bool_]
 Matrix: TypeAlias = Any  # a dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations

@@ -269,7 +269,7 @@ def test_option_of_another_method_is_refused() -> None:
 
 def test_unknown_method_is_refused_with_the_known_ones() -> None:
     with pytest.raises(OptionError, match="fixed-point"):
-        run(EXAMPLE, "newton")
+        run(EXAMPLE, "nonsense")
 
 
 @pytest.mark.parametrize("name", list(methods.METHODS))

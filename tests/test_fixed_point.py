@@ -9,11 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from lcpcli import Limits, Problem, Status, linalg, read, run, shipped
 from lcpcli.errors import OptionError
+from lcpcli.methods.anderson import Anderson
 from lcpcli.methods.fixed_point import fixed_point
+from lcpcli.spectrum import best_omega
 
 EXAMPLE_1 = read(shipped.path("paper-example-1.json"))
 
@@ -114,6 +116,88 @@ def test_best_omega_beats_the_published_one_where_the_spectrum_is_not_around_one
     assert 8 * best.iterations < published.iterations
 
 
-def test_omega_must_be_positive() -> None:
-    with pytest.raises(OptionError, match="--omega"):
-        fixed_point(EXAMPLE_1, np.zeros(4), omega=0.0)
+def test_options_must_be_in_their_ranges() -> None:
+    for omega in (0.0, "best", True):
+        with pytest.raises(OptionError, match="--omega"):
+            fixed_point(EXAMPLE_1, np.zeros(4), omega=omega)
+    for anderson in (-1, 0.5, "auto"):
+        with pytest.raises(OptionError, match="--anderson"):
+            fixed_point(EXAMPLE_1, np.zeros(4), anderson=anderson)  # type: ignore[arg-type]
+
+
+def obstacle(m: int) -> Problem:
+    h = 1 / (m + 1)
+    T = diags_array([-np.ones(m - 1), 2 * np.ones(m), -np.ones(m - 1)], offsets=[-1, 0, 1])
+    X, Y = np.meshgrid(*2 * [np.linspace(h, 1 - h, m)])
+    f = 50 * np.sin(2 * np.pi * X) * np.cos(1.5 * np.pi * Y) + 10 * (X - 0.5)
+    return Problem(kron(T, eye_array(m)) + kron(eye_array(m), T), (-h * h * f).ravel())
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), spread=st.floats(0, 8), sparse=st.booleans())
+def test_auto_omega_is_near_the_best_for_positive_definite_matrices(seed: int, spread: float, sparse: bool) -> None:
+    generator = np.random.default_rng(seed)
+    Q = np.linalg.qr(generator.standard_normal((8, 8)))[0]
+    eigenvalues = 10 ** generator.uniform(-spread / 2, spread / 2, 8)
+    M = (Q * eigenvalues) @ Q.T
+    M = (M + M.T) / 2
+    best = np.sqrt(eigenvalues.min() * eigenvalues.max())
+    omega = best_omega(csr_array(M) if sparse else M)
+    assert best / 3 <= omega <= 3 * best
+
+
+def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry() -> None:
+    for M, omega in [([[1, 2], [-1, 3]], 3), ([[1, 2], [2, 1]], 1), ([[0, -5], [1, 0]], 5), ([[0, 0], [0, 0]], 1)]:
+        dense = np.array(M, dtype=float)
+        assert best_omega(dense) == omega
+        assert best_omega(csr_array(dense)) == omega
+
+
+def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem() -> None:
+    problem = obstacle(30)
+    published = run(problem, "fixed-point")
+    plain = run(problem, "fixed-point", omega="auto")
+    fast = run(problem, "fixed-point", omega="auto", anderson=5)
+    assert published.solved
+    assert plain.solved
+    assert fast.solved
+    assert plain.iterations < published.iterations
+    assert 2 * fast.iterations < plain.iterations
+    assert np.allclose(fast.z, plain.z, rtol=0, atol=1e-9)
+
+
+def test_accelerated_iterates_know_their_residual() -> None:
+    problem = obstacle(6)
+    for _, iterate in zip(range(15), fixed_point(problem, np.zeros(36), omega=0.5, anderson=4), strict=False):
+        if iterate.F is not None:
+            z, w = np.abs(iterate.x) + iterate.x, 0.5 * (np.abs(iterate.x) - iterate.x)
+            assert np.allclose(iterate.F, problem.M @ z - w + problem.q, rtol=0, atol=1e-13)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), memory=st.integers(1, 12))
+def test_anderson_never_diverges_on_h_matrices(seed: int, n: int, memory: int) -> None:
+    """Strictly diagonally dominant by rows, rows and columns in other units, omega at least the diagonal."""
+    generator = np.random.default_rng(seed)
+    M = generator.standard_normal((n, n))
+    np.fill_diagonal(M, 0)
+    np.fill_diagonal(M, 1.05 * np.abs(M).sum(axis=1) + 0.01)
+    M = M * np.exp2(generator.integers(-2, 3, n))
+    problem = Problem(M, generator.standard_normal(n))
+    start = 100 * generator.standard_normal(n)
+    plain = run(problem, "fixed-point", start, omega="auto")
+    fast = run(problem, "fixed-point", start, omega="auto", anderson=memory)
+    assert plain.solved
+    assert fast.solved
+    assert fast.iterations <= plain.iterations + 20
+
+
+def test_anderson_restarts_when_the_change_runs_away() -> None:
+    """x -> (0.5 x_1, 5 for x_1 < 1e-3 else 0): a jump after a smooth start."""
+    x, accelerator, changes = np.array([1.0, 0.0]), Anderson(3, 2), []
+    for _ in range(60):
+        g = np.array([0.5 * x[0], 5.0 if abs(x[0]) < 1e-3 else 0.0])
+        changes.append(float(np.linalg.norm(g - x)))
+        x = accelerator.next(x, g)
+    assert max(changes) < 20
+    assert changes[-1] <= 1e-12

@@ -247,7 +247,7 @@ def test_output_to_a_dash_is_standard_output(lcp: Lcp) -> None:
 
 
 def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
-    long = ("solve", shipped.path("bimatrix.json"), "--max-iterations", "400", "--k-star", "10")
+    long = ("solve", shipped.path("bimatrix.json"), "--method", "shi", "--max-iterations", "400", "--k-star", "10")
     assert 30 < len(lcp(*long).out.splitlines()) < 75
     assert len(lcp(*long, "--every", "1").out.splitlines()) > 300
 

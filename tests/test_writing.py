@@ -111,10 +111,38 @@ def test_csv_is_read_back_exactly(folder: Path, problem: Problem) -> None:
     assert everything(read(str(folder / "both.csv"))) == everything(Problem(dense, problem.q, name="both"))
 
 
+def texts_end_without_nul(problem: Problem) -> bool:
+    return not any(text.endswith("\0") for text in (problem.name, problem.source, problem.note))
+
+
+@settings(deadline=None)
+@given(problem=(problems(in_coordinates=False) | problems(in_coordinates=True)).filter(texts_end_without_nul))
+@example(problem=Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME))
+@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1]))
+def test_npz_is_read_back_exactly(folder: Path, problem: Problem) -> None:
+    write(problem, str(folder / "all.npz"))
+    assert everything(read(str(folder / "all.npz"))) == everything(problem)
+
+
+@settings(deadline=None)
+@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
+@example(problem=Problem(EXTREME, EXTREME[0]))
+@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0]))
+def test_matrix_market_is_read_back_exactly(folder: Path, problem: Problem) -> None:
+    write(problem, str(folder / "pair.mtx"))
+    again = read(str(folder / "pair.mtx"), str(folder / "pair.q.mtx"))
+    assert everything(again) == everything(Problem(problem.M, problem.q, name="pair"))
+
+
+def test_scipy_reads_the_sparse_matrix_of_an_npz(tmp_path: Path) -> None:
+    write(Problem(sparse.csr_array(M), Q), str(tmp_path / "problem.npz"))
+    assert sparse.load_npz(tmp_path / "problem.npz").toarray().tolist() == M
+
+
 EXAMPLE = Problem(M, Q, name="example")
 
 
-@pytest.mark.parametrize("name", ["problem.txt", "problem", "problem.json.gz", "json", ".csv"])
+@pytest.mark.parametrize("name", ["problem.txt", "problem", "problem.json.gz", "problem.mtx.gz", "json", ".csv"])
 def test_no_file_is_written_in_an_unknown_format(tmp_path: Path, name: str) -> None:
     with pytest.raises(ProblemError, match=rf"{name}.*\.json.*\.csv"):
         write(EXAMPLE, str(tmp_path / name))
@@ -197,6 +225,24 @@ def test_a_file_that_cannot_be_written_stays_as_it_was(
     with pytest.raises(error), failure():
         write(EXAMPLE, str(path))
     assert {entry.name: entry.read_text() for entry in tmp_path.iterdir()} == ({"problem.json": old} if old else {})
+
+
+@pytest.mark.parametrize("name", ["problem.mtx", "problem.npz"])
+@pytest.mark.parametrize("failure", [full_disk, lambda: refused_rename(KeyboardInterrupt())])
+def test_of_binary_files_and_pairs_nothing_is_left_behind(
+    tmp_path: Path, failure: Callable[[], Any], name: str
+) -> None:
+    with pytest.raises((LCPError, KeyboardInterrupt)), failure():
+        write(EXAMPLE, str(tmp_path / name))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "problem.mtx").write_text("old")
+    (tmp_path / "problem.q.mtx").mkdir()
+    with pytest.raises(LCPError, match=r"problem\.q\.mtx: is a directory"):
+        write(EXAMPLE, str(tmp_path / "problem.mtx"))
+    assert (tmp_path / "problem.mtx").read_text() == "old"
 
 
 def test_a_result_that_cannot_be_written_is_told_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:

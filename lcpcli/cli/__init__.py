@@ -28,7 +28,7 @@ def lcp(context: click.Context) -> None:
     lcp solve problem.json      solve one problem
     lcp compare                 both methods side by side on the paper's examples
 
-    Exit codes: 0 solved, 1 not solved, 2 bad usage or bad input, 130 interrupted.
+    Exit codes: 0 solved, 1 not solved, 2 bad usage or bad input, 3 proved to have no solution, 130 interrupted.
     """
     if context.invoked_subcommand is None:
         click.echo(context.get_help())

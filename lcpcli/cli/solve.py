@@ -14,16 +14,18 @@ from lcpcli.methods import METHODS
 @click.command(short_help="Solve one problem.")
 @click.argument("file")
 @click.argument("q_file", required=False)
-@click.option("--method", type=click.Choice(list(METHODS)), default="shi", show_default=True, help="How to solve it.")
+@click.option("--method", type=click.Choice(list(METHODS)), default="auto", show_default=True, help="How to solve it.")
 @solving
 def solve(file: str, q_file: str | None, method: str, **given: Any) -> int:
-    """Solve the problem in FILE: JSON, CSV with the columns [M | q], or the rows of M with q in Q_FILE.
+    """Solve the problem in FILE: JSON, NPZ, CSV with the columns [M | q], or M alone with q in Q_FILE.
 
-    A FILE of "-" is standard input. Exits with 0 if solved, 1 if not, 2 for bad input.
+    M and q may also be in Matrix Market files (.mtx). A FILE of "-" is standard input. Exits with 0 if solved, 1 if
+    not, 2 for bad input, 3 if it is proved that there is no solution.
 
     \b
     lcp solve problem.json
     lcp solve M.csv q.csv --method fixed-point
+    lcp solve M.mtx q.mtx --z0 result.json
     lcp solve problem.json --format json --trace | jq .z
     """
     return session.run([(file, q_file)], [method], given)

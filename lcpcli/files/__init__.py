@@ -1,63 +1,120 @@
-"""Problems in files: which format a file has, and how its bytes become text. One format, one module."""
+"""Problems in files: which format a file has. One format, one module, imported when it is met, one line in FORMATS."""
 
 from __future__ import annotations
 
+import codecs
 import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from difflib import get_close_matches
+from importlib import import_module
 from pathlib import Path
-from typing import TypeVar
+from typing import Protocol, TypeVar, cast
 
 from lcpcli.errors import ProblemError
-from lcpcli.files import csv_format, json_format
 from lcpcli.files.whole import refuse_unwritable as refuse_unwritable
+from lcpcli.files.whole import write_together
 from lcpcli.files.whole import write_whole as write_whole
 from lcpcli.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.result import x_of
+from lcpcli.typing import Matrix, Vector
 
 STANDARD_INPUT = "-"
-FORMATS = {".json": json_format, ".csv": csv_format}
+FORMATS = {".json": "json", ".csv": "csv", ".mtx": "matrix_market", ".npz": "npz"}
 
 T = TypeVar("T")
 
 
-def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None) -> Problem:
-    """The problem in a JSON or CSV file, or M and q in two CSV files; "-" is standard input.
+class Format(Protocol):
+    """What the module of a format offers. Errors leave the file to be named by the caller."""
 
-    A file called .json and any text that opens a brace or a bracket is JSON, everything else CSV. Raises ProblemError,
-    which names the file, the field or line, and the mend.
+    def parse(self, content: bytes, /) -> Problem | Matrix:
+        """The problem, or M alone where the file holds no q."""
+
+    def parse_vector(self, field: str, content: bytes, n: int | None = None, /) -> Vector:
+        """A vector of length n, any length if None."""
+
+    def render(self, problem: Problem, /) -> dict[str, bytes]:
+        """What to write: the file itself under "", files beside it under what parts their names from its ending."""
+
+
+def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None) -> Problem:
+    """The problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
+
+    A file has the format that its name ends with (.mtx.gz is .mtx, compressed). Of the others, and of those called
+    .csv, any text that opens a brace or a bracket is JSON, everything else CSV. Raises ProblemError, which names the
+    file, the field or line, and the mend.
     """
     path, q_path = os.fspath(path), None if q_path is None else os.fspath(q_path)
-    text = _read_text(path, "give M and q, as JSON or CSV")
-    if path.endswith(".json") or text.lstrip().startswith(("{", "[")):
+    content = _read(path, "give M and q, as JSON or CSV")
+    held = _blaming(path, lambda: _format(path, content).parse(content))
+    if isinstance(held, Problem):
         if q_path is not None:
-            raise ProblemError(q_path, f"is not needed: {_place(path)} is JSON and holds q", "leave it out")
-        problem = _blaming(path, lambda: json_format.parse(text))
+            raise ProblemError(q_path, f"is not needed: {_place(path)} holds M and q", "leave it out")
+        problem = held
     else:
-        M, q = _blaming(path, lambda: csv_format.parse(text, alone=q_path is None))
-        if q_path is not None:
-            q = read_vector("q", q_path)
-        problem = _blaming(path, lambda: Problem(M, q))
-    return (
-        problem if problem.name else replace(problem, name=Path(path).stem if path != STANDARD_INPUT else _place(path))
-    )
+        if q_path is None:
+            shape = " x ".join(map(str, held.shape))
+            raise ProblemError(_place(path), f"holds M, {shape}, without q", "add q to it, or name a file for q")
+        q = read_vector("q", q_path)
+        problem = _blaming(path, lambda: Problem(held, q))
+    return problem if problem.name else replace(problem, name=_name(path))
 
 
 def read_vector(field: str, path: str, n: int | None = None) -> Vector:
-    """A vector of length n, any length if None, from a CSV file of one row or one column, or from a JSON list."""
-    text = _read_text(path, "give one row or one column of numbers")
-    parse = json_format.parse_vector if text.lstrip().startswith(("[", "{")) else csv_format.parse_vector
-    return _blaming(path, lambda: parse(field, text, n))
+    """A vector of length n, any length if None, from a file of one row or one column, a JSON list or an NPZ array."""
+    content = _read(path, "give one row or one column of numbers")
+    return _blaming(path, lambda: _format(path, content).parse_vector(field, content, n))
+
+
+def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
+    """A start of length n, x or else z, from a file that holds it or a result that `lcp solve --format json` wrote.
+
+    Of a result, the start is where it ended; of several, one a line, the first counts.
+    """
+    content = _read(path, "give one row or one column of numbers")
+    from lcpcli.files import json_format
+
+    def parse() -> Vector:
+        form = _format(path, content)
+        if form is not json_format or not content.lstrip().startswith(b"{"):
+            return form.parse_vector(field, content, n)
+        z, w = json_format.parse_result(field, content, n)
+        return x_of(z, w) if as_x else z
+
+    return _blaming(path, parse)
 
 
 def write(problem: Problem, path: str | os.PathLike[str]) -> None:
-    """Write a problem in the format that the file's name ends with, whole or not at all."""
-    form = FORMATS.get(Path(path).suffix)
-    if form is None:
-        raise ProblemError(str(path), "has no format by its name", f"let it end with {' or '.join(FORMATS)}")
-    write_whole(os.fspath(path), form.render(problem))
+    """Write a problem in the format that the file's name ends with, whole or not at all.
+
+    JSON and NPZ keep everything. CSV and Matrix Market keep M and q alone; p.mtx is M, and q is p.q.mtx beside it.
+    """
+    path = os.fspath(path)
+    ending = Path(path).suffix
+    if ending not in FORMATS:
+        raise ProblemError(path, "has no format by its name", f"let it end with {' or '.join(FORMATS)}")
+    contents = _load(FORMATS[ending]).render(problem)
+    write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
+
+
+def _format(path: str, content: bytes) -> Format:
+    name = FORMATS.get(Path(_uncompressed(path)).suffix.casefold(), "csv")
+    return _load("json" if name == "csv" and content.lstrip()[:1] in (b"{", b"[") else name)
+
+
+def _load(name: str) -> Format:
+    return cast(Format, import_module(f"lcpcli.files.{name}_format"))
+
+
+def _uncompressed(path: str) -> str:
+    return path[:-3] if path.casefold().endswith(".mtx.gz") else path
+
+
+def _name(path: str) -> str:
+    """What a problem is called that has no name but its file's."""
+    return _place(path) if path == STANDARD_INPUT else Path(_uncompressed(path)).stem
 
 
 def _blaming(path: str, parse: Callable[[], T]) -> T:
@@ -73,24 +130,20 @@ def _place(path: str) -> str:
     return "standard input" if path == STANDARD_INPUT else path
 
 
-def _read_text(path: str, expected: str) -> str:
-    """The text of a file; `expected` is the mend for an empty one."""
+def _read(path: str, expected: str) -> bytes:
+    """The content of a file, without a byte order mark; `expected` is the mend for an empty one."""
     place = _place(path)
     try:
-        text = _read_bytes(path).decode("utf-8-sig")
+        content = _read_bytes(path).removeprefix(codecs.BOM_UTF8)
     except FileNotFoundError:
         raise ProblemError(place, "no such file", _likely_file(path)) from None
     except IsADirectoryError:
         raise ProblemError(place, "is a directory", "name a file in it") from None
     except OSError as error:
         raise ProblemError(place, f"cannot be read ({error.strerror})", "make it readable") from None
-    except UnicodeDecodeError:
-        raise ProblemError(place, "is not UTF-8 text", "save it as UTF-8") from None
-    if "\0" in text:
-        raise ProblemError(place, "is not UTF-8 text", "save it as UTF-8")
-    if not text.strip():
+    if not content or content.isspace():
         raise ProblemError(place, "is empty", expected)
-    return text
+    return content
 
 
 def _read_bytes(path: str) -> bytes:

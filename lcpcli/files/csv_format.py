@@ -14,6 +14,7 @@ import re
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.files.text import decode
 from lcpcli.problem import Problem, as_vector, count, is_sparse
 from lcpcli.typing import Matrix, Vector
 
@@ -21,38 +22,34 @@ DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, and so is no name in a header
 
 
-def parse(text: str, *, alone: bool) -> tuple[Matrix, Vector]:
-    """M and q from a text that holds [M | q] if it stands alone, else M and an empty q."""
-    table = np.array(_rows(text))
+def parse(content: bytes) -> Problem | Matrix:
+    """The problem in a text of n rows of n + 1 columns, or M in one of n rows of n columns."""
+    table = np.array(_rows(decode(content)))
     n, columns = table.shape
-    if not alone:
-        return table, np.empty(0)
     if columns == n:
-        raise ProblemError(
-            "",
-            f"has {count(n, 'row')} of {count(n, 'column')}, which is M without q",
-            "add q as the last column or a file for q",
-        )
+        return table
     if columns != n + 1:
         raise ProblemError(
-            "", f"has {count(n, 'row')} of {count(columns, 'column')}", "give n rows of n + 1 columns, M and q"
+            "",
+            f"has {count(n, 'row')} of {count(columns, 'column')}",
+            "give n rows of n + 1 columns, M and q, or of n columns, M alone",
         )
-    return np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n])
+    return Problem(np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n]))
 
 
-def parse_vector(field: str, text: str, n: int | None = None) -> Vector:
+def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     """A vector of length n, any length if None, from a text of one row or one column."""
-    rows = _rows(text)
+    rows = _rows(decode(content))
     if len(rows) > 1 and len(rows[0]) > 1:
         raise ProblemError(field, f"has {len(rows)} rows and {len(rows[0])} columns", "give one row or one column")
     return as_vector(field, [x for row in rows for x in row], n)
 
 
-def render(problem: Problem) -> str:
+def render(problem: Problem) -> dict[str, bytes]:
     """[M | q], one row a line, with all digits."""
     M = problem.M.toarray() if is_sparse(problem.M) else problem.M
     rows = np.column_stack((M, problem.q)).tolist()
-    return "".join(",".join(map(repr, row)) + "\n" for row in rows)
+    return {"": "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()}
 
 
 def _rows(text: str) -> list[list[float]]:
@@ -114,7 +111,7 @@ def _number(entry: str, line: int, column: int, delimiter: str | None) -> float:
     place = f"line {line}, column {column}"
     if not entry.strip():
         raise ProblemError(place, "is empty", "give a number")
-    if delimiter != "," and _is_number(entry.replace(",", ".", 1)):
+    if delimiter != "," and "," in entry and _is_number(entry.replace(",", ".", 1)):
         raise ProblemError(place, f"is {quoted(entry)}, with a decimal comma", "write decimals with a point")
     if _is_number(entry):
         raise ProblemError(place, f"is {quoted(entry.strip())}", "give a finite number in double precision")

@@ -7,35 +7,25 @@ indices from 0. solution is one z or a list of them. Numbers are decimal; each k
 from __future__ import annotations
 
 import json
-from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import SHOWN, ProblemError
+from lcpcli.errors import ProblemError
+from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
+from lcpcli.files.text import decode
 from lcpcli.problem import Problem, as_vector, count, is_sparse, kind
 from lcpcli.typing import Indices, Matrix, Vector
 
-KEYS = ("name", "source", "note", "M", "q", "x0", "x1", "solution", "verdict")
 COO_KEYS = ("format", "shape", "rows", "cols", "values")
-TEXTS = ("name", "source", "note", "verdict")
-OTHER_NAMES = {
-    "matrix": "M",
-    "a": "M",
-    "vector": "q",
-    "b": "q",
-    "solutions": "solution",
-    "z": "solution",
-    "start": "x0",
-}
 
 
-def parse(text: str) -> Problem:
+def parse(content: bytes) -> Problem:
     """The problem in a JSON text, or a ProblemError that names the field or the line and column."""
-    data = _load(text)
+    data = _load(decode(content))
     if not isinstance(data, dict):
         raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q")
-    _refuse_unknown("", data, KEYS)
+    refuse_unknown("", data, KEYS)
     for key in ("M", "q"):
         if key not in data:
             raise ProblemError(key, "is missing", f"add the key {key}")
@@ -49,12 +39,27 @@ def parse(text: str) -> Problem:
     return Problem(M, data["q"], solutions=_solutions(data), **fields)
 
 
-def parse_vector(field: str, text: str, n: int | None = None) -> Vector:
+def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     """A vector of length n, any length if None, written as a JSON list."""
-    return as_vector(field, _load(text), n)
+    return as_vector(field, _load(decode(content)), n)
 
 
-def render(problem: Problem) -> str:
+def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
+    """z and w, of length n, of a result as `lcp solve --format json` has it; of several, one a line, the first."""
+    text = decode(content)
+    first, _, rest = text.strip().partition("\n")
+    result = _load(first if rest.lstrip().startswith("{") else text)
+    if not {"z", "w"} <= set(result):
+        raise ProblemError(
+            field, "is an object without z and w", "give a list of numbers, or what lcp solve --format json prints"
+        )
+    try:
+        return as_vector("z", result["z"], n), as_vector("w", result["w"], n)
+    except ProblemError as error:
+        raise error.inside(field) from None
+
+
+def render(problem: Problem) -> dict[str, bytes]:
     """The problem as a JSON text that `parse` reads back to the same numbers; one row of a dense M a line."""
     lines = [
         f'"{key}": {json.dumps(getattr(problem, key))}' for key in ("name", "source", "note") if getattr(problem, key)
@@ -68,7 +73,7 @@ def render(problem: Problem) -> str:
     if problem.verdict:
         lines.append(f'"verdict": "{problem.verdict}"')
     body = ",\n  ".join(lines)
-    return f"{{\n  {body}\n}}\n"
+    return {"": f"{{\n  {body}\n}}\n".encode()}
 
 
 def _load(text: str) -> Any:
@@ -90,20 +95,6 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return data
 
 
-def _refuse_unknown(field: str, data: dict[str, Any], keys: tuple[str, ...]) -> None:
-    for key in data:
-        if key not in keys:
-            shown = key if len(key) <= SHOWN else f"{key[:SHOWN]}..."
-            where = f"{field}.{shown}" if field else shown
-            raise ProblemError(where, "is no key of a problem", _likely_key(key, keys))
-
-
-def _likely_key(key: str, keys: tuple[str, ...]) -> str:
-    folded = {name.casefold(): name for name in keys} | {k: v for k, v in OTHER_NAMES.items() if v in keys}
-    close = get_close_matches(key.casefold(), folded, n=1)
-    return f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(keys)}"
-
-
 def _solutions(data: dict[str, Any]) -> list[Any]:
     if "solution" not in data:
         return []
@@ -115,7 +106,7 @@ def _solutions(data: dict[str, Any]) -> list[Any]:
 
 def _coordinates(M: dict[str, Any], n: int) -> Matrix:
     """The matrix in coordinate form, once its indices and its shape are known to fit q, of n entries."""
-    _refuse_unknown("M", M, COO_KEYS)
+    refuse_unknown("M", M, COO_KEYS)
     for key in COO_KEYS:
         if key not in M:
             raise ProblemError(f"M.{key}", "is missing", f"add the key {key}")

@@ -7,6 +7,7 @@ import errno
 import os
 import stat
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from lcpcli.errors import OptionError
@@ -37,43 +38,59 @@ def refuse_unwritable(path: str) -> None:
         raise _unwritable(path, error) from None
 
 
-def write_whole(path: str, text: str) -> None:
-    """Write a text file by way of a temporary one beside it; devices and pipes are written directly."""
-    refuse_unwritable(path)
+def write_whole(path: str, content: str | bytes) -> None:
+    """Write a file by way of a temporary one beside it; devices and pipes are written directly."""
+    write_together({path: content})
+
+
+def write_together(contents: Mapping[str, str | bytes]) -> None:
+    """Write several files as `write_whole` does, none of them put in its place before all are complete."""
+    for path in contents:
+        refuse_unwritable(path)
+    staged: list[tuple[str, Path, Path]] = []
     try:
-        target = _target(path)
-        if _is_special(target):
-            target.write_text(text, encoding="utf-8", errors="backslashreplace")
-        else:
-            _replace(target, text)
+        for path, content in contents.items():
+            data = content.encode("utf-8", errors="backslashreplace") if isinstance(content, str) else content
+            target = _target(path)
+            if _is_special(target):
+                target.write_bytes(data)
+            else:
+                staged.append((path, _temporary(target, data), target))
+        for path, temporary, target in staged:  # noqa: B007 (path is for the message)
+            temporary.replace(target)
     except OSError as error:
         raise _unwritable(path, error) from None
+    finally:
+        for _, temporary, _ in staged:
+            temporary.unlink(missing_ok=True)
 
 
 def _target(path: str) -> Path:
     if _is_special(Path(path)):
         return Path(path)
-    try:
-        return Path(path).resolve()
-    except RuntimeError:  # what pathlib makes of a link to itself before Python 3.13
-        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP)) from None
+    with contextlib.suppress(RuntimeError):  # what pathlib makes of a link to itself before Python 3.13
+        target = Path(path).resolve()
+        if not target.is_symlink():  # and this is what it makes of one since then
+            return target
+    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
 
 
 def _unwritable(path: str, error: OSError) -> OptionError:
     return OptionError(path, f"cannot be written ({error.strerror})", "choose another place")
 
 
-def _replace(target: Path, text: str) -> None:
+def _temporary(target: Path, data: bytes) -> Path:
+    """A complete file beside the target, ready to replace it."""
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=".lcp-")
     temporary = Path(name)
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace", newline="\n") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
         temporary.chmod(_mode(target))
-        temporary.replace(target)
     except BaseException:
         temporary.unlink()
         raise
+    return temporary
 
 
 def _mode(target: Path) -> int:

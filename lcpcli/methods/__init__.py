@@ -15,9 +15,16 @@ if TYPE_CHECKING:
     from lcpcli.problem import Problem
 
 METHODS = {
+    "auto": "whatever solves the problem first, or proves that it has no solution",
     "shi": "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
     "fixed-point": "modulus iteration (Schäfer 2004)",
+    "newton": "generalized Newton, safeguarded block principal pivoting (Kostreva 1978; Júdice and Pires 1994)",
+    "lemke": "complementary pivoting (Lemke 1965)",
+    "milp": "mixed-integer program (Pardalos and Rosen 1988)",
 }
+
+ITERATIVE = ("shi", "fixed-point")  # the methods that equilibration and finishing may be added to
+ADDITIONS = ("scale", "finish")
 
 Method = Callable[..., "Iterator[Iterate]"]
 

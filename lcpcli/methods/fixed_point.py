@@ -3,7 +3,7 @@
 U. Schäfer, On the modulus algorithm for the linear complementarity problem, Operations Research Letters 32 (2004)
 350-354, after W. M. G. van Bokhoven, Piecewise-linear modelling and analysis, Kluwer (1981); with a parameter omega,
 Z.-Z. Bai, Modulus-based matrix splitting iteration methods for linear complementarity problems, Numerical Linear
-Algebra with Applications 17 (2010) 917-933.
+Algebra with Applications 17 (2010) 917-933. `anderson` accelerates it (H. F. Walker and P. Ni 2011).
 """
 
 from __future__ import annotations
@@ -13,27 +13,37 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from lcpcli import linalg, options
+from lcpcli.methods.anderson import Anderson
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
-from lcpcli.options import OPTIONS
+from lcpcli.options import AUTO, OPTIONS
 from lcpcli.problem import Problem
+from lcpcli.products import product
+from lcpcli.spectrum import best_omega
 from lcpcli.typing import Matrix, Vector
 
 
 def fixed_point(
-    problem: Problem, x0: Vector, *, omega: float = float(OPTIONS["omega"].default or 0)
+    problem: Problem,
+    x0: Vector,
+    *,
+    omega: float | str = float(OPTIONS["omega"].default or 0),
+    anderson: int = int(OPTIONS["anderson"].default or 0),
 ) -> Iterator[Iterate]:
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
 
     For symmetric positive definite M it converges linearly for every omega > 0, by the contraction factor
     max |omega - lambda| / |omega + lambda| over the eigenvalues lambda of M (van Bokhoven 1981; Schäfer 2004, who
     treats classes of H-matrices too); elsewhere it may diverge. It costs one factorization, then one product with M
-    and one solve an iteration.
+    and one solve an iteration; a second product when accelerated.
 
     Parameters
     ----------
     problem : the LCP, n unknowns.
     x0 : starting point, shape (n,), in the units of z.
-    omega : modulus parameter in units of M, omega > 0; 1 is the published method.
+    omega : modulus parameter in units of M, omega > 0; 1 is the published method. "auto" takes `spectrum.best_omega`,
+        for one more factorization.
+    anderson : how many pairs of vectors Anderson acceleration keeps; 0 is the published method. Accelerated, x_(k+1)
+        is made as above, but from a combination of the last iterates in the place of x_k.
 
     Yields
     ------
@@ -42,18 +52,19 @@ def fixed_point(
 
     Raises
     ------
-    OptionError : at once, if omega is out of its range.
+    OptionError : at once, if an option is out of its range.
     Breakdown : omega I + M is singular.
     Stalled : the iterates have stopped changing.
     """
-    options.check(omega=omega)
-    return _iterates(problem, x0, omega, linalg.factorizer(problem.M))
+    options.check(omega=omega, anderson=anderson)
+    return _iterates(problem, x0, omega, int(anderson), linalg.factorizer(problem.M))
 
 
 def _iterates(
-    problem: Problem, x: Vector, omega: float, factorize: Callable[[float], linalg.Solve]
+    problem: Problem, x: Vector, omega: float | str, anderson: int, factorize: Callable[[float], linalg.Solve]
 ) -> Iterator[Iterate]:
     M, q = problem.M, problem.q
+    omega = best_omega(M) if omega == AUTO else float(omega)
     try:
         solve = factorize(omega)
     except linalg.SingularMatrix:
@@ -62,21 +73,26 @@ def _iterates(
             f"{name} is singular to working precision, the iteration is not defined; try another --omega"
         ) from None
     yield Iterate(x, None, "", 0)
+    accelerator = Anderson(anderson, problem.n) if anderson else None
     image = _image(M, omega, x)
     evaluations = 1
     while True:
-        previous, previous_image = x, image
-        x = solve(image - q)
+        base, base_image = x, image
+        x = solve(base_image - q)
         image = _image(M, omega, x)
         evaluations += 1
-        yield Iterate(x, previous_image - image, "", evaluations)
-        if np.array_equal(x, previous):
+        yield Iterate(x, base_image - image, "", evaluations)
+        if np.array_equal(x, base):
             raise Stalled("the iterates have stopped changing in double precision")
+        if accelerator is not None:
+            mixed = accelerator.next(base, x)
+            if mixed is not x:
+                x, image = mixed, _image(M, omega, mixed)
 
 
 def _image(M: Matrix, omega: float, x: Vector) -> Vector:
     """(omega I - M) |x|, by one product with M."""
     distance = np.abs(x)
-    image: Vector = M @ distance
+    image = product(M, distance)
     distance *= omega
     return np.subtract(distance, image, out=image)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lcpcli.certificate import Certificate
 from lcpcli.typing import Vector
 
 
@@ -15,17 +16,27 @@ class Iterate:
     F : shape (n,) or None; F or its smoothed form at x if the method has it anyway. Where it is F itself,
         |min(z, M z + q)| <= |F| componentwise, so that the driver need not compute the residual of every iterate.
     step : the step of the published algorithm that made this iterate, as numbered there; "" if it has but one.
-    evaluations : evaluations of F (or of its smoothed form) so far.
+    evaluations : evaluations of F (or of its smoothed form) so far; principal systems solved for pivoting methods.
+    method : which method made it, where several take turns; "" if there is but one.
     """
 
     x: Vector
     F: Vector | None
     step: str
     evaluations: int
+    method: str = ""
 
 
 class Breakdown(Exception):
     """The method cannot go on; the argument is the reason, as a clause for the user."""
+
+
+class NoSolution(Exception):
+    """The method has found out that there is no solution, or where it must give up; the argument is the Certificate."""
+
+    def __init__(self, certificate: Certificate) -> None:
+        super().__init__(certificate.statement)
+        self.certificate = certificate
 
 
 class Stalled(Exception):
@@ -37,3 +48,7 @@ class Stalled(Exception):
     def __init__(self, reason: str, evaluations: int = 0) -> None:
         super().__init__(reason)
         self.evaluations = evaluations
+
+
+class OutOfTime(Stalled):
+    """The method has used up the time that it was given."""

@@ -7,8 +7,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.options import OPTIONS
 from lcpcli.result import Result
+
+STARTS = ("x1",)  # vectors among a method's options
 
 
 def render(results: Sequence[Result]) -> str:
@@ -21,7 +22,7 @@ def _object(result: Result) -> dict[str, Any]:
         "problem": result.problem.name,
         "n": result.problem.n,
         "method": result.method,
-        "route": [result.method],
+        "route": list(result.route),
         "status": result.status.word,
         "message": result.message,
         "solved": result.solved,
@@ -35,8 +36,8 @@ def _object(result: Result) -> dict[str, Any]:
         "error_bound": None,
         "setup_seconds": result.setup_seconds,
         "solve_seconds": result.solve_seconds,
-        "certificate": None,
-        "options": {name: _number(value) for name, value in result.options.items() if name in OPTIONS},
+        "certificate": _certificate(result),
+        "options": {name: _option(value) for name, value in result.options.items() if name not in STARTS},
         "trace": _trace(result),
     }
 
@@ -52,10 +53,22 @@ def _trace(result: Result) -> list[dict[str, Any]] | None:
             "error": _number(row.error),
             "seconds": row.seconds,
             "step": row.step or None,
-            "method": result.method,
+            "method": row.method,
         }
         for row in result.trace.rows
     ]
+
+
+def _option(value: Any) -> Any:
+    return value if isinstance(value, (bool, str)) else _number(value)
+
+
+def _certificate(result: Result) -> dict[str, Any] | None:
+    proof = result.certificate
+    if proof is None:
+        return None
+    vector = None if proof.vector is None else _numbers(proof.vector.tolist())
+    return {"kind": proof.kind, "statement": proof.statement, "vector": vector}
 
 
 def _numbers(values: list[float]) -> list[float | None]:

@@ -1,0 +1,102 @@
+"""Krylov methods for sparse systems: conjugate gradients and BiCGSTAB, preconditioned, from a start to a residual.
+
+M. R. Hestenes and E. Stiefel, Methods of conjugate gradients for solving linear systems, Journal of Research of the
+National Bureau of Standards 49 (1952) 409-436; H. A. van der Vorst, Bi-CGSTAB: a fast and smoothly converging variant
+of Bi-CG, SIAM Journal on Scientific and Statistical Computing 13 (1992) 631-644. scipy has both, but takes its inner
+products from the BLAS, whose threads wait for each other at every one of them: on a busy machine of two cores that made
+a run ten times slower (measured, 90,000 unknowns). Here they are summed by one thread, as products with a sparse M are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from lcpcli.typing import Vector
+
+Operator = Callable[[Vector], Vector]
+
+
+def dot(u: Vector, v: Vector) -> float:
+    """u'v without BLAS."""
+    return float(np.einsum("i,i->", u, v))
+
+
+def norm(v: Vector) -> float:
+    """|v|_2 without BLAS."""
+    return float(np.sqrt(dot(v, v)))
+
+
+def conjugate_gradients(
+    A: Operator, b: Vector, x: Vector, target: float, most: int, precondition: Operator
+) -> tuple[Vector, float]:
+    """Solve A x = b for symmetric positive definite A from x, shape (n,), until |b - A x|_2 <= target.
+
+    A, precondition : products with A and with an approximate inverse, symmetric positive definite; they return fresh
+        arrays, or precondition its argument itself.
+    most : of iterations. Returns the last x, and the norm of its residual as the recursion has it.
+    """
+    x = x.copy()
+    r = b - A(x)
+    size = norm(r)
+    direction, rho = np.zeros(b.size), 1.0
+    for _ in range(most):
+        if not size > target:
+            break
+        y = precondition(r)
+        rho, before = dot(r, y), rho
+        direction *= rho / before
+        direction += y
+        image = A(direction)
+        curvature = dot(direction, image)
+        if not (curvature > 0 and rho > 0):
+            break
+        step = rho / curvature
+        image *= step
+        r -= image
+        x += step * direction
+        size = norm(r)
+    return x, size
+
+
+def bicgstab(
+    A: Operator, b: Vector, x: Vector, target: float, most: int, precondition: Operator
+) -> tuple[Vector, float]:
+    """Solve A x = b for any nonsingular A, as `conjugate_gradients` does; two products with A an iteration."""
+    x = x.copy()
+    r = b - A(x)
+    shadow, size = r.copy(), norm(r)
+    direction, image = np.zeros(b.size), np.zeros(b.size)
+    rho = alpha = omega = 1.0
+    for _ in range(most):
+        if not size > target:
+            break
+        rho, before = dot(shadow, r), rho
+        direction -= omega * image
+        direction *= rho / before * (alpha / omega)
+        direction += r
+        ahead = precondition(direction)
+        image = A(ahead)
+        curvature = dot(shadow, image)
+        if curvature == 0 or rho == 0:
+            break
+        alpha = rho / curvature
+        r -= alpha * image
+        x += alpha * ahead
+        ahead = precondition(r)
+        change = A(ahead)
+        square = dot(change, change)
+        omega = dot(change, r) / square if square > 0 else 0.0
+        x += omega * ahead
+        r -= omega * change
+        size = norm(r)
+        if omega == 0:
+            break
+    return x, size
+
+
+def identity(v: Any) -> Any:
+    """No preconditioner."""
+    return v

@@ -1,0 +1,36 @@
+"""The keys of a problem, in every format that has keys."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+from lcpcli.errors import SHOWN, ProblemError
+
+TEXTS = ("name", "source", "note", "verdict")
+KEYS = ("name", "source", "note", "M", "q", "x0", "x1", "solution", "verdict")
+OTHER_NAMES = {
+    "matrix": "M",
+    "a": "M",
+    "vector": "q",
+    "b": "q",
+    "solutions": "solution",
+    "z": "solution",
+    "start": "x0",
+}
+
+
+def refuse_unknown(field: str, given: Iterable[str], known: tuple[str, ...]) -> None:
+    """Raise ProblemError about the first key that is not known, with the one that is likely meant."""
+    for key in given:
+        if key not in known:
+            shown = key if len(key) <= SHOWN else f"{key[:SHOWN]}..."
+            where = f"{field}.{shown}" if field else shown
+            raise ProblemError(where, "is no key of a problem", likely(key, known))
+
+
+def likely(key: str, known: tuple[str, ...]) -> str:
+    """The mend for an unknown key."""
+    folded = {name.casefold(): name for name in known} | {k: v for k, v in OTHER_NAMES.items() if v in known}
+    close = get_close_matches(key.casefold(), folded, n=1)
+    return f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(known)}"

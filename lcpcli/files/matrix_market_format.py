@@ -1,0 +1,198 @@
+"""Matrices and vectors in Matrix Market files: dense as "array", in compressed sparse rows as "coordinate".
+
+Every line is checked: scipy's reader takes "1,5" for 1 and a fraction in an integer file for its whole part in silence,
+and crashes on some broken files. All digits are kept.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import re
+import zlib
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.errors import ProblemError, quoted
+from lcpcli.files.memory import refuse_beyond_memory
+from lcpcli.problem import Problem, as_vector, count, is_sparse
+from lcpcli.typing import Matrix, Vector
+
+BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
+CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
+REAL = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+INTEGER = rb"[-+]?\d+"
+WIDTHS = {"array": 1, "coordinate": 3}  # numbers of an entry
+SHORTEST = {"array": 2, "coordinate": 6}  # bytes of "0\n" and "1 1 0\n"
+
+
+class _Header(NamedTuple):
+    """What a file declares of itself, and where its entries begin."""
+
+    form: str
+    field: str
+    symmetry: str
+    shape: tuple[int, int]
+    entries: int
+    end: int
+
+
+def parse(content: bytes) -> Matrix:
+    """M, dense or in scipy's coordinate form. The format has no place for q."""
+    return _matrix("M", _uncompressed(content))
+
+
+def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
+    """A vector of length n, any length if None, from a matrix of one row or one column."""
+    matrix = _matrix(field, _uncompressed(content))
+    rows, columns = matrix.shape
+    if 1 not in (rows, columns):
+        raise ProblemError(field, f"has {rows} rows and {columns} columns", "give one row or one column")
+    if is_sparse(matrix):
+        refuse_beyond_memory(field, (rows, columns))
+        matrix = matrix.toarray()
+    return as_vector(field, matrix.ravel(), n)
+
+
+def render(problem: Problem) -> dict[str, bytes]:
+    """M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
+    return {"": _written(problem.M), ".q": _written(problem.q[:, np.newaxis])}
+
+
+def _written(matrix: Matrix) -> bytes:
+    from scipy.io import mmwrite
+
+    file = io.BytesIO()
+    mmwrite(file, matrix, symmetry="general")
+    return file.getvalue()
+
+
+def _uncompressed(content: bytes) -> bytes:
+    if not content.startswith(b"\x1f\x8b"):
+        return content
+    try:
+        return gzip.decompress(content)
+    except (OSError, EOFError, zlib.error) as error:
+        raise ProblemError("", f"cannot be uncompressed ({error})", "compress it again") from None
+
+
+def _matrix(field: str, content: bytes) -> Any:
+    header = _header(content)
+    _refuse_impossible(field, header, len(content) - header.end)
+    _refuse_other_lines(header, content)
+    numbers = content[header.end :].split()
+    width = WIDTHS[header.form]
+    if len(numbers) != header.entries * width:
+        held = count(len(numbers) // width, "entry")
+        raise ProblemError(
+            field, f"is declared with {count(header.entries, 'entry')} but has {held}", "make them agree"
+        )
+    values = np.fromiter(map(float, numbers[width - 1 :: width]), np.float64, header.entries)
+    if header.form == "array":
+        return _dense(header, values)
+    rows, cols = (np.fromiter(map(int, numbers[i::width]), np.int64, header.entries) for i in range(2))
+    return _sparse(field, header, values, rows, cols)
+
+
+def _dense(header: _Header, values: Vector) -> Matrix:
+    """The matrix of values column by column, those of its lower triangle if it is symmetric."""
+    if header.symmetry == "general":
+        return np.ascontiguousarray(values.reshape(header.shape, order="F"))
+    matrix = np.zeros(header.shape)
+    upper = np.triu_indices(header.shape[0], int(header.symmetry == "skew-symmetric"))
+    matrix[upper] = values if header.symmetry == "symmetric" else -values
+    matrix.T[upper] = values
+    return matrix
+
+
+def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -> Matrix:
+    """The matrix of entries at places from 1, with the mirrored ones if it is symmetric."""
+    wrong = np.flatnonzero((rows < 1) | (rows > header.shape[0]) | (cols < 1) | (cols > header.shape[1]))
+    if wrong.size:
+        place = f"({rows[wrong[0]]}, {cols[wrong[0]]})"
+        raise ProblemError(field, f"has an entry {place} and is {header.shape[0]} x {header.shape[1]}", "count from 1")
+    if header.symmetry != "general":
+        mirrored = rows != cols
+        if header.symmetry == "skew-symmetric" and not mirrored.all():
+            raise ProblemError(field, "is skew-symmetric with entries on its diagonal", "leave them out")
+        sign = 1 if header.symmetry == "symmetric" else -1
+        values = np.concatenate((values, sign * values[mirrored]))
+        rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
+    _refuse_twice(field, rows, cols)
+    from scipy.sparse import coo_array
+
+    return coo_array((values, (rows - 1, cols - 1)), shape=header.shape)
+
+
+def _header(content: bytes) -> _Header:
+    end = _end_of_line(content, 0)
+    banner = content[:end].decode("latin-1").split()
+    words = [word.lower() for word in banner]
+    if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
+        raise ProblemError("line 1", "is no header of Matrix Market", f"begin with {BANNER}")
+    for word, choices in zip(words[2:], CHOICES, strict=True):
+        if word not in choices:
+            raise ProblemError("line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
+    begin, number = end, 2
+    while begin < len(content):
+        end = _end_of_line(content, begin)
+        line = content[begin:end].strip()
+        if line and not line.startswith(b"%"):
+            break
+        begin, number = end, number + 1
+    else:
+        raise ProblemError("", "ends before its size", "give the numbers of rows and columns below the header")
+    sizes = line.split()
+    names = ("rows", "columns") if words[2] == "array" else ("rows", "columns", "entries")
+    if len(sizes) != len(names) or not all(re.fullmatch(rb"\d{1,18}", size) for size in sizes):
+        shown = quoted(line.decode("latin-1"))
+        raise ProblemError(f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}")
+    rows, columns, *entries = map(int, sizes)
+    symmetry = words[4]
+    if not entries:
+        less = {"general": 0, "symmetric": rows * (rows - 1) // 2, "skew-symmetric": rows * (rows + 1) // 2}[symmetry]
+        entries = [rows * columns - less]
+    return _Header(words[2], words[3], symmetry, (rows, columns), entries[0], end)
+
+
+def _end_of_line(content: bytes, begin: int) -> int:
+    end = content.find(b"\n", begin)
+    return len(content) if end < 0 else end + 1
+
+
+def _refuse_impossible(field: str, header: _Header, left: int) -> None:
+    """Refuse sizes that the rest of the file, of so many bytes, cannot fill or that memory cannot hold."""
+    rows, columns = header.shape
+    if 0 in header.shape:
+        raise ProblemError(field, f"is {rows} x {columns}", "give at least one entry")
+    if header.symmetry != "general" and rows != columns:
+        raise ProblemError(field, f"is {header.symmetry} but {rows} x {columns}", "make it square or general")
+    if header.form == "array":
+        refuse_beyond_memory(field, header.shape)
+    if header.entries * SHORTEST[header.form] > left + 1:
+        raise ProblemError(
+            field, f"is declared with {count(header.entries, 'entry')}, more than the file holds", "is it cut off?"
+        )
+
+
+def _refuse_other_lines(header: _Header, content: bytes) -> None:
+    number = INTEGER if header.field == "integer" else REAL
+    blank = rb"[ \t]"
+    entry = number if header.form == "array" else rb"\d{1,18}%b+\d{1,18}%b+%b" % (blank, blank, number)
+    other = re.compile(rb"^(?!%b*(?:%b%b*)?\r?$)[^\n]*" % (blank, entry, blank), re.MULTILINE)
+    found = other.search(content, header.end)
+    if found:
+        line = content.count(b"\n", 0, found.start()) + 1
+        kind = "whole number" if header.field == "integer" else "number"
+        expected = f"give one {kind}" if header.form == "array" else f"give a row, a column and a {kind}"
+        raise ProblemError(f"line {line}", f"is {quoted(found.group().decode('latin-1').strip())}", expected)
+
+
+def _refuse_twice(field: str, rows: Any, cols: Any) -> None:
+    order = np.lexsort((cols, rows))
+    row, col = rows[order], cols[order]
+    again = np.flatnonzero((np.diff(row) == 0) & (np.diff(col) == 0))
+    if again.size:
+        i = again[0]
+        raise ProblemError(field, f"has the entry ({row[i]}, {col[i]}) twice", "give every entry once")

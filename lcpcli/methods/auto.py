@@ -1,0 +1,80 @@
+"""The policy: which method comes first, and which one next when that breaks down, stalls or has used up its budget."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+
+from lcpcli import linalg, methods
+from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, Stalled
+from lcpcli.problem import Problem, is_sparse
+from lcpcli.typing import Vector
+
+NEWTON_STEPS = 60  # few P-matrices need more than a dozen
+LEMKE_PIVOTS = 20  # an unknown
+
+
+def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Iterator[Iterate]:
+    """Solve any LCP, or prove that it has no solution, by what gets there first.
+
+    Dense M: newton solves almost every problem with a P-matrix in a handful of factorizations. Sparse M: first
+    `sparse_route`, which needs products with M alone where they do, then newton. Where these break down, stall or use
+    up their budget, lemke takes over, which solves what has a copositive-plus or otherwise well-behaved M, and then
+    milp, which settles what is left: by a solution, by a proof that there is none, or not at all within the time limit.
+
+    Parameters
+    ----------
+    problem : the LCP, n unknowns.
+    x0 : start, shape (n,), in the units of z; pivoting methods heed its signs only.
+    time_limit : seconds after which milp gives up; the driver ends the others.
+
+    Yields
+    ------
+    Iterate : those of the methods, each with its method's name.
+
+    Raises
+    ------
+    NoSolution : with a Farkas proof or by exhaustion, as lemke and milp do.
+    Stalled, Breakdown : as the last method does.
+    """
+    return _iterates(problem, x0, time_limit)
+
+
+def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Iterate]:
+    deadline = time.perf_counter() + time_limit
+    last = Iterate(x0, None, "", 0)
+    for name, iterates in _in_order(problem, x0, deadline):
+        done = last.evaluations
+        try:
+            for iterate in iterates:
+                evaluations = done + iterate.evaluations
+                last = replace(iterate, method=iterate.method or name, evaluations=evaluations)
+                yield last
+        except (Breakdown, Stalled, FloatingPointError):
+            continue
+        except NoSolution as ending:
+            if ending.certificate.kind != "ray":
+                raise
+    seconds = max(deadline - time.perf_counter(), 1e-3)
+    for iterate in methods.load("milp")(problem, x0, time_limit=seconds):
+        yield replace(iterate, method="milp", evaluations=last.evaluations + iterate.evaluations)
+
+
+def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Iterator[Iterate]]]:
+    """The methods before milp, by name, each made when it is its turn."""
+    if is_sparse(problem.M) and problem.n > linalg.SMALL:
+        from lcpcli.sparse_route import sparse_route
+
+        yield "sparse", sparse_route(problem, x0)
+    yield "newton", islice(methods.load("newton")(problem, x0), NEWTON_STEPS)
+    if is_sparse(problem.M) and problem.n > linalg.SMALL:
+        from lcpcli.linear import linear
+
+        yield "linear", linear(problem, x0, max(deadline - time.perf_counter(), 1e-3))
+    yield "lemke", islice(methods.load("lemke")(problem, x0), LEMKE_PIVOTS * problem.n)
+    from lcpcli.restarts import restarts
+
+    yield "lemke", restarts(problem, x0)

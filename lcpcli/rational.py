@@ -1,0 +1,68 @@
+"""Exact arithmetic on floats, each taken as the rational number that it is. Nothing here rounds, nor overflows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lcpcli.typing import Vector
+
+MANTISSA = 53
+
+
+def sign_of_product(a: Vector, y: Vector) -> int:
+    """An integer with the sign of a'y, for finite floats a and y of shape (n,)."""
+    used = np.flatnonzero((a != 0) & (y != 0))
+    if not used.size:
+        return 0
+    a_whole, a_power = _whole(a[used])
+    y_whole, y_power = _whole(y[used])
+    power = a_power + y_power
+    shifts: list[int] = (power - power.min()).tolist()
+    return sum((i * j) << shift for i, j, shift in zip(a_whole, y_whole, shifts, strict=True))
+
+
+def product(a: Vector, y: Sequence[Fraction]) -> Fraction:
+    """a'y for finite floats a and rational y, both of length n."""
+    return sum((Fraction(value) * factor for value, factor in zip(a.tolist(), y, strict=True) if value), Fraction(0))
+
+
+def solve(A: Vector, b: Sequence[Fraction]) -> tuple[list[Fraction], bool] | None:
+    """Solve A x = b for finite floats A of shape (m, n) and rational b of length m.
+
+    Returns x and whether it is the only solution, or None if there is none. Pivots are sought from the first column
+    on; the unknowns that are left free are set to 0. Gauss-Jordan elimination: m n min(m, n) operations, on numbers
+    whose length grows in proportion to min(m, n).
+    """
+    rows = [[*map(Fraction, row), value] for row, value in zip(A.tolist(), b, strict=True)]
+    m, n = A.shape
+    pivots: list[int] = []
+    for column in range(n):
+        top = len(pivots)
+        found = next((i for i in range(top, m) if rows[i][column]), None)
+        if found is None:
+            continue
+        rows[top], rows[found] = rows[found], rows[top]
+        pivot = rows[top][column]
+        rows[top] = [value / pivot if value else value for value in rows[top]]
+        for i in range(m):
+            factor = rows[i][column]
+            if i != top and factor:
+                rows[i] = [v - factor * p if p else v for v, p in zip(rows[i], rows[top], strict=True)]
+        pivots.append(column)
+    if any(row[n] for row in rows[len(pivots) :]):
+        return None
+    x = [Fraction(0)] * n
+    for row, column in zip(rows, pivots, strict=False):
+        x[column] = row[n]
+    return x, len(pivots) == n
+
+
+def _whole(values: Vector) -> tuple[list[int], NDArray[np.int64]]:
+    """Integers i and exponents e with values = i 2^e, e an integer array."""
+    fraction, exponent = np.frexp(values)
+    whole: list[int] = np.ldexp(fraction, MANTISSA).astype(np.int64).tolist()
+    return whole, exponent.astype(np.int64) - MANTISSA

@@ -1,0 +1,218 @@
+"""What is true of small LCPs, in rational arithmetic, and random LCPs of every kind to ask about.
+
+Nothing here is shared with the package: it decides by enumeration of the complementary sets and a tableau simplex.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+from numpy.random import Generator
+
+from lcpcli import Problem
+
+Row = list[Fraction]
+
+
+def solution(problem: Problem) -> Row | None:
+    """A solution z of the LCP whose data are the floats of the problem taken as rationals, or None if it has none."""
+    M, q = _rational(problem)
+    n = len(q)
+    for inside in product((False, True), repeat=n):
+        P, N = [i for i in range(n) if inside[i]], [i for i in range(n) if not inside[i]]
+        z_P = _of_set(M, q, P, N)
+        if z_P is not None:
+            z = [Fraction(0)] * n
+            for i, value in zip(P, z_P, strict=True):
+                z[i] = value
+            assert solves(problem, z)
+            return z
+    return None
+
+
+def solves(problem: Problem, z: Row) -> bool:
+    """Whether z solves the LCP exactly."""
+    M, q = _rational(problem)
+    w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
+    return min(z) >= 0 and min(w) >= 0 and _dot(z, w) == 0
+
+
+def feasible(problem: Problem) -> bool:
+    """Whether some z >= 0 has M z + q >= 0."""
+    M, q = _rational(problem)
+    return nonnegative([[*row, *_unit(i, len(q), -1)] for i, row in enumerate(M)], [-value for value in q]) is not None
+
+
+def nonnegative(A: list[Row], b: Row) -> Row | None:
+    """x >= 0 with A x = b, or None: the first phase of the simplex method with Bland's rule."""
+    m, n = len(A), len(A[0])
+    rows = []
+    for i in range(m):
+        sign = -1 if b[i] < 0 else 1
+        rows.append([*(sign * v for v in A[i]), *_unit(i, m), sign * b[i]])
+    basis = [n + i for i in range(m)]
+    cost = [-sum((row[j] for row in rows), Fraction(0)) for j in range(n)]
+    cost += [Fraction(0)] * m + [-sum((row[-1] for row in rows), Fraction(0))]
+    while True:
+        entering = next((j for j in range(n) if cost[j] < 0), None)
+        if entering is None:
+            break
+        ratios = [(row[-1] / row[entering], basis[i], i) for i, row in enumerate(rows) if row[entering] > 0]
+        _, _, leaving = min(ratios)
+        rows[leaving] = [v / rows[leaving][entering] for v in rows[leaving]]
+        for row in [row for i, row in enumerate(rows) if i != leaving] + [cost]:
+            factor = row[entering]
+            if factor:
+                row[:] = [v - factor * p for v, p in zip(row, rows[leaving], strict=True)]
+        basis[leaving] = entering
+    if cost[-1]:
+        return None
+    x = [Fraction(0)] * n
+    for j, row in zip(basis, rows, strict=True):
+        if j < n:
+            x[j] = row[-1]
+    return x
+
+
+def _of_set(M: list[Row], q: Row, P: list[int], N: list[int]) -> Row | None:
+    """z_P >= 0 with M_PP z_P = -q_P and M_NP z_P + q_N >= 0, or None."""
+    if not P:
+        return [] if all(value >= 0 for value in q) else None
+    unique = _regular([[M[i][j] for j in P] for i in P], [-q[i] for i in P])
+    if unique is not None:
+        fits = min(unique) >= 0 and all(_dot([M[i][j] for j in P], unique) + q[i] >= 0 for i in N)
+        return unique if fits else None
+    equations = [[*(M[i][j] for j in P), *([Fraction(0)] * len(N))] for i in P]
+    equations += [[*(M[i][j] for j in P), *_unit(k, len(N), -1)] for k, i in enumerate(N)]
+    found = nonnegative(equations, [-q[i] for i in P + N])
+    return None if found is None else found[: len(P)]
+
+
+def _regular(A: list[Row], b: Row) -> Row | None:
+    """The solution of A x = b for a regular A, None for a singular one."""
+    n = len(b)
+    rows = [[*row, value] for row, value in zip(A, b, strict=True)]
+    for k in range(n):
+        pivot = next((i for i in range(k, n) if rows[i][k]), None)
+        if pivot is None:
+            return None
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        for i in range(k + 1, n):
+            factor = rows[i][k] / rows[k][k]
+            if factor:
+                rows[i] = [v - factor * p for v, p in zip(rows[i], rows[k], strict=True)]
+    x = [Fraction(0)] * n
+    for k in reversed(range(n)):
+        x[k] = (rows[k][n] - _dot(rows[k][k + 1 : n], x[k + 1 :])) / rows[k][k]
+    return x
+
+
+def _rational(problem: Problem) -> tuple[list[Row], Row]:
+    M = problem.M if isinstance(problem.M, np.ndarray) else problem.M.toarray()
+    return [[Fraction(value) for value in row] for row in M.tolist()], [Fraction(value) for value in problem.q.tolist()]
+
+
+def _unit(i: int, n: int, value: int = 1) -> Row:
+    return [Fraction(value if j == i else 0) for j in range(n)]
+
+
+def _dot(a: Row, b: Row) -> Fraction:
+    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
+
+
+def positive_definite(random: Generator, n: int) -> np.ndarray:
+    A = random.normal(size=(n, n))
+    return A @ A.T + 0.1 * np.eye(n)
+
+
+def p_matrix(random: Generator, n: int) -> np.ndarray:
+    """Positive definite, not symmetric, with rows and columns scaled, which leaves principal minors positive."""
+    A, S = random.normal(size=(n, n)), random.normal(size=(n, n))
+    return np.exp(random.normal(size=(n, 1))) * (A @ A.T + S - S.T + 0.1 * np.eye(n)) * np.exp(random.normal(size=n))
+
+
+def semidefinite(random: Generator, n: int) -> np.ndarray:
+    A = random.integers(-2, 3, size=(n, max(1, n // 2))).astype(float)
+    return A @ A.T
+
+
+def skew_plus_semidefinite(random: Generator, n: int) -> np.ndarray:
+    S = random.integers(-3, 4, size=(n, n)).astype(float)
+    return semidefinite(random, n) * random.integers(0, 2) + S - S.T
+
+
+def z_matrix(random: Generator, n: int) -> np.ndarray:
+    A = -random.integers(0, 4, size=(n, n)).astype(float)
+    np.fill_diagonal(A, random.integers(-1, 3 * n, size=n))
+    return A
+
+
+def copositive(random: Generator, n: int) -> np.ndarray:
+    return semidefinite(random, n) + random.integers(0, 3, size=(n, n))
+
+
+def indefinite(random: Generator, n: int) -> np.ndarray:
+    return random.normal(size=(n, n))
+
+
+def singular(random: Generator, n: int) -> np.ndarray:
+    A = random.normal(size=(n, n))
+    A[:, random.integers(n)] = 0
+    A[random.integers(n)] *= random.integers(0, 2)
+    return A
+
+
+def small_integers(random: Generator, n: int) -> np.ndarray:
+    return random.integers(-2, 3, size=(n, n)).astype(float)
+
+
+def hollow(random: Generator, n: int) -> np.ndarray:
+    """Off-diagonal blocks alone, as of a bimatrix game."""
+    k, A = n // 2, np.zeros((n, n))
+    A[:k, k:], A[k:, :k] = random.integers(-1, 4, size=(k, n - k)), random.integers(-1, 4, size=(n - k, k))
+    return A
+
+
+CLASSES: dict[str, Callable[[Generator, int], np.ndarray]] = {
+    function.__name__: function
+    for function in (
+        positive_definite,
+        p_matrix,
+        semidefinite,
+        skew_plus_semidefinite,
+        z_matrix,
+        copositive,
+        indefinite,
+        singular,
+        small_integers,
+        hollow,
+    )
+}
+
+
+def random_problem(seed: int, largest: int = 6, kind: str | None = None) -> Problem:
+    """An LCP of at most `largest` unknowns, of one of the CLASSES; q of small integers, floats, or degenerate.
+
+    One in four is scaled, row by row and column by column, by powers of two between about 1e-8 and 1e8.
+    """
+    random = np.random.default_rng(seed)
+    n = int(random.integers(1, largest + 1))
+    name = kind or list(CLASSES)[seed % len(CLASSES)]
+    M = np.rint(4096 * CLASSES[name](random, n)) / 4096  # so that no product M z with integers z is rounded
+    q = [
+        lambda: random.integers(-3, 3, size=n).astype(float),
+        lambda: random.normal(size=n) - 0.3,
+        lambda: np.maximum(random.normal(size=n), 0) - M @ (random.integers(0, 2, size=n) * random.integers(0, 3, n)),
+    ][random.integers(3)]()
+    if random.integers(4) == 0:
+        return rescaled(Problem(M, q, name=f"{name}, scaled, seed {seed}"), random)
+    return Problem(M, q, name=f"{name}, seed {seed}")
+
+
+def rescaled(problem: Problem, random: Generator, powers: int = 26) -> Problem:
+    """The problem with rows and columns scaled by powers of two from 2^-powers to 2^powers: exactly as solvable."""
+    R, C = (np.exp2(random.integers(-powers, powers + 1, size=problem.n)) for _ in range(2))
+    return Problem(R[:, None] * problem.M * C, R * problem.q, name=problem.name)

@@ -1,0 +1,134 @@
+"""`lcpcli.solve`: whatever holds M and q goes in unchanged, a result comes out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import lcpcli
+from lcpcli import Status
+from lcpcli.errors import OptionError, ProblemError
+
+M = [[2.0, 1.0, 0.0], [1.0, 3.0, 1.0], [0.0, 1.0, 2.0]]
+Q = [-5.0, -6.0, 1.0]
+Z = [1.8, 1.4, 0.0]
+METHODS = ["shi", "fixed-point"]
+
+MATRICES = {
+    "list": M,
+    "tuple": tuple(map(tuple, M)),
+    "integers": [[int(x) for x in row] for row in M],
+    "array": np.array(M),
+    "fortran": np.asfortranarray(M),
+    "single": np.array(M, dtype=np.float32),
+    "int64": np.array(M, dtype=np.int64),
+    "matrix": np.array(M).view(np.matrix),
+    "read-only": np.broadcast_to(np.array(M), (3, 3)),
+} | {
+    f"{form}-{kind}": getattr(sparse, f"{form}_{kind}")(np.array(M))
+    for form in ("csr", "csc", "coo", "bsr", "dia", "lil", "dok")
+    for kind in ("array", "matrix")
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("kind", MATRICES)
+def test_every_kind_of_matrix_is_solved(kind: str, method: str) -> None:
+    result = lcpcli.solve(MATRICES[kind], Q, method)
+    assert result.solved
+    assert result.method == method
+    assert np.allclose(result.z, Z, rtol=0, atol=1e-8)
+
+
+def arrays_of(value: Any) -> list[Any]:
+    return [value] if isinstance(value, np.ndarray) else [value.data, value.indices, value.indptr]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("form", ["dense", "csr", "unsorted", "with-duplicates", "csc"])
+def test_what_is_given_is_never_changed(form: str, method: str) -> None:
+    csr = sparse.csr_array(np.array(M))
+    unsorted = sparse.csr_array((csr.data[[1, 0, 4, 3, 2, 6, 5]], csr.indices[[1, 0, 4, 3, 2, 6, 5]], csr.indptr))
+    doubled = sparse.csr_array((np.repeat(csr.data / 2, 2), np.repeat(csr.indices, 2), csr.indptr * 2), shape=(3, 3))
+    matrices = {"dense": np.array(M), "csr": csr, "unsorted": unsorted, "with-duplicates": doubled, "csc": csr.tocsc()}
+    matrix, starts = matrices[form], {"x0": np.full(3, 2.0)}
+    if method == "shi":
+        starts["x1"] = np.full(3, 1.0)
+    given = [*arrays_of(matrix), np.array(Q), *starts.values()]
+    before = [array.copy() for array in given]
+    result = lcpcli.solve(matrix, given[-1 - len(starts)], method, trace=True, **starts)
+    assert result.solved
+    assert [array.tobytes() for array in given] == [array.tobytes() for array in before]
+    assert all(now is then for now, then in zip(arrays_of(matrix), given, strict=False))
+
+
+def test_a_z_that_is_given_is_never_changed() -> None:
+    z = np.array(Z)
+    result = lcpcli.solve(M, Q, z0=z)
+    assert (result.iterations, z.tolist()) == (0, Z)
+    assert result.z is not z
+
+
+def test_auto_is_the_default() -> None:
+    assert lcpcli.solve(M, Q).method == "auto"
+
+
+@pytest.mark.parametrize(
+    ("method", "options"),
+    [
+        ("shi", {"p": 1e9, "k_star": 3, "rho": 0.01, "sigma": 0.5, "x1": None}),
+        ("fixed-point", {"omega": 2.0, "anderson": 3}),
+    ],
+)
+def test_options_of_the_method_are_in_force(method: str, options: dict[str, Any]) -> None:
+    assert lcpcli.solve(M, Q, method, **options).options == options
+
+
+def test_limits_are_kept() -> None:
+    assert lcpcli.solve(M, Q, max_iterations=1).status is Status.ITERATION_LIMIT
+    assert lcpcli.solve(M, Q, time_limit=1e-9).status is Status.TIME_LIMIT
+    assert lcpcli.solve(M, Q, "shi", tol=0.5).iterations < lcpcli.solve(M, Q, "shi").iterations
+
+
+def test_a_trace_is_kept_if_asked_for() -> None:
+    assert lcpcli.solve(M, Q).trace is None
+    result = lcpcli.solve(M, Q, trace=True)
+    assert result.trace is not None
+    assert [row.k for row in result.trace.rows] == list(range(result.iterations + 1))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"omgea": 2.0, "method": "fixed-point"}, "omgea: is no option of fixed-point; did you mean omega"),
+        ({"max_iteration": 3}, "max_iteration: .*did you mean max_iterations"),
+        ({"K_star": 3, "method": "shi"}, "K_star: .*did you mean k_star"),
+        ({"%": 3, "method": "shi"}, "%: .*it has x1, p, k_star, rho, sigma, x0, z0, tol"),
+        ({"omega": 2.0, "method": "shi"}, "--omega: has no effect with the method shi"),
+        ({"every": 2}, "--every: has no effect"),
+        ({"method": "newtn"}, "'newtn' is unknown; choose one of auto"),
+        ({"tol": 2.0}, "--tol: 2.0 is out of range"),
+        ({"rho": 1.0, "method": "shi"}, "--rho: 1.0 is out of range"),
+        ({"x0": [0, 0, 0], "z0": [0, 0, 0]}, "--z0: .*leave one out"),
+    ],
+)
+def test_bad_options_are_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(OptionError, match=message):
+        lcpcli.solve(M, Q, **options)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "q", "message"),
+    [
+        (M, Q[:2], "M: is 3 x 3 but q has 2 entries"),
+        (np.eye(3)[:2], Q, "M: is 2 x 3; make it square"),
+        (sparse.coo_array((10**12, 10**12)), Q, "M: is 1000000000000 x 1000000000000 but q has 3 entries"),
+        (M, np.array(Q) * 1j, "q: holds complex128 values"),
+    ],
+)
+def test_bad_problems_are_refused(matrix: Any, q: Any, message: str) -> None:
+    with pytest.raises(ProblemError, match=message):
+        lcpcli.solve(matrix, q)

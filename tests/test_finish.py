@@ -1,0 +1,153 @@
+"""Finishing turns a nearly right active set into the solution, and leaves a method alone where it cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_array, diags_array
+
+from lcpcli import Problem, linalg
+from lcpcli.finish import STEP, finish
+from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.result import z_of
+from lcpcli.typing import Vector
+
+
+def constant(x: Vector, ending: Exception | None = None, times: int = 5) -> Iterator[Iterate]:
+    """A method that has found its active set and goes nowhere."""
+    for k in range(times):
+        yield Iterate(x.copy(), None, "", k)
+    if ending is not None:
+        raise ending
+
+
+def positive_definite(n: int, seed: int) -> tuple[Vector, Vector]:
+    generator = np.random.default_rng(seed)
+    factor = generator.standard_normal((n, n))
+    return factor @ factor.T + np.eye(n), generator.standard_normal(n)
+
+
+def with_solution(M: Vector, seed: int) -> tuple[Problem, Vector]:
+    """A problem whose solution is known, nondegenerate, and the x that has its signs."""
+    generator = np.random.default_rng(seed)
+    x = generator.standard_normal(M.shape[0])
+    z, w = 2 * np.maximum(x, 0), 2 * np.maximum(-x, 0)
+    return Problem(M, w - M @ z, solutions=[z]), x
+
+
+@pytest.mark.parametrize("n", [5, linalg.SMALL + 20])
+@pytest.mark.parametrize("kind", ["dense", "sparse", "nonsymmetric"])
+def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
+    M, _ = positive_definite(n, 1)
+    if kind == "nonsymmetric":
+        M = M + np.triu(M, 1) - np.tril(M, -1).T
+        M = M + 2 * n * np.eye(n)
+    problem, x = with_solution(M, 2)
+    if kind == "sparse":
+        problem = Problem(csr_array(M), problem.q, solutions=problem.solutions)
+    start = np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)
+    *_, last = finish(problem, constant(start))
+    assert last.step == STEP
+    z = z_of(last.x)
+    rounding = 1e-13 * (np.abs(M) @ z + np.abs(problem.q)).max()
+    assert np.abs(np.minimum(z, problem.w(z))).max() <= rounding
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_few_wrong_signs_are_mended(seed: int) -> None:
+    n = 40
+    M = np.eye(n) * 4 - np.eye(n, k=1) - np.eye(n, k=-1)
+    problem, x = with_solution(M, seed)
+    wrong = np.random.default_rng(seed).choice(n, 3, replace=False)
+    x[wrong] = -x[wrong]
+    *_, last = finish(problem, constant(x))
+    assert last.step == STEP
+    assert np.allclose(z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)
+
+
+def test_iterates_are_passed_on_unchanged_before() -> None:
+    problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 5)
+    iterates = list(constant(x))
+    passed = list(finish(problem, iter(iterates)))
+    assert passed[:-1] == iterates[: len(passed) - 1]
+    assert passed[-1].step == STEP
+
+
+def test_degenerate_solution_is_recognised() -> None:
+    M = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+    z = np.array([1.0, 0.0, 0.0])
+    problem = Problem(M, np.array([0.0, 0.0, 1.0]) - M @ z)  # z_2 = w_2 = 0
+    for sign in (1.0, -1.0):
+        *_, last = finish(problem, constant(np.array([1.0, sign, -1.0])))
+        assert last.step == STEP
+        assert np.allclose(z_of(last.x), z, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("sparse", [False, True])
+@pytest.mark.parametrize("ending", [None, Stalled("rounding"), Breakdown("no more")])
+def test_singular_block_leaves_the_method_its_ending(sparse: bool, ending: Exception | None) -> None:
+    M = np.ones((3, 3))
+    problem = Problem(csr_array(M) if sparse else M, np.array([-1.0, -2.0, -3.0]))
+    iterates = finish(problem, constant(np.ones(3), ending))
+    if ending is None:
+        assert all(iterate.step == "" for iterate in iterates)
+    else:
+        with pytest.raises(type(ending), match=str(ending)):
+            list(iterates)
+
+
+def test_a_method_that_ends_is_finished_at_its_last_iterate() -> None:
+    problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 7)
+    steps = [iterate.step for iterate in finish(problem, constant(x, Stalled("here"), times=1))]
+    assert steps == ["", STEP]
+
+
+def test_no_more_time_is_spent_than_the_method_has_taken() -> None:
+    """On a clock by which a method's iterate takes 1 s and every reading of finishing 10 s, tries must be rare."""
+    n = 60
+    M, _ = positive_definite(n, 4)
+    generator = np.random.default_rng(8)
+    problem = Problem(M, generator.standard_normal(n))
+    now, tries = 0.0, 0
+
+    def clock() -> float:
+        return now
+
+    def iterates() -> Iterator[Iterate]:
+        nonlocal now
+        for k in range(200):
+            now += 1.0
+            x = -np.ones(n)
+            x[k % n] = 1.0
+            yield Iterate(x, None, "", k)
+
+    original = np.flatnonzero
+
+    def slow(mask: Vector) -> Vector:
+        nonlocal now, tries
+        now, tries = now + 10.0, tries + 1
+        return original(mask)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("lcpcli.finish.NEARLY", 1.0)
+        patch.setattr(np, "flatnonzero", slow)
+        for _ in finish(problem, iterates(), clock):
+            pass
+    assert 2 <= tries <= 30
+
+
+def test_sparse_blocks_are_not_made_dense() -> None:
+    n = 20_000
+    M = diags_array([-np.ones(n - 1), 4 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    generator = np.random.default_rng(11)
+    x = generator.standard_normal(n)
+    z, w = 2 * np.maximum(x, 0), 2 * np.maximum(-x, 0)
+    problem = Problem(M, w - M @ z)
+    *_, last = finish(problem, constant(x))
+    assert last.step == STEP
+    assert np.allclose(z_of(last.x), z, rtol=0, atol=1e-12)

@@ -1,0 +1,248 @@
+"""The method `lemke` follows the path of the published algorithm, cannot cycle, and says what its rays prove."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array, diags_array
+
+from lcpcli import Limits, Problem, Status, Trace, read, run, shipped
+from lcpcli.certificate import proves_infeasible
+from lcpcli.methods import lemke as module
+from lcpcli.methods.lemke import lemke
+
+
+def murty(n: int) -> NDArray[np.float64]:
+    return np.eye(n) + 2 * np.triu(np.ones((n, n)), 1)
+
+
+def cyclic(n: int, alpha: float) -> NDArray[np.float64]:
+    return np.eye(n) + alpha * np.roll(np.eye(n), 1, axis=0)
+
+
+def harker_pang(n: int, seed: int) -> Problem:
+    generator = np.random.default_rng(seed)
+    A, B = generator.uniform(-5, 5, (2, n, n))
+    return Problem(A.T @ A + B - B.T + np.diag(generator.uniform(0, 0.3, n)), generator.uniform(-500, 500, n))
+
+
+def exactly(M: list[list[int]], q: list[int]) -> tuple[list[Fraction] | None, int]:
+    """The algorithm in fractions on the full tableau [I, -M, -e, q]: its solution (None on a ray) and its pivots."""
+    n = len(q)
+    if min(q) >= 0:
+        return [Fraction(0)] * n, 0
+    T = [[Fraction(v) for v in [*np.eye(n, dtype=int)[i].tolist(), *(-m for m in M[i]), -1, q[i]]] for i in range(n)]
+    basic, entering, pivots = list(range(n)), 2 * n, 0
+    row = min(range(n), key=lambda i: [T[i][-1], *T[i][:n]])
+    while True:
+        T[row] = [v / T[row][entering] for v in T[row]]
+        for i in range(n):
+            if i != row and T[i][entering]:
+                T[i] = [a - T[i][entering] * b for a, b in zip(T[i], T[row], strict=True)]
+        leaving, basic[row] = basic[row], entering
+        pivots += 1
+        if leaving == 2 * n:
+            value = {variable: T[i][-1] for i, variable in enumerate(basic)}
+            return [value.get(n + i, Fraction(0)) for i in range(n)], pivots
+        entering = leaving - n if leaving >= n else leaving + n
+        rows = [i for i in range(n) if T[i][entering] > 0]
+        if not rows:
+            return None, pivots
+        row = min(rows, key=lambda i: [T[i][-1] / T[i][entering], basic[i] < 2 * n, *_quotients(T[i], entering, n)])
+
+
+def _quotients(row: list[Fraction], entering: int, n: int) -> list[Fraction]:
+    return [v / row[entering] for v in row[:n]]
+
+
+KNOWN: list[tuple[str, ArrayLike, ArrayLike, ArrayLike]] = [
+    ("Kostreva, cycles where ties go to the first index", [[1, 2, 0], [0, 1, 2], [2, 0, 1]], [-1] * 3, [1 / 3] * 3),
+    ("Murty", murty(8), -np.ones(8), np.eye(8)[7]),
+    ("Curtis-Han-Robinson", [[4, 5, -5], [5, 9, -5], [-5, -5, 7]], [2, 1, -3], [0, 4 / 19, 11 / 19]),
+    ("Ben Gharbia-Gilbert, q = e", cyclic(9, 2.0), np.ones(9), np.zeros(9)),
+    ("Ben Gharbia-Gilbert, q = -e", cyclic(9, 2.0), -np.ones(9), np.full(9, 1 / 3)),
+    ("growth", np.eye(40) - np.tril(np.ones((40, 40)), -1), -np.ones(40), 2.0 ** np.arange(40)),
+    ("units from 1e-6 to 1e6", np.diag(10.0 ** np.arange(-6, 7)), -(10.0 ** np.arange(-6, 7)), np.ones(13)),
+    ("one unknown", [[2.0]], [-1.0], [0.5]),
+    ("one unknown, q > 0 and M < 0", [[-1.0]], [1.0], [0.0]),
+    ("q = 0", [[0.0, 1.0], [-1.0, 0.0]], [0.0, 0.0], [0.0, 0.0]),
+]
+
+
+@pytest.mark.parametrize(("M", "q", "z"), [row[1:] for row in KNOWN], ids=[row[0] for row in KNOWN])
+def test_known_solutions_are_found(M: ArrayLike, q: ArrayLike, z: ArrayLike) -> None:
+    result = run(Problem(M, q), "lemke", -np.ones(len(np.asarray(q))))
+    assert result.solved
+    assert np.allclose(result.z, z, rtol=1e-15, atol=1e-15)
+
+
+@pytest.mark.parametrize("n", [2, 5, 10])
+@pytest.mark.parametrize("name", ["Murty", "Fathi"])
+def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(name: str, n: int) -> None:
+    """Murty 1978 and, symmetric positive definite, Fathi 1979: all 2^n complementary cones are passed."""
+    U = murty(n)
+    result = run(Problem(U.T if name == "Murty" else U.T @ U, -np.ones(n)), "lemke")
+    assert result.solved
+    assert np.array_equal(result.z, np.eye(n)[0])
+    assert result.evaluations == result.iterations == 2**n
+
+
+def integers(generator: np.random.Generator, kind: str) -> tuple[list[list[int]], list[int]]:
+    n = int(generator.integers(1, 10))
+    square, wide = generator.integers(-2, 3, (n, n)), generator.integers(-1, 2, (max(1, n // 2), n))
+    matrices = {
+        "any": square,
+        "P": 2 * n * np.eye(n, dtype=int) + square,
+        "positive semidefinite": wide.T @ wide + square - square.T,
+        "copositive": abs(square),
+    }
+    return matrices[kind].tolist(), generator.integers(-2, 2, n).tolist()
+
+
+@pytest.mark.parametrize("kind", ["any", "P", "positive semidefinite", "copositive"])
+@settings(max_examples=100, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_path_is_that_of_exact_arithmetic_however_many_ties(kind: str, seed: int) -> None:
+    M, q = integers(np.random.default_rng(seed), kind)
+    z, pivots = exactly(M, q)
+    result = run(Problem(M, q), "lemke", -np.ones(len(q)))
+    assert result.solved == (z is not None)
+    assert result.evaluations == pivots
+    if z is not None:
+        w = [sum((m * t for m, t in zip(row, z, strict=True)), Fraction(qi)) for row, qi in zip(M, q, strict=True)]
+        assert all(zi >= 0 and wi >= 0 and zi * wi == 0 for zi, wi in zip(z, w, strict=True))
+        exact = np.array([float(t) for t in z])
+        assert np.allclose(result.z, exact, rtol=0, atol=1e-12 * max(1.0, exact.max()))
+    elif kind == "positive semidefinite":
+        assert result.status is Status.INFEASIBLE
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("rank", [5, 15, 30])
+def test_degenerate_problems_of_thirty_unknowns_are_settled(rank: int, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    A = generator.integers(-2, 3, (rank, 30))
+    feasible = A.T @ generator.integers(-2, 3, rank) + generator.integers(0, 2, 30)
+    assert run(Problem(A.T @ A, feasible), "lemke").solved
+    anyhow = run(Problem(A.T @ A, generator.integers(-2, 1, 30)), "lemke")
+    assert anyhow.status in {Status.SOLVED, Status.INFEASIBLE}
+
+
+def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector() -> None:
+    problem = harker_pang(20, seed=3)
+    covers = []
+    for iterate in list(lemke(problem, np.zeros(20)))[1:]:
+        z, w = 2 * np.maximum(iterate.x, 0), 2 * np.maximum(-iterate.x, 0)
+        assert iterate.F is not None
+        assert np.allclose(problem.w(z) - w, iterate.F, rtol=0, atol=1e-9)
+        covers.append(-iterate.F.min())
+    assert covers[0] == -problem.q.min()
+    assert covers[-1] <= 1e-12
+    assert sorted(covers, reverse=True) == covers  # M is positive definite: z_0 falls along the path
+
+
+def test_start_is_yielded_as_it_is_and_not_used() -> None:
+    problem, x0 = harker_pang(10, seed=1), np.arange(10.0)
+    path, other = list(lemke(problem, x0)), list(lemke(problem, np.zeros(10)))
+    assert np.array_equal(path[0].x, x0)
+    assert all(np.array_equal(a.x, b.x) for a, b in zip(path[1:], other[1:], strict=True))
+
+
+def test_every_pivot_is_an_iteration_and_a_row_of_the_trace() -> None:
+    trace = Trace()
+    result = run(harker_pang(20, seed=2), "lemke", trace=trace)
+    assert result.solved
+    assert [row.k for row in trace.rows] == list(range(result.evaluations + 1))
+    assert run(harker_pang(20, seed=2), "lemke", limits=Limits(max_iterations=3)).status is Status.ITERATION_LIMIT
+
+
+def infeasible(y: list[float], M: list[list[float]], q: list[float]) -> Any:
+    return pytest.param(M, q, y, id=f"{len(q)} unknowns, y = {y}")
+
+
+@pytest.mark.parametrize(
+    ("M", "q", "y"),
+    [
+        infeasible([1.0, 0.0], [[0.0, -1.0], [1.0, 0.0]], [-1.0, -1.0]),
+        infeasible([1.0], [[-1.0]], [-2.0]),
+        infeasible([1.0], [[0.0]], [-2.0]),
+        infeasible([1.0, 1.0], [[1.0, -1.0], [-1.0, 1.0]], [-1.0, 0.0]),
+    ],
+)
+def test_infeasible_problem_is_proved_to_be(M: list[list[float]], q: list[float], y: list[float]) -> None:
+    result = run(Problem(M, q), "lemke")
+    assert result.status is Status.INFEASIBLE
+    assert result.certificate is not None
+    assert result.certificate.vector is not None
+    assert proves_infeasible(result.problem, result.certificate.vector)
+    assert np.allclose(result.certificate.vector / result.certificate.vector.max(), y)
+
+
+BIMATRIX = read(shipped.path("bimatrix.json"))
+
+
+@pytest.mark.parametrize(
+    ("M", "q"),
+    [([[0, 1], [0, 0]], [-1, 0]), ([[0, 1], [1, 0]], [-1, 1]), (BIMATRIX.M, BIMATRIX.q)],
+    ids=["solvable", "feasible but unsolvable", "bimatrix game"],
+)
+def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> None:
+    """[0 A; B' 0] with A, B > 0 is copositive, not copositive-plus: from the covering vector e it has a ray at once."""
+    result = run(Problem(M, q), "lemke")
+    assert result.status is Status.RAY
+    assert result.status.exit_code == 1
+    assert "copositive-plus or row sufficient" in result.message
+    assert result.certificate is not None
+    assert result.certificate.kind == "ray"
+    assert result.certificate.vector is not None
+    assert (result.certificate.vector >= 0).all()
+    assert result.certificate.vector.any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hundred_unknowns_are_solved_to_rounding_in_any_units(seed: int) -> None:
+    problem = harker_pang(100, seed)
+    result = run(problem, "lemke")
+    assert result.relative_residual <= 1e-13
+    assert result.evaluations < 200
+    R, C = 10.0 ** np.random.default_rng(seed).uniform(-5, 5, (2, 100))
+    scaled = run(Problem(R[:, None] * problem.M * C, R * problem.q), "lemke")
+    assert scaled.relative_residual <= 1e-12
+    assert np.allclose(C * scaled.z, result.z, rtol=1e-9, atol=1e-12 * result.z.max())
+
+
+def test_hilbert_matrices_are_solved() -> None:
+    for n in range(2, 13):
+        hilbert = 1 / (np.arange(n)[:, None] + np.arange(n) + 1.0)
+        assert run(Problem(hilbert, -np.ones(n)), "lemke").solved
+
+
+def test_sparse_and_dense_matrices_give_the_same_path() -> None:
+    n = 60
+    S = diags_array([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    q = np.sin(np.arange(n))
+    dense, sparse = run(Problem(S.toarray(), q), "lemke"), run(Problem(csr_array(S), q), "lemke")
+    assert dense.solved
+    assert sparse.solved
+    assert dense.evaluations == sparse.evaluations
+    assert np.allclose(dense.z, sparse.z, rtol=1e-13, atol=1e-13)
+
+
+def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do() -> None:
+    n = module.LARGEST + 1
+    identity = diags_array([np.ones(n)], offsets=[0])
+    refused = run(Problem(identity, -np.ones(n)), "lemke")
+    assert refused.status is Status.BREAKDOWN
+    assert str(module.LARGEST) in refused.message
+    assert run(Problem(identity, np.ones(n)), "lemke", -np.ones(n)).solved
+
+
+def test_overflow_is_a_breakdown() -> None:
+    result = run(Problem([[1e-200]], [-1e200]), "lemke")
+    assert result.status is Status.BREAKDOWN
