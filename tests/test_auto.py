@@ -206,10 +206,13 @@ def test_interrupt_reaches_the_solver_of_programs(tmp_path: Path) -> None:
     M = np.block([[np.zeros((60, 60)), A], [B.T, np.zeros((60, 60))]])
     write(Problem(M, -np.ones(120)), file)
     command = [sys.executable, "-m", "lcpcli", "solve", str(file), "--method", "milp", "--format", "json"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(2.0)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=10)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(2.0)
+        process.send_signal(signal.SIGINT)
+        try:
+            out, err = process.communicate(timeout=10)
+        finally:
+            process.kill()
     assert (process.returncode, err) == (130, "")
     assert json.loads(out)["status"] == "interrupted"
 
