@@ -46,10 +46,10 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Itera
 def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Iterate]:
     deadline = time.perf_counter() + time_limit
     last = Iterate(x0, None, "", 0)
-    for name, iterates in _in_order(problem, x0, deadline):
+    for place, (name, iterates) in enumerate(_in_order(problem, x0, deadline)):
         done = last.evaluations
         try:
-            for iterate in iterates:
+            for iterate in islice(iterates, min(place, 1), None):  # each method hands out the start first; once will do
                 evaluations = done + iterate.evaluations
                 last = replace(iterate, method=iterate.method or name, evaluations=evaluations)
                 yield last
@@ -59,7 +59,7 @@ def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Itera
             if ending.certificate.kind != "ray":
                 raise
     seconds = max(deadline - time.perf_counter(), 1e-3)
-    for iterate in methods.load("milp")(problem, x0, time_limit=seconds):
+    for iterate in islice(methods.load("milp")(problem, x0, time_limit=seconds), 1, None):
         yield replace(iterate, method="milp", evaluations=last.evaluations + iterate.evaluations)
 
 

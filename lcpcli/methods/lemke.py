@@ -26,10 +26,7 @@ TIE = 2.0**-30  # quotients of entries of the inverse as close as this are equal
 DOUBTFUL = 2.0**-26  # a pivot that cancellation has made so small is computed anew before it is used
 REFACTOR = 50  # pivots, at least, between two inversions of the basis from scratch
 REFACTOR_AT_TIES = 5  # the same where rows tie: there rounding can lead off the path
-RAY = (
-    "that no z >= 0 has Mz + q >= 0 is proved by this where M is copositive-plus or row sufficient; "
-    "elsewhere it proves nothing"
-)
+RAY = "this proves the problem infeasible where M is copositive-plus or row sufficient; elsewhere it proves nothing"
 
 
 def lemke(problem: Problem, x0: Vector) -> Iterator[Iterate]:
@@ -279,7 +276,7 @@ def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]
     x = 0.5 * (z - w)
     z, w = 2 * np.maximum(x, 0.0), 2 * np.maximum(-x, 0.0)
     F = problem.w(z) - w
-    return x, F, bool((np.abs(F) <= 2 * (n + 1) * EPS * (abs(M) @ z + w + np.abs(q))).all())
+    return x, F, bool((np.abs(F) <= 2 * (n + 1) * EPS * (linalg.absolute_product(M, z) + w + np.abs(q))).all())
 
 
 def _certificate(problem: Problem, tableau: _Tableau, entering: int, column: Vector) -> Certificate:

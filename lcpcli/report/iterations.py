@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
 from lcpcli.report import numbers
 from lcpcli.result import Result, TraceRow
@@ -55,13 +56,19 @@ def build(results: Sequence[Result]) -> IterationTable:
     header = ["method", "k", *columns, *steps, accuracy, f"time/{unit}"]
     groups = []
     for result, rows in zip(results, traces, strict=True):
-        labels = [result.method] + [""] * (len(rows) - 1)
+        labels = _labels(rows)
         largest = float(np.max(result.z))
         tails = [[row.step][: len(steps)] + _measures(row, bool(problem.solutions), length) for row in rows]
         cells = [_components(row, largest, components is not None) for row in rows]
         groups.append([[a, str(row.k), *z, *tail] for a, row, z, tail in zip(labels, rows, cells, tails, strict=False)])
     remarks = _remarks(results, components is not None)
     return IterationTable(_title(problem), header, groups, *_summary(results), remarks)
+
+
+def _labels(rows: Sequence[TraceRow]) -> list[str]:
+    """The name of each row's method where it is another than that of the row before."""
+    before = ["", *(row.method for row in rows)]
+    return [row.method if row.method != earlier else "" for row, earlier in zip(rows, before, strict=False)]
 
 
 def _components(row: TraceRow, largest: float, elided: bool) -> list[str]:
@@ -104,9 +111,20 @@ def _summary(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
 
 def _remarks(results: Sequence[Result], elided: bool) -> list[str]:
     remarks = [f"{result.method} {result.message}" for result in results if not result.solved]
+    remarks += [f"{r.method}: by {', '.join(r.route)}" for r in results if r.route != (r.method,)]
+    remarks += [_vector(result.certificate) for result in results if result.certificate]
     if elided:
         remarks.append(f"all {results[0].problem.n} components of z: --format json or csv")
     return remarks
+
+
+def _vector(certificate: Certificate) -> str:
+    """The vector of a certificate, as far as a line has room for it."""
+    if certificate.vector is None:
+        return f"certificate: {certificate.kind}"
+    entries = [f"{v:.7g}" for v in certificate.vector[:PIPE_COMPONENTS].tolist()]
+    more = [ELLIPSIS] if certificate.vector.size > PIPE_COMPONENTS else []
+    return f"certificate: {certificate.kind} ({', '.join(entries + more)})"
 
 
 def _title(problem: Problem) -> str:

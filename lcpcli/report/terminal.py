@@ -45,7 +45,7 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
 def _label_down(group: list[list[str]]) -> list[list[str]]:
     """The group with its method's name down the first column, a word a row as in the paper, if it has the rows."""
     words = group[0][0].replace("-", "- ").split() if group else []
-    if len(words) > len(group):
+    if len(words) > len(group) or any(row[0] for row in group[1:]):
         return group
     return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
 
