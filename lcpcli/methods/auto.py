@@ -10,10 +10,11 @@ from itertools import islice
 
 from lcpcli import linalg, methods
 from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, Stalled
+from lcpcli.methods.newton import LEAST_INDEX
 from lcpcli.problem import Problem, is_sparse
 from lcpcli.typing import Vector
 
-NEWTON_STEPS = 60  # few P-matrices need more than a dozen
+LEAST_INDEX_STEPS = 60  # of newton where M is dense: its block steps advance, these may need 2^n
 LEMKE_PIVOTS = 20  # an unknown
 
 
@@ -69,7 +70,8 @@ def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[s
         from lcpcli.sparse_route import sparse_route
 
         yield "sparse", sparse_route(problem, x0)
-    yield "newton", islice(methods.load("newton")(problem, x0), NEWTON_STEPS)
+    patience = problem.n if is_sparse(problem.M) else LEAST_INDEX_STEPS
+    yield "newton", _while_blocks_advance(methods.load("newton")(problem, x0), patience)
     if is_sparse(problem.M) and problem.n > linalg.SMALL:
         from lcpcli.linear import linear
 
@@ -78,3 +80,13 @@ def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[s
     from lcpcli.restarts import restarts
 
     yield "lemke", restarts(problem, x0)
+
+
+def _while_blocks_advance(iterates: Iterator[Iterate], patience: int) -> Iterator[Iterate]:
+    """The iterates of newton, until it has taken more than so many steps one index at a time."""
+    alone = 0
+    for iterate in iterates:
+        alone += iterate.step == LEAST_INDEX
+        if alone > patience:
+            return
+        yield iterate

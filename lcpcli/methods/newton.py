@@ -20,6 +20,7 @@ from lcpcli.principal import PrincipalSolver
 from lcpcli.problem import Problem
 from lcpcli.typing import Vector
 
+LEAST_INDEX = "least index"
 PATIENCE = 10  # steps that exchange all infeasible indices without a new least number of them, before one at a time
 
 
@@ -69,6 +70,6 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Iterator
         elif patience > 1:
             patience -= 1
         else:
-            step = "least index"
+            step = LEAST_INDEX
         exchanged = infeasible if step == "block" else infeasible[:1]
         inside[exchanged] = ~inside[exchanged]
