@@ -16,7 +16,7 @@ from lcpcli import methods, options, scaled
 from lcpcli.accuracy import Accuracy
 from lcpcli.certificate import Certificate, proves_infeasible
 from lcpcli.errors import OptionError
-from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, OutOfTime, Stalled
+from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
 from lcpcli.options import OPTIONS, flag
 from lcpcli.problem import Problem, as_vector
 from lcpcli.result import Passing, Result, Status, Trace, TraceRow, x_of, z_of
@@ -168,17 +168,28 @@ class _Loop:
                 ending = self._judge(iterate)
                 if ending:
                     return ending, ""
-        except Stalled as reason:
-            late = isinstance(reason, OutOfTime) or self._late()
-            return (Status.TIME_LIMIT if late else Status.STALLED), str(reason)
-        except Breakdown as reason:
-            return Status.BREAKDOWN, str(reason)
-        except NoSolution as ending:
-            return self._without_solution(ending.certificate)
+        except Ending as ending:
+            self._takes_part(ending.method)
+            return self._ended(ending)
         except FloatingPointError as reason:
             return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
         except KeyboardInterrupt:
             return Status.INTERRUPTED, ""
+
+    def _ended(self, ending: Ending) -> tuple[Status, str]:
+        """The status and the reason of a method's own ending."""
+        if isinstance(ending, NoSolution):
+            return self._without_solution(ending.certificate)
+        if isinstance(ending, Stalled):
+            late = isinstance(ending, OutOfTime) or self._late()
+            return (Status.TIME_LIMIT if late else Status.STALLED), str(ending)
+        return Status.BREAKDOWN, str(ending)
+
+    def _takes_part(self, method: str) -> None:
+        """Note that a method has taken part; "" is the one that was asked for."""
+        method = method or self.method
+        if method not in self.route:
+            self.route.append(method)
 
     def _without_solution(self, certificate: Certificate) -> tuple[Status, str]:
         """The status that a certificate justifies; a Farkas vector is checked against M and q here, not believed."""
@@ -207,9 +218,7 @@ class _Loop:
         """Keep what is to be kept of an iterate, and say whether the run ends with it."""
         self.k += 1
         self.evaluations = iterate.evaluations
-        method = iterate.method or self.method
-        if method not in self.route:
-            self.route.append(method)
+        self._takes_part(iterate.method)
         level = self._level(iterate)
         self.last = iterate.x
         if level < self.best_level:
@@ -217,7 +226,7 @@ class _Loop:
         if not self.first_level < math.inf:
             self.first_level = level
         if self.trace is not None:
-            self._keep(self.trace, iterate, method)
+            self._keep(self.trace, iterate, iterate.method or self.method)
         if self._worth_measuring(level) and self._relative_residual(iterate.x) <= self.limits.tol:
             self.best = iterate.x
             return Status.SOLVED

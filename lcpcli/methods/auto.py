@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import islice
 
 from lcpcli import linalg, methods
-from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, Stalled
+from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stalled
 from lcpcli.methods.newton import LEAST_INDEX
 from lcpcli.problem import Problem, is_sparse
 from lcpcli.typing import Vector
@@ -58,10 +58,15 @@ def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Itera
             continue
         except NoSolution as ending:
             if ending.certificate.kind != "ray":
+                ending.method = name
                 raise
     seconds = max(deadline - time.perf_counter(), 1e-3)
-    for iterate in islice(methods.load("milp")(problem, x0, time_limit=seconds), 1, None):
-        yield replace(iterate, method="milp", evaluations=last.evaluations + iterate.evaluations)
+    try:
+        for iterate in islice(methods.load("milp")(problem, x0, time_limit=seconds), 1, None):
+            yield replace(iterate, method="milp", evaluations=last.evaluations + iterate.evaluations)
+    except Ending as ending:
+        ending.method = "milp"
+        raise
 
 
 def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Iterator[Iterate]]]:

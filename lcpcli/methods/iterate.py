@@ -27,11 +27,17 @@ class Iterate:
     method: str = ""
 
 
-class Breakdown(Exception):
+class Ending(Exception):
+    """A method ends here. `method` says which, where several take turns."""
+
+    method = ""
+
+
+class Breakdown(Ending):
     """The method cannot go on; the argument is the reason, as a clause for the user."""
 
 
-class NoSolution(Exception):
+class NoSolution(Ending):
     """The method has found out that there is no solution, or where it must give up; the argument is the Certificate."""
 
     def __init__(self, certificate: Certificate) -> None:
@@ -39,7 +45,7 @@ class NoSolution(Exception):
         self.certificate = certificate
 
 
-class Stalled(Exception):
+class Stalled(Ending):
     """The method has got as far as rounding lets it; the argument says what holds it there.
 
     evaluations : how many evaluations it has cost to find that out.
