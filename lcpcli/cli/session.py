@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -90,4 +89,6 @@ def _terminal() -> tuple[int | None, bool]:
     if not sys.stdout.isatty():
         return None, False
     color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-    return shutil.get_terminal_size().columns, color
+    from shutil import get_terminal_size
+
+    return get_terminal_size().columns, color

@@ -7,7 +7,6 @@ import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
-from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from typing import Protocol, TypeVar, cast
@@ -164,5 +163,7 @@ def _likely_file(path: str) -> str:
         names = [entry.name for entry in folder.iterdir()]
     except OSError:
         names = []
+    from difflib import get_close_matches
+
     close = get_close_matches(Path(path).name, names, n=1, cutoff=0.75)
     return f"did you mean {folder / close[0]}?" if close else "check the path"

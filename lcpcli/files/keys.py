@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 from lcpcli.errors import SHOWN, ProblemError
 
@@ -32,5 +31,7 @@ def refuse_unknown(field: str, given: Iterable[str], known: tuple[str, ...]) -> 
 def likely(key: str, known: tuple[str, ...]) -> str:
     """The mend for an unknown key."""
     folded = {name.casefold(): name for name in known} | {k: v for k, v in OTHER_NAMES.items() if v in known}
+    from difflib import get_close_matches
+
     close = get_close_matches(key.casefold(), folded, n=1)
     return f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(known)}"

@@ -6,7 +6,6 @@ import contextlib
 import errno
 import os
 import stat
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -18,6 +17,8 @@ def refuse_unwritable(path: str) -> None:
 
     A file is made and removed there, as nothing else tells: permissions do not hold for root, nor on a read-only disk.
     """
+    from tempfile import TemporaryFile
+
     if not path:
         raise OptionError("", "the name of the output is empty", "name a file")
     try:
@@ -32,7 +33,7 @@ def refuse_unwritable(path: str) -> None:
         else:
             with contextlib.suppress(FileNotFoundError):
                 target.lstat()
-            with tempfile.TemporaryFile(dir=target.parent):
+            with TemporaryFile(dir=target.parent):
                 pass
     except OSError as error:
         raise _unwritable(path, error) from None
@@ -81,7 +82,9 @@ def _unwritable(path: str, error: OSError) -> OptionError:
 
 def _temporary(target: Path, data: bytes) -> Path:
     """A complete file beside the target, ready to replace it."""
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=".lcp-")
+    from tempfile import mkstemp
+
+    handle, name = mkstemp(dir=target.parent, prefix=".lcp-")
     temporary = Path(name)
     try:
         with os.fdopen(handle, "wb") as file:
