@@ -17,7 +17,7 @@ def best_omega(M: Matrix) -> float:
     M symmetric positive definite: sqrt(lambda_min lambda_max) minimises the contraction factor
     max |omega - lambda| / |omega + lambda|; both ends by a few steps of power and of inverse iteration, for which M is
     factorized. Rough ends do: the factor is flat around its minimum.
-    Any other M: the largest diagonal entry, the least scalar omega for which Bai (2010, theorem 4.3) proves
+    Any other M: the largest diagonal entry, the least scalar omega for which Bai (2010) proves
     convergence for H-matrices with positive diagonal; if no diagonal entry is positive, the largest row sum of |M|.
     """
     solve = principal.definite_solver(M)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Trace, cli, files, read, run, shipped
+from lcpcli import Problem, Trace, files, read, run, shipped
 from lcpcli.cli import session
 from lcpcli.report import iterations, numbers
 
@@ -166,8 +166,8 @@ def test_json_has_null_where_a_number_is_not_finite(lcp: Lcp, tmp_path: Path) ->
     file.write_text('{"M": [[1e300]], "q": [-1e300], "x0": [1e300]}')
     outcome = lcp("solve", str(file), "--format", "json", "--trace", "--max-iterations", "0")
     record = json.loads(outcome.out, parse_constant=lambda name: pytest.fail(name))
-    assert record["residual"] == 2e300 or record["residual"] is None
-    assert record["relative_residual"] is None or record["relative_residual"] > 1
+    assert record["residual"] == 2e300
+    assert record["w"] == [None]
 
 
 def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
@@ -310,10 +310,6 @@ def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytes
     assert outcome.code == 130
     assert begun == ["fixed-point", "shi"]
     assert "shi interrupted" in outcome.out
-
-
-def test_python_m_lcpcli_is_the_same_command() -> None:
-    assert cli.main.__module__ == "lcpcli.cli"
 
 
 def test_shown_components_always_include_the_last() -> None:

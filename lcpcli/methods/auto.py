@@ -22,9 +22,10 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Itera
     """Solve any LCP, or prove that it has no solution, by what gets there first.
 
     Dense M: newton solves almost every problem with a P-matrix in a handful of factorizations. Sparse M: first
-    `sparse_route`, which needs products with M alone where they do, then newton. Where these break down, stall or use
-    up their budget, lemke takes over, which solves what has a copositive-plus or otherwise well-behaved M, and then
-    milp, which settles what is left: by a solution, by a proof that there is none, or not at all within the time limit.
+    `sparse_route`, which needs products with M alone where they do, then newton, then `linear`, which proves most
+    infeasible problems to be so. Where these break down, stall or use up their budget, lemke takes over, which solves
+    what has a copositive-plus or otherwise well-behaved M, then `restarts` of it, which solve games, and then milp,
+    which settles what is left: by a solution, by a proof that there is none, or not at all within the time limit.
 
     Parameters
     ----------
