@@ -13,7 +13,7 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import Problem, linalg
 from lcpcli.finish import STEP, finish
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
-from lcpcli.result import z_of
+from lcpcli.modulus import z_of
 from lcpcli.typing import Vector
 
 

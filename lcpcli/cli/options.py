@@ -19,7 +19,7 @@ from lcpcli.report import FORMATS, SUFFIXES, TABLES
 if TYPE_CHECKING:
     from lcpcli.driver import Limits
     from lcpcli.problem import Problem
-    from lcpcli.result import Trace
+    from lcpcli.trace import Trace
     from lcpcli.typing import Vector
 
 STARTS = ("x0", "x1", "z0")
@@ -111,7 +111,7 @@ class Output:
         """An empty trace for a run whose iterates will be shown in that width, to keep only what will be read."""
         if not self._iterates:
             return None
-        from lcpcli.result import Trace
+        from lcpcli.trace import Trace
 
         if self.form not in TABLES:
             return Trace(self._every or 1)

@@ -13,7 +13,8 @@ import numpy as np
 from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
 from lcpcli.report import numbers
-from lcpcli.result import Result, TraceRow
+from lcpcli.result import Result
+from lcpcli.trace import TraceRow
 from lcpcli.typing import Indices
 
 ELLIPSIS = "..."
