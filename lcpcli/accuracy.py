@@ -23,12 +23,12 @@ class Accuracy:
         residual of z = 0 (largest |R q|_i if z = 0 solves the problem). So neither a large entry of q in another row
         nor a z that runs off to infinity makes a wrong row look right.
     error : |z - z*|_inf to the nearest of the problem's solutions.
-    size : the largest component of these solutions, 1 where all are 0: what errors are compared with.
+    size : `size_of_solutions`.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.size = max((_largest(solution) for solution in problem.solutions), default=0.0) or 1.0
+        self.size = size_of_solutions(problem)
         self._R, self._C = equilibrate(problem.M, problem.q)
         Rq = self._R * problem.q
         self._Rq = np.abs(Rq)
@@ -60,6 +60,11 @@ class Accuracy:
 
     def error(self, z: Vector) -> float | None:
         return min((_largest(z - solution) for solution in self.problem.solutions), default=None)
+
+
+def size_of_solutions(problem: Problem) -> float:
+    """The largest component of the problem's solutions, 1 where all are 0: what errors are compared with."""
+    return max((_largest(solution) for solution in problem.solutions), default=0.0) or 1.0
 
 
 def _largest(v: Vector) -> float:

@@ -157,6 +157,8 @@ class _Loop:
             error=self.accuracy.error(z),
             setup_seconds=self.setup_seconds,
             solve_seconds=self.solve_seconds,
+            tol=self.limits.tol,
+            warm=False,
             options=in_force,
             trace=self.traces[0],
             curve=self.traces[1],

@@ -16,6 +16,7 @@ import numpy as np
 
 from lcpcli import driver, linalg, scaled
 from lcpcli.accuracy import Accuracy
+from lcpcli.errors import OptionError
 from lcpcli.linalg import SingularMatrix
 from lcpcli.modulus import x_of
 from lcpcli.principal import PrincipalSolver
@@ -45,6 +46,19 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
     if not result.solved:
         return problem
     return replace(problem, solutions=(refined(problem, result.z),), reference="computed")
+
+
+def near(problem: Problem, size: float) -> Vector:
+    """A start x, shape (n,), off the problem's first solution by normal noise of `size` times its largest component.
+
+    The same for the same problem. Raises OptionError where the problem has no solution.
+    """
+    if not problem.solutions:
+        where = f"{problem.name}: " * bool(problem.name)
+        raise OptionError("--warm", f"{where}no solution was found to start near", "leave it out")
+    z = problem.solutions[0]
+    noise = np.random.default_rng(0).standard_normal(problem.n)
+    return x_of(z, problem.w(z)) + size * Accuracy(problem).size * noise
 
 
 @np.errstate(over="ignore", invalid="ignore")

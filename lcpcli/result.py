@@ -46,6 +46,8 @@ class Result:
     residual, relative_residual, error : as defined in `accuracy.Accuracy`, recomputed from M and q; error is None
         where no solution is known.
     setup_seconds, solve_seconds : until the first iterate, and from there to the last.
+    tol : the tolerance for the relative residual.
+    warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
     trace : the rows kept, or None if none were asked for.
     curve : a second trace, kept for figures and milestones where that was asked for; else None.
@@ -66,6 +68,8 @@ class Result:
     error: float | None
     setup_seconds: float
     solve_seconds: float
+    tol: float
+    warm: bool
     options: dict[str, Any]
     trace: Trace | None
     curve: Trace | None
