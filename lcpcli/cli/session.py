@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lcpcli import options
 from lcpcli.cli.options import for_methods, limits
 from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
 from lcpcli.errors import OptionError
@@ -27,6 +28,8 @@ def run(paths: Paths, methods: Sequence[str], given: dict[str, Any], *, levels: 
     """
     output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet")))
     plot = Plot(given["plot"], levels)
+    warm = given.get("warm")
+    options.check(warm=warm)
     from lcpcli import files
 
     _refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
@@ -39,7 +42,7 @@ def run(paths: Paths, methods: Sequence[str], given: dict[str, Any], *, levels: 
         problems = [_referred(problem, bounds) for problem in problems]
     width, color = (None, False) if output.path else terminal()
     results: list[Result] = []
-    for result in _runs(problems, methods, chosen, bounds, given.get("warm"), (output, plot, width)):
+    for result in _runs(problems, methods, chosen, bounds, warm, (output, plot, width)):
         results.append(result)
         if result.interrupted:
             break
