@@ -3,7 +3,7 @@
 With T = (omega I + M)^-1 (omega I - M), the iteration is x' = T |x| - (omega I + M)^-1 q. As | |x| - |y| | <= |x - y|,
 each step shrinks the Euclidean distance to the solution by the factor |T|_2 or more, which for symmetric M is the
 maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981). Near a solution
-without x*_i = 0 the iteration is linear, and the factor is in the end the spectral radius of T S with S = diag(sign x*).
+without x*_i = 0 the iteration is linear, and the factor is in the end the spectral radius of T S, S = diag(sign x*).
 """
 
 from __future__ import annotations
