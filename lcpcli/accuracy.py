@@ -47,6 +47,11 @@ class Accuracy:
         own = np.clip(np.maximum(self._Rq, terms), FLOOR * self._scale, self._scale)
         return _largest(residual / own)
 
+    def passes(self, z: Vector, w: Vector, tol: float) -> bool:
+        """Whether the relative residual is at most tol; without the products with |M| where it clearly is not."""
+        with_largest_scale = _largest(np.abs(np.minimum(z / self._C, self._R * w))) / (self._scale or math.inf)
+        return with_largest_scale <= tol and self.relative_residual(z, w) <= tol
+
     def bound(self, F: Vector) -> float:
         """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.
 

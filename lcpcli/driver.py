@@ -233,7 +233,7 @@ class _Loop:
         if not self.first_level < math.inf:
             self.first_level = level
         self._keep(iterate)
-        if self._worth_measuring(level) and self._relative_residual(iterate.x) <= self.limits.tol:
+        if self._worth_measuring(level) and self._passes(iterate.x):
             self.best = iterate.x
             return Status.SOLVED
         if self.method in methods.ITERATIVE and not level <= DIVERGED * self.first_level:
@@ -253,6 +253,13 @@ class _Loop:
     def _level(self, iterate: Iterate) -> float:
         """The bound of the relative residual that comes free with F, or the relative residual where F is unknown."""
         return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
+
+    def _passes(self, x: Vector) -> bool:
+        """Whether the relative residual at x is at most the tolerance."""
+        if x is self._measured[0]:
+            return self._measured[1] <= self.limits.tol
+        z = z_of(x)
+        return self.accuracy.passes(z, self.problem.w(z), self.limits.tol)
 
     def _relative_residual(self, x: Vector) -> float:
         """The relative residual at x; that of the x asked for last is remembered."""
