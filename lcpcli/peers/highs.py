@@ -1,0 +1,58 @@
+"""The active-set solver for convex quadratic programs in HiGHS: Q. Huangfu and J. A. J. Hall, Parallelizing the dual
+revised simplex method, Math. Program. Comput. 10 (2018) 119-142; https://highs.dev.
+
+The tolerance is that of all its optimality conditions, which it does not take below 1e-10. As it comes, it adds 1e-7 to
+the diagonal of M.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
+from lcpcli.problem import Problem
+
+PACKAGE = "highspy"
+SMALLEST_TOLERANCE = 1e-10
+
+
+def version() -> str | None:
+    return distribution_version(PACKAGE)
+
+
+def excludes(problem: Problem) -> str:
+    return storage.not_sparse(problem) or quadratic.not_convex(problem)
+
+
+def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
+    highspy = library("highspy")
+    highs, model = highspy.Highs(), _model(highspy, problem)
+    options = {"output_flag": False, "time_limit": time_limit, "kkt_tolerance": max(tol, SMALLEST_TOLERANCE)}
+    for name, value in options.items():
+        highs.setOptionValue(name, value)
+    began = time.perf_counter()
+    accepted = highs.passModel(model) != highspy.HighsStatus.kError
+    if accepted:
+        highs.run()
+    seconds = time.perf_counter() - began
+    if not accepted:
+        return Claim(None, False, seconds, "refused the model")
+    status, solution = highs.getModelStatus(), highs.getSolution()
+    z = np.array(solution.col_value) if solution.value_valid else None
+    return Claim(z, status == highspy.HighsModelStatus.kOptimal, seconds, highs.modelStatusToString(status))
+
+
+def _model(highspy: Any, problem: Problem) -> Any:
+    n, triangle = problem.n, storage.lower_triangle(problem.M)
+    model = highspy.HighsModel()
+    lp, hessian = model.lp_, model.hessian_
+    lp.num_col_, lp.num_row_ = n, 0
+    lp.col_cost_, lp.col_lower_, lp.col_upper_ = problem.q, np.zeros(n), np.full(n, highspy.kHighsInf)
+    lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    lp.a_matrix_.start_ = np.zeros(n + 1, dtype=np.int32)
+    hessian.dim_, hessian.format_ = n, highspy.HessianFormat.kTriangular
+    hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
+    return model
