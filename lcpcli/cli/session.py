@@ -17,24 +17,37 @@ CLOSED_PIPE = 141  # as shells report SIGPIPE
 
 if TYPE_CHECKING:
     from lcpcli.driver import Limits
+    from lcpcli.exact.problem import ExactProblem
     from lcpcli.problem import Problem
     from lcpcli.result import Result
 
 
-def run(paths: Sequence[tuple[str, str | None]], methods: Sequence[str], given: dict[str, Any]) -> int:
-    """Run the methods on each of the problems, given by their files; show the results; return the worst exit code."""
+def run(
+    paths: Sequence[tuple[str, str | None]], methods: Sequence[str], given: dict[str, Any], exact: bool = False
+) -> int:
+    """Run the methods on each of the problems, given by their files; show the results; return the worst exit code.
+
+    exact : prove each result in rational arithmetic.
+    """
     output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet")))
     from lcpcli import files
 
+    if exact:
+        from lcpcli.exact.linear import require
+
+        require()
     if [name for pair in paths for name in pair].count(files.STANDARD_INPUT) > 1:
         raise OptionError("standard input", "can be read only once", "name a file")
     if output.path is not None and any(_same(output.path, name) for pair in paths for name in pair if name):
         raise OptionError(output.path, "holds the problem", "choose another place for the output")
     bounds = limits(given)
-    problems = [files.read(*path) for path in paths]
+    data = [files.read_exact(*path) for path in paths] if exact else []
+    problems = [known.problem for known in data] or [files.read(*path) for path in paths]
     chosen = [for_methods(given, methods, problem) for problem in problems]
     width, color = (None, False) if output.path else _terminal()
     results = _results(problems, methods, chosen, bounds, output, width)
+    if exact:
+        results = _proved(data, results, bounds)
     if not output.silent:
         from lcpcli import report
 
@@ -43,7 +56,7 @@ def run(paths: Sequence[tuple[str, str | None]], methods: Sequence[str], given: 
             _print(text, color)
         else:
             files.write_whole(output.path, text)
-    return max(result.status.exit_code for result in results)
+    return max(result.exit_code for result in results)
 
 
 def _results(
@@ -65,6 +78,17 @@ def _results(
             if results[-1].interrupted:
                 return results
     return results
+
+
+def _proved(data: Sequence[ExactProblem], results: Sequence[Result], bounds: Limits) -> list[Result]:
+    """Each result with what is proved of it, in what time the run has left."""
+    from lcpcli.exact.proof import prove
+
+    by_problem = {id(known.problem): known for known in data}
+    return [
+        prove(by_problem[id(result.problem)], result, bounds.time_limit - result.setup_seconds - result.solve_seconds)
+        for result in results
+    ]
 
 
 def _print(text: str, color: bool) -> None:
