@@ -36,14 +36,19 @@ class Accuracy:
         return _largest(np.minimum(z, w))
 
     def relative_residual(self, z: Vector, w: Vector) -> float:
+        return _largest(self.relative_residuals(z, w))
+
+    def relative_residuals(self, z: Vector, w: Vector) -> Vector:
+        """The relative residual of each component, of which the largest one is that of z."""
         residual = np.abs(np.minimum(z / self._C, self._R * w))
         if not residual.any():
-            return 0.0
+            return residual
         if not 0 < self._scale < math.inf or not np.isfinite(residual).all():
-            return math.inf
+            return np.where(residual == 0, 0.0, math.inf)
         terms = self._R * linalg.absolute_product(self._problem.M, z)
         own = np.clip(np.maximum(self._Rq, terms), FLOOR * self._scale, self._scale)
-        return _largest(residual / own)
+        ratios: Vector = residual / own
+        return ratios
 
     def bound(self, F: Vector) -> float:
         """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.

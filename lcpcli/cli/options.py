@@ -33,7 +33,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 def solving(command: Command) -> Command:
     """Declare the options of the methods, the limits and the output on a command; it gets them as keywords."""
     declared = [
-        *(_numeric(name) for name in OF_METHODS if name not in STARTS),
+        *(numeric(name) for name in OF_METHODS if name not in STARTS),
         click.option(
             "--x0",
             metavar="NUMBERS|FILE",
@@ -48,10 +48,10 @@ def solving(command: Command) -> Command:
             "--scale/--no-scale", default=None, help="Let shi or fixed-point work on the equilibrated problem."
         ),
         click.option("--finish/--no-finish", default=None, help="Let shi or fixed-point end on their active set."),
-        *(_numeric(name) for name in LIMITS),
+        *(numeric(name) for name in LIMITS),
         click.option("--format", "form", type=click.Choice(list(FORMATS)), help=_formats()),
         click.option("--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
-        _numeric("every"),
+        numeric("every"),
         click.option("-o", "--output", metavar="FILE", help="Write to a file instead, whole or not at all."),
         click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells."),
     ]
@@ -140,7 +140,7 @@ class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
         return AUTO if value == AUTO else float(click.FLOAT.convert(value, param, ctx))
 
 
-def _numeric(name: str) -> Callable[[Command], Command]:
+def numeric(name: str) -> Callable[[Command], Command]:
     option = OPTIONS[name]
     number = click.INT if option.kind is int else click.FLOAT
     kind = _NumberOrAuto() if option.auto else number

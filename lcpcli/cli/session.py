@@ -36,9 +36,8 @@ def run(
         from lcpcli.exact.linear import require
 
         require()
-    if [name for pair in paths for name in pair].count(files.STANDARD_INPUT) > 1:
-        raise OptionError("standard input", "can be read only once", "name a file")
-    if output.path is not None and any(_same(output.path, name) for pair in paths for name in pair if name):
+    refuse_twice([name for pair in paths for name in pair])
+    if output.path is not None and any(same_file(output.path, name) for pair in paths for name in pair if name):
         raise OptionError(output.path, "holds the problem", "choose another place for the output")
     bounds = limits(given)
     data = [files.read_exact(*path) for path in paths] if exact else []
@@ -53,7 +52,7 @@ def run(
 
         text = report.render(results, output.form, width, color)
         if output.path is None:
-            _print(text, color)
+            show(text, color)
         else:
             files.write_whole(output.path, text)
     return max(result.exit_code for result in results)
@@ -91,7 +90,15 @@ def _proved(data: Sequence[ExactProblem], results: Sequence[Result], bounds: Lim
     ]
 
 
-def _print(text: str, color: bool) -> None:
+def refuse_twice(paths: Sequence[str | None]) -> None:
+    """Raise OptionError if standard input stands for two files."""
+    from lcpcli import files
+
+    if paths.count(files.STANDARD_INPUT) > 1:
+        raise OptionError("standard input", "can be read only once", "name a file")
+
+
+def show(text: str, color: bool) -> None:
     """Print to standard output; a reader who has closed it wants no more, and is told nothing."""
     try:
         click.echo(text, nl=False, color=color)
@@ -101,7 +108,7 @@ def _print(text: str, color: bool) -> None:
         raise click.exceptions.Exit(CLOSED_PIPE) from None
 
 
-def _same(one: str, other: str) -> bool:
+def same_file(one: str, other: str) -> bool:
     try:
         return Path(one).samefile(other)
     except OSError:

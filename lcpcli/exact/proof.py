@@ -30,7 +30,7 @@ from lcpcli.typing import Vector
 SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
 INFEASIBLE = "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0"
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
-UNPROVED = "no exact proof was found"
+UNPROVED = "no exact proof was found for the numbers as written"
 
 
 def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> Result:

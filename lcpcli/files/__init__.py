@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.exact.problem import ExactProblem, Rows
+    from lcpcli.files.candidate import Candidate
 
 STANDARD_INPUT = "-"
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # mends for an empty file
@@ -118,6 +119,24 @@ def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
             return form.parse_vector(field, content, n)
         z, w = json_format.parse_result(field, content, n)
         return x_of(z, w) if as_x else z
+
+    return _blaming(path, parse)
+
+
+def read_candidate(path: str, n: int) -> Candidate:
+    """An answer to be judged, of n entries, from a result or a vector in any format, fractions allowed."""
+    from lcpcli.exact.problem import fractions_of
+    from lcpcli.files import candidate, csv_format, json_format
+
+    content = _read(path, LINE)
+
+    def parse() -> Candidate:
+        form = _format(path, content)
+        if form is json_format:
+            return candidate.of_json(content, n)
+        if form is csv_format:
+            return candidate.of_text(content, n)
+        return candidate.Candidate("solution", fractions_of(form.parse_vector("z", content, n)))
 
     return _blaming(path, parse)
 

@@ -75,9 +75,7 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: A
 
 def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
     """z and w, of length n, of a result as `lcp solve --format json` has it; of several, one a line, the first."""
-    text = decode(content)
-    first, _, rest = text.strip().partition("\n")
-    result = _load(first if rest.lstrip().startswith("{") else text)
+    result = load_first(decode(content))
     if not {"z", "w"} <= set(result):
         raise ProblemError(
             field, "is an object without z and w", "give a list of numbers, or what lcp solve --format json prints"
@@ -86,6 +84,12 @@ def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
         return as_vector("z", result["z"], n), as_vector("w", result["w"], n)
     except ProblemError as error:
         raise error.inside(field) from None
+
+
+def load_first(text: str, number: Callable[[str], Any] = float) -> Any:
+    """What a JSON text holds, its numbers read by `number`; of several objects, one a line, the first."""
+    first, _, rest = text.strip().partition("\n")
+    return _load(first if rest.lstrip().startswith("{") else text, number)
 
 
 def render(problem: Problem) -> dict[str, bytes]:
