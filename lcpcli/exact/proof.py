@@ -1,9 +1,10 @@
 """From a result in floating point to one that is proved for the exact data.
 
-What the run has found is only a hint. Its active set is solved for and checked in rational arithmetic, its Farkas
-vector is made a rational one that stands up to the exact data, and a proof by exhaustion counts if it was about these
-very data. Where the data are decimals, whose rounding may have misled the run, the rows are multiplied by their
-denominators and the problem is run once more in integers, which doubles hold exactly.
+What the run has found is only a hint. Its active set is solved for and checked in rational arithmetic, or else, for a
+small problem, Lemke's method is done exactly; its Farkas vector is made a rational one that stands up to the exact
+data, and a proof by exhaustion counts if it was about these very data. Where the data are decimals, whose rounding may
+have misled the run, the rows are multiplied by their denominators and the problem is run once more in integers, which
+doubles hold exactly.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from lcpcli import driver
 from lcpcli.accuracy import Accuracy
 from lcpcli.certificate import Certificate
+from lcpcli.exact import lemke
 from lcpcli.exact.farkas import exact_proof
 from lcpcli.exact.linear import require
 from lcpcli.exact.numbers import rounded
@@ -77,8 +79,8 @@ def _exact(data: ExactProblem, run: Result, own: bool, deadline: float) -> Exact
             return Exact(Status.INFEASIBLE, INFEASIBLE, y=found)
     if own and run.status is Status.UNSOLVABLE:
         return Exact(Status.UNSOLVABLE, UNSOLVABLE)
-    z = from_point(data, _finite(run.z), deadline)
-    return None if z is None else Exact(Status.SOLVED, SOLVED, z=z, w=data.w(z))
+    z = from_point(data, _finite(run.z), deadline) or lemke.solve(data, deadline)
+    return Exact(Status.SOLVED, SOLVED, z=z, w=data.w(z)) if z is not None and data.is_solution(z) else None
 
 
 def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) -> Result:

@@ -30,7 +30,8 @@ LARGEST = 1500  # unknowns z_P that are solved for exactly: tens of seconds
 def exact_solution(problem: Problem, z: Vector) -> list[Fraction] | None:
     """The exact solution of the problem, its doubles taken as rationals, that lies at a z nearly right.
 
-    z : shape (n,). None where no solution was found from there. Raises OptionError without python-flint.
+    z : shape (n,). The solution has the complementary basis of z or, where that one has wrong signs, of a set near it;
+    `numbers.rounded` makes doubles of it. None where none was found. Raises OptionError without python-flint.
     """
     return from_point(ExactProblem.of_floats(problem), z)
 
