@@ -24,7 +24,7 @@ from lcpcli.scaling import equilibrate
 from lcpcli.typing import Indices, Mask, Vector
 
 STEPS = 30  # of exact pivoting from one set
-LARGEST = 1500  # unknowns z_P that are solved for exactly: tens of seconds
+LARGEST = 700  # unknowns z_P that are solved for exactly: a minute at worst
 
 
 def exact_solution(problem: Problem, z: Vector) -> list[Fraction] | None:
