@@ -38,14 +38,19 @@ class Accuracy:
         return _largest(np.minimum(z, w))
 
     def relative_residual(self, z: Vector, w: Vector) -> float:
+        return _largest(self.relative_residuals(z, w))
+
+    def relative_residuals(self, z: Vector, w: Vector) -> Vector:
+        """The relative residual of each component, of which the largest one is that of z."""
         residual = np.abs(np.minimum(z / self._C, self._R * w))
         if not residual.any():
-            return 0.0
+            return residual
         if not 0 < self._scale < math.inf or not np.isfinite(residual).all():
-            return math.inf
+            return np.where(residual == 0, 0.0, math.inf)
         terms = self._R * linalg.absolute_product(self.problem.M, z)
         own = np.clip(np.maximum(self._Rq, terms), FLOOR * self._scale, self._scale)
-        return _largest(residual / own)
+        ratios: Vector = residual / own
+        return ratios
 
     def passes(self, z: Vector, w: Vector, tol: float) -> bool:
         """Whether the relative residual is at most tol; without the products with |M| where it clearly is not."""

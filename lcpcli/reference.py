@@ -1,6 +1,7 @@
-"""A solution to measure errors against, where the problem does not bring one: solved, finished and refined once.
+"""A solution to measure errors against, where the problem does not bring one: solved once, and then made exact.
 
-The complementary basis of auto's solution is solved once more with iterative refinement, whose residuals are computed
+That is exact where rational arithmetic can be had (the extra `exact`) and n is small. Else the complementary basis of
+auto's solution is solved once more with iterative refinement, whose residuals are computed
 as if in twice the precision (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002,
 section 12.1): the solution of the basis is then right to its last digits as long as its condition number is below
 about 1e15.
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from importlib.util import find_spec
 from itertools import chain, pairwise
 
 import numpy as np
@@ -25,6 +27,7 @@ from lcpcli.typing import Matrix, Vector
 
 SECONDS = 10.0  # that the search for a solution may take
 REFINEMENTS = 10
+LARGEST_EXACT = 200  # n up to which a solution is made exact: in a second
 SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits
 
 
@@ -45,7 +48,21 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
         raise KeyboardInterrupt
     if not result.solved:
         return problem
+    exact = _exact(problem, result.z)
+    if exact is not None:
+        return replace(problem, solutions=(exact,), reference="exact")
     return replace(problem, solutions=(refined(problem, result.z),), reference="computed")
+
+
+def _exact(problem: Problem, z: Vector) -> Vector | None:
+    """The exact solution near z, rounded, where the problem is small and the extra `exact` is installed."""
+    if problem.n > LARGEST_EXACT or find_spec("flint") is None:
+        return None
+    from lcpcli.exact import numbers
+    from lcpcli.exact.solution import exact_solution
+
+    solution = exact_solution(problem, z)
+    return None if solution is None else numbers.rounded(solution)
 
 
 def near(problem: Problem, size: float) -> Vector:

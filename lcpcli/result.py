@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
 from lcpcli.trace import Trace
 from lcpcli.typing import Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 
 class Status(Enum):
@@ -37,6 +40,23 @@ class Status(Enum):
 
 
 @dataclass(frozen=True, eq=False)
+class Exact:
+    """What rational arithmetic says of a problem whose decimals are taken as they are written.
+
+    status : solved, infeasible or unsolvable; None where nothing was proved.
+    proof : how it is proved, as a clause for the user.
+    z, w : the solution and w = M z + q, each of length n, where it is solved; else None.
+    y : of length n, a Farkas vector, where it is infeasible; else None.
+    """
+
+    status: Status | None
+    proof: str
+    z: list[Fraction] | None = None
+    w: list[Fraction] | None = None
+    y: list[Fraction] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Result:
     """The outcome of one method on one problem. A failed result still carries its best iterate and its trace.
 
@@ -53,6 +73,7 @@ class Result:
     curve : a second trace, kept for figures and milestones where that was asked for; else None.
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
+    exact : what has been proved exactly, or None if that was not asked for.
     """
 
     problem: Problem
@@ -75,6 +96,13 @@ class Result:
     curve: Trace | None
     route: tuple[str, ...]
     certificate: Certificate | None
+    exact: Exact | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """That of the status, but 1 where an exact proof was asked for and not found."""
+        unproved = self.exact is not None and self.exact.status is None
+        return 1 if unproved and not self.interrupted else self.status.exit_code
 
     @property
     def solved(self) -> bool:

@@ -48,9 +48,9 @@ def test_table_shows_iterations_and_time_to_each_level(lcp: Lcp) -> None:
 
 def test_solution_is_computed_where_none_is_known(lcp: Lcp, unsolved: str) -> None:
     for record in records(lcp, unsolved):
-        assert record["reference"] == "computed"
+        assert record["reference"] == "exact"
         assert record["error"] <= 1e-9
-    assert "computed solution (0.75, 0)" in lcp("compare", unsolved).out
+    assert "exact solution (0.75, 0)" in lcp("compare", unsolved).out
     assert {record["reference"] for record in records(lcp, EXAMPLE)} == {"known"}
 
 

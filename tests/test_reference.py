@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from lcpcli import Problem, read, shipped
-from lcpcli.reference import accurate_residual, with_reference
+from lcpcli import Problem, read, reference, run, shipped
+from lcpcli.reference import accurate_residual, refined, with_reference
 
 from . import exact
 
@@ -42,12 +42,19 @@ def test_residual_is_rounded_but_once(as_sparse: bool, rows: list[list[float]]) 
 @pytest.mark.parametrize("n", [4, 8, 11])
 def test_ill_conditioned_basis_is_solved_to_the_last_digits(n: int) -> None:
     problem = Problem(hilbert(n), -hilbert(n) @ np.ones(n))
-    referred = with_reference(problem)
     true = exact.solution(problem)
     assert true is not None
     z = np.array([float(value) for value in true])
-    assert np.abs(referred.solutions[0] - z).max() <= 4 * EPS * np.abs(z).max()
-    assert referred.reference == "computed"
+    assert np.abs(refined(problem, run(problem, "auto").z) - z).max() <= 4 * EPS * np.abs(z).max()
+
+
+def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = Problem([[3.0, 1.0], [1.0, 3.0]], [-1.0, 2.0])
+    exactly = with_reference(problem)
+    assert (exactly.reference, exactly.solutions[0].tolist()) == ("exact", [1 / 3, 0.0])
+    monkeypatch.setattr(reference, "find_spec", lambda name: None)  # noqa: ARG005
+    assert with_reference(problem).reference == "computed"
+    assert with_reference(problem).solutions[0].tolist() == [1 / 3, 0.0]
 
 
 @pytest.mark.parametrize("seed", range(0, 60, 3))

@@ -14,17 +14,27 @@ from lcpcli.errors import OptionError
 
 if TYPE_CHECKING:
     from lcpcli.driver import Limits
+    from lcpcli.exact.problem import ExactProblem
     from lcpcli.problem import Problem
     from lcpcli.result import Result
+    from lcpcli.typing import Vector
 
 Paths = Sequence[tuple[str, str | None]]
 
 
-def run(paths: Paths, methods: Sequence[str], given: dict[str, Any], *, levels: tuple[float, ...] = ()) -> int:
+def run(
+    paths: Paths,
+    methods: Sequence[str],
+    given: dict[str, Any],
+    *,
+    levels: tuple[float, ...] = (),
+    exact: bool = False,
+) -> int:
     """Run the methods on each of the problems, given by their files; show the results; return the worst exit code.
 
     levels : relative errors to note when they are first reached; with them, and for figures, a problem that brings no
         solution is solved beforehand, so that there is something to measure errors against.
+    exact : prove each result in rational arithmetic.
     """
     output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet")))
     plot = Plot(given["plot"], levels)
@@ -32,11 +42,16 @@ def run(paths: Paths, methods: Sequence[str], given: dict[str, Any], *, levels: 
     options.check(warm=warm)
     from lcpcli import files
 
+    if exact:
+        from lcpcli.exact.linear import require
+
+        require()
     _refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
     if plot.path == HERE and output.path is None and output.form != "table":
         raise OptionError("--plot -", f"would end up amid the {output.form}", "name a file, or write that to one by -o")
     bounds = limits(given)
-    problems = [files.read(*path) for path in paths]
+    data = [files.read_exact(*path) for path in paths] if exact else []
+    problems = [known.problem for known in data] or [files.read(*path) for path in paths]
     chosen = [for_methods(given, methods, problem) for problem in problems]
     if levels or plot.path is not None:
         problems = [_referred(problem, bounds) for problem in problems]
@@ -46,6 +61,8 @@ def run(paths: Paths, methods: Sequence[str], given: dict[str, Any], *, levels: 
         results.append(result)
         if result.interrupted:
             break
+    if exact:
+        results = _proved(dict(zip(map(id, problems), data, strict=True)), results, bounds)
     if not output.silent:
         from lcpcli import report
 
@@ -55,7 +72,7 @@ def run(paths: Paths, methods: Sequence[str], given: dict[str, Any], *, levels: 
         else:
             files.write_whole(output.path, text)
     plot.show(results)
-    return max(result.status.exit_code for result in results)
+    return max(result.exit_code for result in results)
 
 
 def _runs(
@@ -67,7 +84,7 @@ def _runs(
     shown: tuple[Output, Plot, int | None],
 ) -> Iterator[Result]:
     """One result a problem and method, problem by problem; with `warm`, a second one from near the solution."""
-    from lcpcli import driver, reference
+    from lcpcli import driver
     from lcpcli.methods import STARTED
 
     output, plot, width = shown
@@ -77,11 +94,27 @@ def _runs(
         return driver.run(problem, method, limits=bounds, trace=trace, curve=curve, **values)
 
     for problem, own in zip(problems, chosen, strict=True):
-        near = None if warm is None else reference.near(problem, warm)
+        near = None if warm is None else _near(problem, warm)
         for method, values in zip(methods, own, strict=True):
             yield run_one(problem, method, values)
             if near is not None and method in STARTED:
                 yield replace(run_one(problem, method, {**values, "x0": near, "z0": None}), warm=True)
+
+
+def _proved(data: dict[int, ExactProblem], results: Sequence[Result], bounds: Limits) -> list[Result]:
+    """Each result with what is proved of it, in what time the run has left."""
+    from lcpcli.exact.proof import prove
+
+    return [
+        prove(data[id(result.problem)], result, bounds.time_limit - result.setup_seconds - result.solve_seconds)
+        for result in results
+    ]
+
+
+def _near(problem: Problem, size: float) -> Vector:
+    from lcpcli import reference
+
+    return reference.near(problem, size)
 
 
 def _referred(problem: Problem, bounds: Limits) -> Problem:
@@ -93,19 +126,24 @@ def _referred(problem: Problem, bounds: Limits) -> Problem:
 
 def _refuse_clashes(inputs: Sequence[str], *outputs: str | None) -> None:
     """Refuse standard input that is to be read twice, and an output that would overwrite a problem or another one."""
-    from lcpcli import files
-
-    if list(inputs).count(files.STANDARD_INPUT) > 1:
-        raise OptionError("standard input", "can be read only once", "name a file")
+    refuse_twice(inputs)
     written = [output for output in outputs if output is not None]
     for output in written:
-        if any(_same(output, name) for name in inputs):
+        if any(same_file(output, name) for name in inputs):
             raise OptionError(output, "holds the problem", "choose another place for the output")
     if len(written) > 1 and Path(written[0]).absolute() == Path(written[1]).absolute():
         raise OptionError("--plot", "goes to the same file as --output", "choose another place for one")
 
 
-def _same(one: str, other: str) -> bool:
+def refuse_twice(paths: Sequence[str | None]) -> None:
+    """Raise OptionError if standard input stands for two files."""
+    from lcpcli import files
+
+    if paths.count(files.STANDARD_INPUT) > 1:
+        raise OptionError("standard input", "can be read only once", "name a file")
+
+
+def same_file(one: str, other: str) -> bool:
     try:
         return Path(one).samefile(other)
     except OSError:

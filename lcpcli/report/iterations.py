@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
 from lcpcli.report import numbers, summary
-from lcpcli.result import Result
+from lcpcli.result import Exact, Result
 from lcpcli.trace import TraceRow
 from lcpcli.typing import Indices
 
@@ -93,7 +93,8 @@ def _remarks(results: Sequence[Result], elided: bool) -> list[str]:
     remarks = [f"{summary.name(result)} {result.message}" for result in results if not result.solved]
     remarks += [f"{summary.name(r)}: by {', '.join(r.route)}" for r in results if r.route != (r.method,)]
     remarks += [doubt for result in results if (doubt := summary.doubt(result))]
-    remarks += [_vector(result.certificate) for result in results if result.certificate]
+    remarks += [_vector(result.certificate) for result in results if result.certificate and not result.exact]
+    remarks += [line for result in results if result.exact for line in _exact(result.exact)]
     if elided:
         remarks.append(f"all {results[0].problem.n} components of z: --format json or csv")
     return remarks
@@ -106,6 +107,18 @@ def _vector(certificate: Certificate) -> str:
     entries = [f"{v:.7g}" for v in certificate.vector[:PIPE_COMPONENTS].tolist()]
     more = [ELLIPSIS] if certificate.vector.size > PIPE_COMPONENTS else []
     return f"certificate: {certificate.kind} ({', '.join(entries + more)})"
+
+
+def _exact(exact: Exact) -> list[str]:
+    """The exact vectors, as far as a line has room for them, and the proof where the message does not tell it."""
+    from lcpcli.exact.numbers import brief
+
+    named = [(name, values) for name, values in (("z", exact.z), ("w", exact.w), ("y", exact.y)) if values]
+    lines = []
+    for name, values in named:
+        more = [ELLIPSIS] if len(values) > PIPE_COMPONENTS else []
+        lines.append(f"exact {name} = ({', '.join([*map(brief, values[:PIPE_COMPONENTS]), *more])})")
+    return [*lines, f"proof: {exact.proof}"] if exact.z else lines
 
 
 def _title(problem: Problem) -> str:

@@ -40,6 +40,7 @@ def _object(result: Result) -> dict[str, Any]:
         "setup_seconds": result.setup_seconds,
         "solve_seconds": result.solve_seconds,
         "certificate": _certificate(result),
+        "exact": _exact(result),
         "options": {name: _option(value) for name, value in result.options.items() if name not in STARTS},
         "trace": _trace(result),
     }
@@ -78,6 +79,17 @@ def _certificate(result: Result) -> dict[str, Any] | None:
         return None
     vector = None if proof.vector is None else _numbers(proof.vector.tolist())
     return {"kind": proof.kind, "statement": proof.statement, "vector": vector}
+
+
+def _exact(result: Result) -> dict[str, Any] | None:
+    exact = result.exact
+    if exact is None:
+        return None
+    from lcpcli.exact.numbers import text
+
+    named = {"z": exact.z, "w": exact.w, "y": exact.y}
+    vectors = {name: None if values is None else [text(value) for value in values] for name, values in named.items()}
+    return {"status": exact.status.word if exact.status else None, **vectors, "proof": exact.proof}
 
 
 def _numbers(values: list[float]) -> list[float | None]:
