@@ -28,7 +28,7 @@ class Problem:
     name, source, note : what it is called, where it comes from, what is remarkable about it.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
-    reference : "known", or how solutions were found that were not: "exact" or "computed", by `reference.with_reference`.
+    reference : "known", or how solutions that were not have been found: "exact" or "computed", `reference` tells.
     verdict : "infeasible", "unsolvable" or "ray" where it is known that there is no solution or none is found; else "".
 
     Raises ProblemError, which names the field.
