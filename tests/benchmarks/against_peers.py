@@ -18,7 +18,7 @@ import numpy as np
 import peers
 
 import lcpcli
-import problems
+from lcpcli import gallery
 
 ACCEPTABLE = 1e-5
 REST = 0.1  # seconds in which the threads of what ran before stop spinning
@@ -32,7 +32,10 @@ def ours(M: Any, q: Any) -> tuple[float, Any]:
     return result.setup_seconds + result.solve_seconds, result.z
 
 
-def compare(title: str, M: Any, q: Any, symmetric: bool, repeats: int, leave_out: tuple[str, ...] = ()) -> None:
+def compare(
+    title: str, problem: lcpcli.Problem, symmetric: bool, repeats: int, leave_out: tuple[str, ...] = ()
+) -> None:
+    M, q = problem.M, problem.q
     solvers = {"auto": ours} | peers.available(symmetric, isinstance(M, np.ndarray))
     times: dict[str, list[float]] = {name: [] for name in solvers if name not in leave_out}
     residuals: dict[str, float] = {}
@@ -57,13 +60,13 @@ def main() -> None:
     if sys.argv[1:] == ["dense"]:
         for n in (300, 1000, 2000):
             for symmetric in (True, False):
-                M, q = problems.harker_pang(n, symmetric)
                 lemkes = ("quantecon lemke", "siconos lemke") if n > 300 else ()
                 kind = "symmetric" if symmetric else "nonsymmetric"
-                compare(f"Harker-Pang, {kind}, n = {n}", M, q, symmetric, 5, lemkes)
+                problem = gallery.make("harker-pang", n, symmetric=symmetric)
+                compare(f"Harker-Pang, {kind}, n = {n}", problem, symmetric, 5, lemkes)
     elif sys.argv[1:] == ["sparse"]:
         for m in (100, 300):
-            compare(f"obstacle problem on a {m} x {m} grid", *problems.obstacle(m), symmetric=True, repeats=3)
+            compare(f"obstacle problem on a {m} x {m} grid", gallery.make("obstacle", m * m), symmetric=True, repeats=3)
     else:
         raise SystemExit(__doc__)
 
