@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 from lcpcli import gallery
-from lcpcli.cli.session import show, terminal
-from lcpcli.errors import OptionError
+from lcpcli.cli import session
+from lcpcli.errors import OptionError, quoted
 
 WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
@@ -28,7 +28,7 @@ def make(
 ) -> int:
     """Write a problem of FAMILY as JSON to standard output, or to a file by the ending of its name.
 
-    The same arguments give the same problem. Known solutions are in the file.
+    The same arguments give the same problem. JSON and NPZ tell its known solutions too.
 
     \b
     lcp make --list
@@ -52,10 +52,11 @@ def _write(family: str, n: int | None, seed: int, parameters: dict[str, Any], ou
     from lcpcli.files import json_format
 
     if output is not None:
+        files.ending_of(output)
         files.refuse_unwritable(output)
     problem = gallery.make(family, n, seed, **parameters)
     if output is None:
-        show(json_format.render(problem)[""].decode(), color=False)
+        session.show(json_format.render(problem)[""].decode(), color=False)
     else:
         files.write(problem, output)
 
@@ -72,8 +73,8 @@ def _show_list() -> int:
         )
         for name, told in gallery.FAMILIES.items()
     ]
-    width, color = terminal()
-    show(listing(("family", "class of M", "parameters", "what it is"), rows, width, color), color)
+    width, color = session.terminal()
+    session.show(listing(("family", "class of M", "parameters", "what it is"), rows, width, color), color)
     return 0
 
 
@@ -90,7 +91,7 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:
-            raise OptionError("--set", f"{setting!r} has no value", "write NAME=VALUE")
+            raise OptionError("--set", f"{quoted(setting)} has no value", "write NAME=VALUE")
         if name in values:
             raise OptionError("--set", f"{name} is set twice", "leave one out")
         values[name] = _value(name, text, type(defaults[name])) if name in defaults else text
@@ -103,7 +104,7 @@ def _value(name: str, text: str, kind: type) -> Any:
             raise ValueError
         return WORDS[text.casefold()] if kind is bool else kind(text)
     except (KeyError, ValueError):
-        raise OptionError("--set", f"{name}={text}: the value is not {KINDS[kind]}", f"give {KINDS[kind]}") from None
+        raise OptionError("--set", f"{quoted(text)} is no value of {name}", f"give {KINDS[kind]}") from None
 
 
 def _text(value: Any) -> str:

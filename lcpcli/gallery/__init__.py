@@ -15,7 +15,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, quoted
 
 if TYPE_CHECKING:
     from lcpcli.problem import Problem
@@ -90,17 +90,17 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     known = parameters_of(name)
     for parameter in parameters:
         if parameter not in known:
-            mend = f"it has {', '.join(known)}" if known else "leave it out"
-            raise OptionError(parameter, f"is no parameter of {name}", mend)
+            mend = f"choose one of {', '.join(known)}" if known else "leave it out"
+            raise OptionError("parameter", f"{name} has no {quoted(parameter)}", mend)
     size = fixed_size(name)
     if n is None:
         n = size or DEFAULT_SIZE
     if not 1 <= n <= LARGEST_SIZE:
-        raise OptionError("-n", f"is {n}", f"give a whole number from 1 to {LARGEST_SIZE}")
+        raise OptionError("-n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}")
     if size and n != size:
         raise OptionError("-n", f"is {n}, and {name} has {size} unknowns", "leave it out")
     if seed < 0:
-        raise OptionError("--seed", f"is {seed}", "give a whole number >= 0")
+        raise OptionError("--seed", "is negative", "give a whole number >= 0")
     return load(name)(n, seed, **parameters)
 
 
@@ -108,5 +108,5 @@ def _module(name: str) -> ModuleType:
     if name not in FAMILIES:
         close = get_close_matches(name.casefold(), FAMILIES, n=1)
         mend = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(FAMILIES)}"
-        raise OptionError("family", f"{name!r} is unknown", mend)
+        raise OptionError("family", f"{quoted(name)} is unknown", mend)
     return import_module(f"lcpcli.gallery.{name.replace('-', '_')}")
