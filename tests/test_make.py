@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from lcpcli import gallery, read
-from lcpcli.cli import session
+from lcpcli.cli import output
 from lcpcli.problem import is_sparse
 
 from .conftest import Outcome
@@ -93,7 +93,7 @@ def test_the_list_tells_every_family_in_eighty_columns(lcp: Lcp) -> None:
 
 
 def test_on_a_wide_terminal_a_family_has_one_line_a_parameter(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session, "terminal", lambda: (160, False))
+    monkeypatch.setattr(sys.modules["lcpcli.cli.make"], "terminal", lambda: (160, False))
     lines = lcp("make", "--list").out.splitlines()
     assert [line for line in lines if "infeasible" in line] == [
         line for line in lines if "no z >= 0 with Mz + q >= 0" in line
@@ -160,5 +160,5 @@ def test_reader_that_has_enough_is_told_nothing() -> None:
 def test_closing_the_pipe_is_what_other_commands_call_it() -> None:
     command = f"{sys.executable} -m lcpcli make harker-pang -n 300 | true; echo ${{PIPESTATUS[0]}}"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
-    assert done.stdout in (f"{session.CLOSED_PIPE}\n", "0\n")  # 0 if the reader was still there
+    assert done.stdout in (f"{output.CLOSED_PIPE}\n", "0\n")  # 0 if the reader was still there
     assert done.stderr == ""

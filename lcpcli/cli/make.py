@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from lcpcli import gallery
-from lcpcli.cli import session
+from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import OptionError, quoted
 
 WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
@@ -56,7 +56,7 @@ def _write(family: str, n: int | None, seed: int, parameters: dict[str, Any], ou
         files.refuse_unwritable(output)
     problem = gallery.make(family, n, seed, **parameters)
     if output is None:
-        session.show(json_format.render(problem)[""].decode(), color=False)
+        emit(json_format.render(problem)[""].decode(), color=False)
     else:
         files.write(problem, output)
 
@@ -73,8 +73,8 @@ def _show_list() -> int:
         )
         for name, told in gallery.FAMILIES.items()
     ]
-    width, color = session.terminal()
-    session.show(listing(("family", "class of M", "parameters", "what it is"), rows, width, color), color)
+    width, color = terminal()
+    emit(listing(("family", "class of M", "parameters", "what it is"), rows, width, color), color)
     return 0
 
 

@@ -15,8 +15,8 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.whole import refuse_unwritable as refuse_unwritable
 from lcpcli.files.whole import write_together
 from lcpcli.files.whole import write_whole as write_whole
+from lcpcli.modulus import x_of
 from lcpcli.problem import Problem
-from lcpcli.result import x_of
 from lcpcli.typing import Matrix, Vector
 
 STANDARD_INPUT = "-"

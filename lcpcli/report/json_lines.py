@@ -34,12 +34,21 @@ def _object(result: Result) -> dict[str, Any]:
         "relative_residual": _number(result.relative_residual),
         "error": _number(result.error),
         "error_bound": None,
+        "reference": result.problem.reference if result.problem.solutions else None,
+        "milestones": _milestones(result),
+        "warm": result.warm,
         "setup_seconds": result.setup_seconds,
         "solve_seconds": result.solve_seconds,
         "certificate": _certificate(result),
         "options": {name: _option(value) for name, value in result.options.items() if name not in STARTS},
         "trace": _trace(result),
     }
+
+
+def _milestones(result: Result) -> list[dict[str, Any]] | None:
+    if result.curve is None or not result.curve.levels:
+        return None
+    return [{"level": m.level, "k": m.k, "seconds": m.seconds} for m in result.curve.milestones]
 
 
 def _trace(result: Result) -> list[dict[str, Any]] | None:
