@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import inspect
-import math
-from collections.abc import Callable
 from fractions import Fraction
 from importlib import import_module
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -20,6 +17,16 @@ from lcpcli.errors import OptionError
 from lcpcli.problem import is_sparse
 
 from . import exact
+from .matrix_classes import (
+    HOLDS,
+    dense,
+    has_positive_minors,
+    is_copositive,
+    is_h_plus,
+    is_m_matrix,
+    is_positive_definite,
+    is_positive_semidefinite,
+)
 
 SPARSE = ("tridiagonal", "dominant", "obstacle", "journal-bearing", "american-put", "diagonal")
 FIXED = [name for name in gallery.FAMILIES if gallery.fixed_size(name)]
@@ -27,83 +34,8 @@ ANY_SIZE = [name for name in gallery.FAMILIES if name not in FIXED]
 IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}  # denominators of solutions that are no floats
 
 
-def dense(problem: Problem) -> np.ndarray:
-    return problem.M.toarray() if is_sparse(problem.M) else problem.M
-
-
 def of_size(name: str, n: int, seed: int = 0, **parameters: object) -> Problem:
     return gallery.make(name, None if name in FIXED else n, seed, **parameters)
-
-
-def determinant(rows: list[list[Fraction]]) -> Fraction:
-    if not rows:
-        return Fraction(1)
-    pivot = next((i for i, row in enumerate(rows) if row[0]), None)
-    if pivot is None:
-        return Fraction(0)
-    first, rest = rows[pivot], rows[:pivot] + rows[pivot + 1 :]
-    below = [[v - row[0] / first[0] * p for v, p in zip(row, first, strict=True)][1:] for row in rest]
-    return (-1) ** pivot * first[0] * determinant(below)
-
-
-def subsets(n: int) -> list[list[int]]:
-    return [list(chosen) for size in range(1, n + 1) for chosen in combinations(range(n), size)]
-
-
-def has_positive_minors(M: np.ndarray) -> bool:
-    return all(
-        determinant([[Fraction(v) for v in row] for row in M[np.ix_(P, P)].tolist()]) > 0 for P in subsets(len(M))
-    )
-
-
-def is_positive_definite(M: np.ndarray) -> bool:
-    """By Sylvester's criterion on M + M', in fractions."""
-    S = [
-        [Fraction(a) + Fraction(b) for a, b in zip(row, column, strict=True)]
-        for row, column in zip(M.tolist(), M.T.tolist(), strict=True)
-    ]
-    return all(determinant([row[:k] for row in S[:k]]) > 0 for k in range(1, len(M) + 1))
-
-
-def is_positive_semidefinite(M: np.ndarray) -> bool:
-    return bool(np.linalg.eigvalsh(M + M.T)[0] >= -1e-13 * abs(M).max())
-
-
-def is_symmetric(M: np.ndarray) -> bool:
-    return np.array_equal(M, M.T)
-
-
-def is_copositive(M: np.ndarray) -> bool:
-    """No principal submatrix of M + M' has a positive eigenvector to a negative eigenvalue (Kaplan 2000)."""
-    for P in subsets(len(M)):
-        values, vectors = np.linalg.eigh((M + M.T)[np.ix_(P, P)])
-        for value, v in zip(values, vectors.T, strict=True):
-            if value < -1e-12 and ((v > 1e-12).all() or (v < -1e-12).all()):
-                return False
-    return True
-
-
-def is_m_matrix(M: np.ndarray) -> bool:
-    return bool((M - np.diag(np.diag(M)) <= 0).all()) and has_positive_minors(M)
-
-
-def is_h_plus(M: np.ndarray) -> bool:
-    D = np.diag(np.diag(M))
-    return bool((np.diag(M) > 0).all()) and is_m_matrix(D - abs(M - D))
-
-
-HOLDS: dict[str, Callable[[np.ndarray], bool]] = {
-    "P": has_positive_minors,
-    "M": is_m_matrix,
-    "H+": is_h_plus,
-    "positive definite": is_positive_definite,
-    "not positive definite": lambda M: not is_positive_definite(M),
-    "positive semidefinite": is_positive_semidefinite,
-    "symmetric positive definite": lambda M: is_symmetric(M) and is_positive_definite(M),
-    "skew-symmetric": lambda M: np.array_equal(M, -M.T),
-    "copositive": is_copositive,
-    "none": lambda M: not has_positive_minors(M),
-}
 
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)
@@ -272,108 +204,6 @@ def test_auto_comes_to_what_is_known(name: str) -> None:
     problem = gallery.make(name)
     result = run(problem, "auto")
     assert result.status.word == (problem.verdict or "solved")
-
-
-def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ...]]:
-    """The active sets of steps z_P = -M_PP^-1 q_P, P = {z > w}, from the problem's x0."""
-    assert problem.x0 is not None
-    P, sets = problem.x0 > 0, []
-    for _ in range(steps + 1):
-        sets.append(tuple(np.flatnonzero(P)))
-        z = np.zeros(problem.n)
-        z[P] = np.linalg.solve(dense(problem)[np.ix_(P, P)], -problem.q[P])
-        P = z > np.where(P, 0, problem.w(z))
-    return sets
-
-
-@pytest.mark.parametrize("n", [3, 7, 11])
-def test_newton_cycles_through_n_sets_from_the_start_of_ben_gharbia_and_gilbert(n: int) -> None:
-    sets = newton_without_safeguard(gallery.make("ben-gharbia-gilbert", n), n)
-    assert sets[n] == sets[0]
-    assert len(set(sets)) == n
-
-
-def test_newton_cycles_from_the_start_of_curtis_han_and_robinson() -> None:
-    sets = newton_without_safeguard(gallery.make("curtis-han-robinson"), 20)
-    assert sets[0] in sets[1:]
-    assert (1, 2) not in sets
-
-
-def test_murty_takes_exponentially_many_steps_of_least_index_pivoting() -> None:
-    problem = gallery.make("murty", 6)
-    P, steps = np.zeros(6, dtype=bool), 0
-    while True:
-        z = np.zeros(6)
-        z[P] = np.linalg.solve(problem.M[np.ix_(P, P)], -problem.q[P])
-        wrong = np.flatnonzero(np.where(P, z, problem.w(z)) < 0)
-        if not wrong.size:
-            break
-        P[wrong[0]] ^= True
-        steps += 1
-    assert np.array_equal(z, problem.solutions[0])
-    assert f"{steps + 1} - 1" in problem.note.replace("2^6", "64")
-
-
-@pytest.mark.parametrize("epsilon", [1e-2, 1e-6, 1e-12])
-def test_smallest_eigenvalue_is_epsilon(epsilon: float) -> None:
-    M = gallery.make("near-singular", 30, epsilon=epsilon).M
-    assert np.linalg.eigvalsh(M)[0] == pytest.approx(epsilon, abs=1e-14)
-
-
-@pytest.mark.parametrize("epsilon", [0.1, 1e-8])
-def test_margin_of_strict_complementarity_is_epsilon(epsilon: float) -> None:
-    problem = gallery.make("near-degenerate", 30, epsilon=epsilon)
-    (z,) = problem.solutions
-    margins = np.maximum(z, problem.w(z))
-    assert 0.7 * epsilon <= margins.min() <= 1.5 * epsilon
-    assert np.count_nonzero(margins == 1) == 15
-
-
-def test_half_of_the_places_are_degenerate() -> None:
-    problem = gallery.make("degenerate", 30)
-    (z,) = problem.solutions
-    assert np.count_nonzero((z == 0) & (problem.w(z) == 0)) == 15
-    assert 0 < np.count_nonzero(z) < 15
-
-
-def test_ill_scaled_is_harker_pang_in_other_units() -> None:
-    plain, scaled = (run(gallery.make(name, 6, 5), "auto") for name in ("harker-pang", "ill-scaled"))
-    assert np.array_equal(plain.z > 0, scaled.z > 0)
-    entries = abs(gallery.make("ill-scaled", 20).M)
-    assert entries.max() / entries.min() > 1e12
-
-
-def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens() -> None:
-    """It rises while the film narrows, up to t = pi, and the film breaks at some t in (pi, 2 pi) (Cryer 1971)."""
-    z = run(gallery.make("journal-bearing", 200), "auto").z
-    wet = np.flatnonzero(z > 0)
-    assert np.array_equal(wet, np.arange(wet.size))
-    assert 100 < wet.size < 200
-    assert 50 < np.argmax(z) < 100
-
-
-def test_american_put_is_exercised_below_some_price_and_worth_more_above() -> None:
-    problem = gallery.make("american-put", 199)
-    z = run(problem, "auto").z
-    held = np.flatnonzero(z > 0)
-    assert np.array_equal(held, np.arange(held[0], 199))
-    assert 0 < held[0] < 99
-    assert 95 <= np.argmax(z) <= 105
-
-
-def test_american_put_at_the_exercise_price_is_worth_what_the_formula_says() -> None:
-    """The European put by Black and Scholes; one time step is eight per cent below it, the American put a bit above."""
-    r, s, T = 0.1, 0.4, 0.5
-    d = [(r + sign * s * s / 2) * math.sqrt(T) / s for sign in (1, -1)]
-    european = math.exp(-r * T) * normal(-d[1]) - normal(-d[0])
-    z = run(gallery.make("american-put", 399, rate=r, volatility=s, years=T), "auto").z
-    k, t = 2 * r / s**2, s * s * T / 2
-    assert math.exp(-((k + 1) ** 2) * t / 4) * z[199] == pytest.approx(european, rel=0.1)
-
-
-def normal(x: float) -> float:
-    """The distribution function of the standard normal distribution."""
-    return (1 + math.erf(x / math.sqrt(2))) / 2
 
 
 @pytest.mark.parametrize(
