@@ -86,7 +86,7 @@ def run(
     else:
         iterates = function(target, start, **in_force)
     if finish:
-        iterates = finishing.finish(target, iterates)
+        iterates = finishing.finish(target, iterates, clock)
     status, reason = loop.run(units.iterates(iterates) if units else iterates)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     return loop.result(in_force | additions, status, reason)
