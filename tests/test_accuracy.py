@@ -30,7 +30,7 @@ def test_both_residuals_vanish_at_known_solutions(name: str) -> None:
 
 
 def test_relative_residual_hardly_changes_with_the_units_of_rows_columns_and_q() -> None:
-    """By a factor of 1.2 in the median of random problems and of 12 in one of a hundred: equilibration has no one end."""
+    """By a factor of 1.2 in the median of random problems, of 12 in one of a hundred: equilibration has no one end."""
     factors = []
     for seed in range(1000):
         generator = np.random.default_rng(seed)
