@@ -13,12 +13,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from lcpcli import Trace, read, run, shipped
 from lcpcli.errors import OptionError
 from lcpcli.report import figures
 from lcpcli.report.figures import (
@@ -30,53 +27,12 @@ from lcpcli.report.figures import (
     bench_figure,
     convergence_figure,
     curves,
-    ranges,
     style,
-    terminal_figure,
 )
-from lcpcli.report.figures.ranges import Range
 
-METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
-PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
+from .figure_samples import METHODS, PEERS, crowd, decaying, growth, odd, paper_panel, profiles, strange
+
 MAGIC = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
-
-
-def decaying(name: str, rate: float = 0.5, count: int = 40, label: str = "", solved: bool = True) -> Curve:
-    """A run that starts at time 0 with error 10 and gains by a constant factor, faster for a smaller rate."""
-    k = list(range(count))
-    return Curve(name, label or name, k, [1e-5 * i / rate for i in k], [10 * rate**i for i in k], solved)
-
-
-def crowd(count: int) -> Panel:
-    """As many runs: methods with many iterates, then peers with one; some unsolved."""
-    runs = [decaying(name, 0.2 + 0.12 * i, 5 + 17 * i, solved=i != 1) for i, name in enumerate(METHODS)]
-    runs += [Curve(name, name, [None], [1e-4 * (i + 1)], [1e-9 * i], i != 2) for i, name in enumerate(PEERS)]
-    return Panel(f"{count} solvers, n = 100", "error", runs[:count])
-
-
-def paper_panel() -> Panel:
-    """The paper's first example by its two methods, as they really run."""
-    problem = read(shipped.path("paper-example-1.json"))
-    runs = []
-    for method in ("shi", "fixed-point"):
-        result = run(problem, method, trace=Trace(components=np.array([], int), residuals=False))
-        rows = result.trace.rows if result.trace else []
-        columns = [row.k for row in rows], [row.seconds for row in rows], [row.error for row in rows]
-        runs.append(Curve(method, method, *columns, result.solved))
-    return Panel(problem.name, "error", runs)
-
-
-def profiles(count: int) -> list[Profile]:
-    names = (METHODS + PEERS)[:count]
-    return [Profile(n, n, [1 + i * j / 3 for j in range(8)] + [math.inf] * i) for i, n in enumerate(names)]
-
-
-def growth(count: int) -> GrowthPanel:
-    n = [10, 100, 1000]
-    rows = enumerate((METHODS + PEERS)[:count])
-    return GrowthPanel(
-        "random", [Growth(m, m, n, [1e-6 * v ** (2 + i / 50) for v in n], 2 + i / 50, 1e-6) for i, m in rows]
-    )
 
 
 def texts(figure: Figure) -> list[Text]:
@@ -86,9 +42,8 @@ def texts(figure: Figure) -> list[Text]:
     for axes in figure.axes:
         found += [axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label, *axes.texts]  # type: ignore[attr-defined]
         for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
-            if axis.get_tick_params()["labelleft" if axis is axes.yaxis else "labelbottom"]:
-                ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=False)
-                found += [label for at, label in ticks if low <= at <= high]
+            ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=False)  # no labels if hidden
+            found += [label for at, label in ticks if low <= at <= high]
     for legend in figure.legends:
         found += legend.get_texts()
     return [text for text in found if text.get_text()]
@@ -121,14 +76,6 @@ def drawings() -> dict[str, Any]:
         "strange texts": lambda: convergence_figure.draw([Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])]),
     }
     return crowds | benches | others
-
-
-def odd(name: str, errors: list[float | None]) -> Curve:
-    return Curve(name, name, list(range(len(errors))), [float(i) for i in range(len(errors))], errors, False)
-
-
-def strange() -> Curve:
-    return Curve("my $\\solver", "_$\\x\n" + "long " * 60, [0, 1], [0.0, 1.0], [1.0, 0.1], True)
 
 
 @pytest.mark.parametrize("name", drawings())
@@ -271,51 +218,6 @@ def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> No
     assert found[2] in style.SPARE
 
 
-VALUES = st.one_of(st.floats(min_value=0), st.sampled_from([0.0, math.nan, 1.0, 1e-12]), st.none())
-
-
-@given(st.lists(st.lists(VALUES, max_size=8), max_size=4))
-def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
-    panel = [odd("shi", errors) for errors in series]
-    up = ranges.errors(panel)
-    assert 0 < up.low <= up.scale_low < up.scale_high <= up.high < math.inf
-    for curve in panel:
-        across = ranges.times(curve.seconds)
-        points = ranges.inside(curve.seconds, curve.errors, across, up)
-        measured = [(x, y) for x, y in zip(curve.seconds, curve.errors, strict=True) if y is not None]
-        assert len(points) == len(measured)
-        for point, (x, y) in zip(points, measured, strict=True):
-            assert up.low <= point.y <= up.high
-            assert point.x == x or (x == 0 and across.low < point.x < across.scale_low)
-            assert point.y == y or point.beyond in ("below", "above")
-
-
-def test_zero_lies_below_the_scale_and_infinity_above_it() -> None:
-    up = ranges.errors([odd("shi", [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan])])
-    across = Range(0.1, 10, 0.1, 10)
-    points = ranges.inside([1.0] * 7, [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan], across, up)
-    assert [point.beyond for point in points] == ["", "below", "", "below", "above", "above", "above"]
-    assert points[1].y < up.scale_low < 1e-5 < 1 < up.scale_high < points[4].y
-
-
-def test_what_is_beyond_the_axes_is_ringed_and_explained() -> None:
-    solved = Curve("lemke", "lemke", [0, 1, 2], [0.0, 1.0, 2.0], [1.0, 0.1, 0.0], True)
-    with style.context():
-        figure = convergence_figure.draw([Panel("p", "error", [solved])])
-    rings = [line for line in figure.axes[1].lines if line.get_markerfacecolor() == "none" and len(line.get_xdata())]
-    assert [list(ring.get_xdata()) for ring in rings] == [[2]]
-    assert "0 or beyond the axis" in [text.get_text() for text in figure.legends[0].get_texts()]
-
-
-@given(st.floats(-250, 250), st.floats(0.5, 40), st.integers(1, 8))
-def test_ticks_are_few_powers_of_ten(start: float, length: float, most: int) -> None:
-    span = Range(10**start, 10 ** (start + length), 10**start, 10 ** (start + length))
-    majors, minors = ranges.decades(span, most)
-    assert len(majors) <= most
-    assert all(span.low * (1 - 1e-9) <= tick <= span.high * (1 + 1e-9) for tick in (*majors, *minors))
-    assert not set(majors) & set(minors)
-
-
 def test_a_profile_is_the_share_of_problems_within_each_ratio() -> None:
     with style.context():
         figure = bench_figure.draw([Profile("shi", "shi", [1.0, 2.0, 2.0, math.inf])], [], [])
@@ -332,15 +234,6 @@ def test_growth_draws_the_fit_and_names_its_exponent() -> None:
     axes = figure.axes[0]
     assert axes.lines[0].get_ydata() == pytest.approx([0.1, 1000.0])
     assert "$n^{2.00}$" in [text.get_text() for text in axes.texts]
-
-
-@given(st.lists(st.floats(-50, 200), min_size=1, max_size=11))
-def test_exponents_keep_a_line_apart_and_their_order(heights: list[float]) -> None:
-    spread = bench_figure._spread(heights, 120.0)
-    order = sorted(range(len(heights)), key=lambda i: heights[i])
-    gaps = [spread[b] - spread[a] for a, b in pairwise(order)]
-    assert all(gap >= bench_figure.LINE - 1e-9 for gap in gaps)
-    assert max(spread) <= 120
 
 
 @pytest.mark.parametrize("path", ["a.png", "b/c.SVG", "d.e.pdf"])
@@ -383,40 +276,3 @@ def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
     with matplotlib.rc_context({"font.size": 20, "axes.grid": True, "text.usetex": True}):
         assert figures.convergence([crowd(2)], "png") == usual
         assert matplotlib.rcParams["font.size"] == 20
-
-
-@pytest.mark.parametrize(("width", "height"), [(30, 10), (80, 24), (120, 40)])
-def test_a_figure_in_text_fits_and_has_no_escape_codes(width: int, height: int) -> None:
-    text = figures.terminal([crowd(11), paper_panel()], width, height, False)
-    assert "\x1b" not in text
-    assert max(map(len, text.splitlines())) <= width
-    for word in ("11 solvers", "paper-example-1", "error |z - z*|", "1e-5"):
-        assert word in text
-
-
-def test_a_figure_in_text_is_as_high_as_asked() -> None:
-    assert len(figures.terminal([paper_panel()], 80, 24, False).splitlines()) == 24
-
-
-def test_color_marks_curves_and_changes_no_character() -> None:
-    import re
-
-    colored, plain = (figures.terminal([crowd(6)], 80, 24, color) for color in (True, False))
-    assert colored != plain
-    assert re.sub(r"\x1b\[[0-9;]*m", "", colored) == plain
-
-
-def test_every_curve_in_text_has_a_character_of_its_own_that_is_seen() -> None:
-    text = figures.terminal([paper_panel()], 80, 24, False)
-    drawing = text[text.index("┌") : text.index("└")]
-    assert drawing.count("s") > 10
-    assert drawing.count("f") > 10
-    assert "s shi" in text
-    assert "f fixed-point" in text
-
-
-@given(st.lists(st.text(max_size=6), max_size=40))
-def test_letters_are_distinct_and_none_stands_for_failure(labels: list[str]) -> None:
-    found = terminal_figure.letters(labels)
-    assert len(set(found)) == len(labels)
-    assert not set(found) & {"x", "X"}

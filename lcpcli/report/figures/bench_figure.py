@@ -22,10 +22,10 @@ COLUMN = 3.5  # inches, as all lengths here: one column of a journal; two make t
 ROW = 2.45
 AXES = 1.72
 TOP = 0.27
-LEFT = 0.76
-RIGHT = 0.12
+LEFT = 0.79
+RIGHT = 0.16
 EXPONENTS = 0.5  # on the right of axes with fitted lines, for their exponents
-LINE = 9.0  # points from one exponent to the next
+LINE = 10.8  # points from one exponent to the next
 DOUBLINGS = 12  # up to how many doublings the abscissa of a profile is marked in powers of 2, else of 10
 
 

@@ -16,9 +16,9 @@ WIDTH = 7.0  # inches, as all lengths here: two columns of a journal
 ROW = 2.45  # from one row to the next
 AXES = 1.72  # the height of axes
 TOP = 0.27  # above the axes, for the title
-LEFT = 0.76
+LEFT = 0.79
 GUTTER = 0.18
-RIGHT = 0.1
+RIGHT = 0.15
 MEASURES = {
     "error": "error $|z - z^*|$,\nlargest component",
     "residual": "residual $|\\min(z, Mz + q)|$,\nlargest component",

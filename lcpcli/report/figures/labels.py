@@ -19,6 +19,7 @@ CLEAR = 2.0  # points between a label and anything else
 EDGE = 4.5  # points between a label and the frame with its ticks
 DISTANCES = (6, 9, 13)  # points from the end of a curve to its label
 SIDES = ((1, 0), (1, 1), (1, -1), (0, 1), (0, -1), (-1, 0), (-1, 1), (-1, -1))
+NEARER = 1.25  # how many times nearer to its own end than to any other a label must be
 SAMPLE = 2.0  # points between the samples of a line
 MOST_COLUMNS = 6
 GAP = 0.08  # inches between a legend and the axes above
@@ -121,7 +122,7 @@ def _legend(figure: Figure, looks: Looks, remarks: Sequence[tuple[Line2D, str]])
     if not entries:
         return
     room = (figure.get_figwidth() - 0.2) * POINTS
-    texts = [fitted(figure, label, SMALL, room - 4.5 * SMALL) for _, label in entries]
+    texts = [fitted(figure, label, SMALL, room - 6 * SMALL) for _, label in entries]
     for columns in _columns(len(entries)):
         drawn = figure.legend(
             [handle for handle, _ in entries],
@@ -180,7 +181,7 @@ def _fits(spot: Place, lines: Any, at: Any, others: Sequence[Any], frame: Any) -
     if not spot.clear_of(*lines):
         return False
     own = spot.distance(*at)
-    return all(spot.distance(*other) > 1.5 * own for other in others)
+    return all(spot.distance(*other) > NEARER * own for other in others)
 
 
 def _choose(options: Sequence[Sequence[Place]], chosen: list[Place]) -> list[Place] | None:

@@ -127,6 +127,7 @@ def context() -> Iterator[None]:
             {
                 "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture on every machine
                 "font.size": FONT,
+                "text.hinting": "none",  # else widths depend on the resolution
                 "axes.titlesize": FONT,
                 "axes.labelsize": FONT,
                 "xtick.labelsize": SMALL,
