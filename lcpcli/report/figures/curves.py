@@ -98,10 +98,10 @@ def remarks(drawn: Sequence[Drawn]) -> list[tuple[Line2D, str]]:
 
 def _marked(at: Any, turn: int) -> list[int]:
     """The first point, the last, and some between that are evenly spread along the curve as it is seen."""
-    falling = np.column_stack((at[:, 0], np.minimum.accumulate(at[:, 1])))  # else oscillations would take all markers
-    length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(falling, axis=0).T))))
     if len(at) <= MOST_MARKERS:
         return list(range(len(at)))
+    falling = np.column_stack((at[:, 0], np.minimum.accumulate(at[:, 1])))  # else oscillations would take all markers
+    length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(falling, axis=0).T))))
     shift = 0.25 * (turn % 4 - 1.5)
     wanted = (np.arange(1, MOST_MARKERS - 1) + shift) / (MOST_MARKERS - 1) * length[-1]
     return sorted({0, *np.searchsorted(length, wanted).tolist(), len(at) - 1})

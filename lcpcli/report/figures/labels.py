@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from lcpcli.report.figures.style import POINTS, SMALL, Look, Looks, fitted, key, legible, renderer, width_of
 
 MOST_DIRECT = 6
+MOST_PLACES = 6  # that are tried for a label, so that trying all of them together stays quick
 CLEAR = 2.0  # points between a label and anything else
 EDGE = 4.5  # points between a label and the frame with its ticks
 DISTANCES = (6, 9, 13)  # points from the end of a curve to its label
@@ -97,7 +98,8 @@ def _labels(drawn: Drawn) -> list[tuple[Axes, End, Place]] | None:
     options = []
     for i, end in enumerate(ends):
         others = [other for j, other in enumerate(at) if j != i]
-        options.append([p for p in _places(axes, end, at[i]) if _fits(p, lines, at[i], others, axes.bbox)])
+        fitting = [p for p in _places(axes, end, at[i]) if _fits(p, lines, at[i], others, axes.bbox)]
+        options.append(fitting[:MOST_PLACES])
     spots = _choose(options, [])
     return [(axes, end, spot) for end, spot in zip(ends, spots, strict=True)] if spots else None
 
