@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lcpcli.problem import Problem as Problem
     from lcpcli.result import Result as Result
     from lcpcli.result import Status as Status
-    from lcpcli.result import Trace as Trace
+    from lcpcli.trace import Trace as Trace
 
 __version__ = "0.1.0"
 
@@ -26,7 +26,7 @@ _HOMES = {
     "Problem": "problem",
     "Result": "result",
     "Status": "result",
-    "Trace": "result",
+    "Trace": "trace",
     "read": "files",
     "run": "driver",
     "solve": "api",

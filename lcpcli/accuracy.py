@@ -22,11 +22,13 @@ class Accuracy:
         the scale of row i, max(|R q|_i, (R |M| z)_i), but at most s and at least FLOOR s, where s is the scaled
         residual of z = 0 (largest |R q|_i if z = 0 solves the problem). So neither a large entry of q in another row
         nor a z that runs off to infinity makes a wrong row look right.
-    error : |z - z*|_inf to the nearest of the known solutions.
+    error : |z - z*|_inf to the nearest of the problem's solutions.
+    size : `size_of_solutions`.
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem = problem
+        self.problem = problem
+        self.size = size_of_solutions(problem)
         self._R, self._C = equilibrate(problem.M, problem.q)
         Rq = self._R * problem.q
         self._Rq = np.abs(Rq)
@@ -36,14 +38,24 @@ class Accuracy:
         return _largest(np.minimum(z, w))
 
     def relative_residual(self, z: Vector, w: Vector) -> float:
+        return _largest(self.relative_residuals(z, w))
+
+    def relative_residuals(self, z: Vector, w: Vector) -> Vector:
+        """The relative residual of each component, of which the largest one is that of z."""
         residual = np.abs(np.minimum(z / self._C, self._R * w))
         if not residual.any():
-            return 0.0
+            return residual
         if not 0 < self._scale < math.inf or not np.isfinite(residual).all():
-            return math.inf
-        terms = self._R * linalg.absolute_product(self._problem.M, z)
+            return np.where(residual == 0, 0.0, math.inf)
+        terms = self._R * linalg.absolute_product(self.problem.M, z)
         own = np.clip(np.maximum(self._Rq, terms), FLOOR * self._scale, self._scale)
-        return _largest(residual / own)
+        ratios: Vector = residual / own
+        return ratios
+
+    def passes(self, z: Vector, w: Vector, tol: float) -> bool:
+        """Whether the relative residual is at most tol; without the products with |M| where it clearly is not."""
+        with_largest_scale = _largest(np.abs(np.minimum(z / self._C, self._R * w))) / (self._scale or math.inf)
+        return with_largest_scale <= tol and self.relative_residual(z, w) <= tol
 
     def bound(self, F: Vector) -> float:
         """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.
@@ -57,7 +69,12 @@ class Accuracy:
         return largest / self._scale if 0 < self._scale < math.inf else math.inf
 
     def error(self, z: Vector) -> float | None:
-        return min((_largest(z - solution) for solution in self._problem.solutions), default=None)
+        return min((_largest(z - solution) for solution in self.problem.solutions), default=None)
+
+
+def size_of_solutions(problem: Problem) -> float:
+    """The largest component of the problem's solutions, 1 where all are 0: what errors are compared with."""
+    return max((_largest(solution) for solution in problem.solutions), default=0.0) or 1.0
 
 
 def _largest(v: Vector) -> float:

@@ -11,7 +11,8 @@ from lcpcli import driver, methods
 from lcpcli.errors import OptionError
 from lcpcli.options import OPTIONS
 from lcpcli.problem import Problem
-from lcpcli.result import Result, Trace
+from lcpcli.result import Result
+from lcpcli.trace import Trace
 
 OF_ALL = ("x0", "z0", "tol", "max_iterations", "time_limit", "scale", "finish", "trace")
 

@@ -17,9 +17,11 @@ from lcpcli.accuracy import Accuracy
 from lcpcli.certificate import Certificate, proves_infeasible
 from lcpcli.errors import OptionError
 from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
+from lcpcli.modulus import x_of, z_of
 from lcpcli.options import OPTIONS, flag
 from lcpcli.problem import Problem, as_vector
-from lcpcli.result import Passing, Result, Status, Trace, TraceRow, x_of, z_of
+from lcpcli.result import Result, Status
+from lcpcli.trace import Passing, Trace
 from lcpcli.typing import Vector
 
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
@@ -47,6 +49,7 @@ def run(
     z0: ArrayLike | None = None,
     limits: Limits | None = None,
     trace: Trace | None = None,
+    curve: Trace | None = None,
     clock: Callable[[], float] = time.perf_counter,
     scale: bool = False,
     finish: bool = False,
@@ -56,8 +59,8 @@ def run(
 
     "solved" is said only if the relative residual, recomputed from the original M and q, is at most limits.tol.
     `scale` has an iterative method work on the equilibrated problem, `finish` has it end on its active set as soon as
-    that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. The
-    clock is read around the method's own work alone.
+    that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace`
+    and `curve` keep iterates, each what it was made for. The clock is read around the method's own work alone.
     """
     function = methods.load(method)
     for addition, wanted in (("scale", scale), ("finish", finish)):
@@ -76,14 +79,14 @@ def run(
     target = units.problem if units else problem
     in_force = methods.options_in_force(function, target, chosen)
     setup_seconds = clock() - began
-    loop = _Loop(problem, method, limits, trace, clock, start, setup_seconds)
+    loop = _Loop(problem, method, limits, (trace, curve), clock, start, setup_seconds)
     if units:
         moved = {name: units.start(in_force[name]) for name in ("x1",) if in_force.get(name) is not None}
         iterates = function(target, units.start(start), **(in_force | moved))
     else:
         iterates = function(target, start, **in_force)
     if finish:
-        iterates = finishing.finish(target, iterates)
+        iterates = finishing.finish(target, iterates, clock)
     status, reason = loop.run(units.iterates(iterates) if units else iterates)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     return loop.result(in_force | additions, status, reason)
@@ -109,12 +112,12 @@ class _Loop:
         problem: Problem,
         method: str,
         limits: Limits,
-        trace: Trace | None,
+        traces: tuple[Trace | None, Trace | None],
         clock: Callable[[], float],
         x0: Vector,
         setup_seconds: float,
     ) -> None:
-        self.problem, self.method, self.limits, self.trace, self.clock = problem, method, limits, trace, clock
+        self.problem, self.method, self.limits, self.traces, self.clock = problem, method, limits, traces, clock
         self.accuracy = Accuracy(problem)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
         self.k, self.evaluations = -1, 0
@@ -125,10 +128,11 @@ class _Loop:
         self._measured: tuple[Vector | None, float] = None, math.inf
 
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
-        if self.trace is not None:
-            if self.k < 0:  # the method broke down before its start
-                self._keep(self.trace, Iterate(self.last, None, "", 0), self.method)
-            self.trace.close(self._row)
+        if self.k < 0:  # the method broke down before its start
+            self._keep(Iterate(self.last, None, "", 0))
+        for trace in self.traces:
+            if trace is not None:
+                trace.close(self.accuracy)
         best = self.last
         if self.best is not best and self._relative_residual(best) > self.limits.tol:
             best = min((best, self.best), key=self._relative_residual)
@@ -153,8 +157,11 @@ class _Loop:
             error=self.accuracy.error(z),
             setup_seconds=self.setup_seconds,
             solve_seconds=self.solve_seconds,
+            tol=self.limits.tol,
+            warm=False,
             options=in_force,
-            trace=self.trace,
+            trace=self.traces[0],
+            curve=self.traces[1],
             route=tuple(self.route) or (self.method,),
             certificate=self.certificate if status is not Status.SOLVED else None,
         )
@@ -225,9 +232,8 @@ class _Loop:
             self.best_level, self.best = level, iterate.x
         if not self.first_level < math.inf:
             self.first_level = level
-        if self.trace is not None:
-            self._keep(self.trace, iterate, iterate.method or self.method)
-        if self._worth_measuring(level) and self._relative_residual(iterate.x) <= self.limits.tol:
+        self._keep(iterate)
+        if self._worth_measuring(level) and self._passes(iterate.x):
             self.best = iterate.x
             return Status.SOLVED
         if self.method in methods.ITERATIVE and not level <= DIVERGED * self.first_level:
@@ -248,6 +254,13 @@ class _Loop:
         """The bound of the relative residual that comes free with F, or the relative residual where F is unknown."""
         return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
 
+    def _passes(self, x: Vector) -> bool:
+        """Whether the relative residual at x is at most the tolerance."""
+        if x is self._measured[0]:
+            return self._measured[1] <= self.limits.tol
+        z = z_of(x)
+        return self.accuracy.passes(z, self.problem.w(z), self.limits.tol)
+
     def _relative_residual(self, x: Vector) -> float:
         """The relative residual at x; that of the x asked for last is remembered."""
         if x is not self._measured[0]:
@@ -255,13 +268,9 @@ class _Loop:
             self._measured = x, self.accuracy.relative_residual(z, self.problem.w(z))
         return self._measured[1]
 
-    def _keep(self, trace: Trace, iterate: Iterate, method: str) -> None:
-        trace.add(Passing(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step, method), self._row)
-
-    def _row(self, trace: Trace, passing: Passing) -> TraceRow:
-        """The row of an iterate that stays in the trace, measured as far as the trace asks for it."""
-        z = z_of(passing.x)
-        residual = self.accuracy.natural_residual(z, self.problem.w(z)) if trace.residuals else None
-        kept = z if trace.components is None else z[trace.components]
-        error = self.accuracy.error(z)
-        return TraceRow(passing.k, kept, residual, error, passing.seconds, passing.step, passing.method)
+    def _keep(self, iterate: Iterate) -> None:
+        method = iterate.method or self.method
+        for trace in self.traces:
+            if trace is not None:
+                passing = Passing(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step, method)
+                trace.add(passing, self.accuracy)

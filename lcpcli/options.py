@@ -132,6 +132,14 @@ OPTIONS = {
             "Stop after this many seconds of set-up and iterations.",
         ),
         Option(
+            "warm",
+            float,
+            None,
+            "0 < size < infinity",
+            lambda size: 0 < size < math.inf,
+            "Run each method once more from a solution disturbed by that much of its largest component.",
+        ),
+        Option(
             "every",
             int,
             5,

@@ -42,9 +42,8 @@ class PrincipalSolver:
         """z_P for the indices of P and b, both of shape (k,); SingularMatrix if there is none."""
         if indices.size == 0:
             return np.empty(0)
-        whole = indices.size == self._M.shape[0]
-        block = self._M if whole else self._M[indices][:, indices]
-        solve = self._factorized(block)
+        block = self.block(indices)
+        solve = self.factorized(block)
         with np.errstate(over="ignore", invalid="ignore"):
             x = solve(b)
             refined: Vector = x + solve(b - product(block, x))
@@ -52,7 +51,12 @@ class PrincipalSolver:
             raise SingularMatrix
         return refined
 
-    def _factorized(self, block: Matrix) -> Solve:
+    def block(self, indices: Indices) -> Matrix:
+        """M_PP for the indices of P."""
+        return self._M if indices.size == self._M.shape[0] else self._M[indices][:, indices]
+
+    def factorized(self, block: Matrix) -> Solve:
+        """A solver of systems with M_PP, without refinement; SingularMatrix if there is none."""
         if self._definite and (self._dense or is_sparse(block)):
             try:
                 return self._dense.cholesky(block) if self._dense else linalg.sparse_lu(symmetric=True)(block).solve

@@ -28,6 +28,7 @@ class Problem:
     name, source, note : what it is called, where it comes from, what is remarkable about it.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
+    reference : "known", or how solutions that were not have been found: "exact" or "computed", `reference` tells.
     verdict : "infeasible", "unsolvable" or "ray" where it is known that there is no solution or none is found; else "".
 
     Raises ProblemError, which names the field.
@@ -42,6 +43,7 @@ class Problem:
     verdict: str = ""
     source: str = ""
     note: str = ""
+    reference: str = "known"
 
     def __init__(
         self,
@@ -54,6 +56,7 @@ class Problem:
         verdict: str = "",
         source: str = "",
         note: str = "",
+        reference: str = "known",
     ) -> None:
         keep = partial(object.__setattr__, self)
         vector_q = as_vector("q", q)
@@ -70,6 +73,7 @@ class Problem:
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
             keep(field, text)
+        keep("reference", reference)
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 

@@ -17,13 +17,15 @@ THREADED = 64  # rows from which on a BLAS may use threads
 
 
 def product(M: Matrix, v: Vector) -> Vector:
-    """M v for M of shape (m, n), dense or sparse, and v of shape (n,)."""
+    """M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k) for k vectors at once."""
     blas = _blas(M)
     if blas is None:
         plain: Vector = M @ v
         return plain
     by_columns = M.flags.f_contiguous
-    result: Vector = blas.dgemv(1.0, M if by_columns else M.T, v, trans=not by_columns)
+    multiply = blas.dgemv if v.ndim == 1 else blas.dgemm
+    transpose = {"trans" if v.ndim == 1 else "trans_a": not by_columns}
+    result: Vector = multiply(1.0, M if by_columns else M.T, v, **transpose)
     return result
 
 

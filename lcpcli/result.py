@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
-from lcpcli.typing import Indices, Vector
+from lcpcli.trace import Trace
+from lcpcli.typing import Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 
 class Status(Enum):
@@ -39,75 +40,20 @@ class Status(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class TraceRow:
-    """One iterate in a trace.
+class Exact:
+    """What rational arithmetic says of a problem whose decimals are taken as they are written.
 
-    k : its number; the start is 0.
-    z : its z = |x| + x, shape (n,), or the components that the trace was asked to keep.
-    residual, error : as in Result; None where they were not asked for, or no solution is known.
-    seconds : time that the method took from the end of its set-up to this iterate, nothing else counted.
-    step : the step of the published algorithm that made it; "" if the method has but one.
-    method : the method that made it.
+    status : solved, infeasible or unsolvable; None where nothing was proved.
+    proof : how it is proved, as a clause for the user.
+    z, w : the solution and w = M z + q, each of length n, where it is solved; else None.
+    y : of length n, a Farkas vector, where it is infeasible; else None.
     """
 
-    k: int
-    z: Vector
-    residual: float | None
-    error: float | None
-    seconds: float
-    step: str
-    method: str
-
-
-@dataclass(frozen=True, eq=False)
-class Passing:
-    """An iterate that may yet leave the trace, and has not been measured: its number, x, seconds, step and method."""
-
-    k: int
-    x: Vector
-    seconds: float
-    step: str
-    method: str
-
-
-Measure = Callable[["Trace", Passing], TraceRow]
-
-
-@dataclass
-class Trace:
-    """Which iterates to keep and what of them; it fills while the method runs, and holds its rows in order.
-
-    every : keep the start, the first, every so-many-th and the last three iterates.
-    most : where that comes to more rows than this, `every` is doubled, and again; None sets no limit.
-    components : indices of the components of z to keep; None keeps them all.
-    residuals : whether each row's residual is read by anybody; each costs one product with M.
-    """
-
-    every: int = 1
-    most: int | None = None
-    components: Indices | None = None
-    residuals: bool = True
-    rows: list[TraceRow] = field(default_factory=list)
-    _last: list[Passing] = field(default_factory=list)
-
-    def add(self, passing: Passing, measure: Measure) -> None:
-        """Take one more iterate; the one that is no longer among the last three is measured if it stays."""
-        self._last.append(passing)
-        if len(self._last) > 3:
-            leaving = self._last.pop(0)
-            if self._stays(leaving.k):
-                self.rows.append(measure(self, leaving))
-        if self.most is not None and len(self.rows) + 3 > self.most:
-            self.every *= 2
-            self.rows = [row for row in self.rows if self._stays(row.k)]
-
-    def close(self, measure: Measure) -> None:
-        """The run has ended: the last three stay."""
-        self.rows += [measure(self, passing) for passing in self._last]
-        self._last.clear()
-
-    def _stays(self, k: int) -> bool:
-        return k <= 1 or k % self.every == 0
+    status: Status | None
+    proof: str
+    z: list[Fraction] | None = None
+    w: list[Fraction] | None = None
+    y: list[Fraction] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,10 +66,14 @@ class Result:
     residual, relative_residual, error : as defined in `accuracy.Accuracy`, recomputed from M and q; error is None
         where no solution is known.
     setup_seconds, solve_seconds : until the first iterate, and from there to the last.
+    tol : the tolerance for the relative residual.
+    warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
     trace : the rows kept, or None if none were asked for.
+    curve : a second trace, kept for figures and milestones where that was asked for; else None.
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
+    exact : what has been proved exactly, or None if that was not asked for.
     """
 
     problem: Problem
@@ -139,10 +89,20 @@ class Result:
     error: float | None
     setup_seconds: float
     solve_seconds: float
+    tol: float
+    warm: bool
     options: dict[str, Any]
     trace: Trace | None
+    curve: Trace | None
     route: tuple[str, ...]
     certificate: Certificate | None
+    exact: Exact | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """That of the status, but 1 where an exact proof was asked for and not found."""
+        unproved = self.exact is not None and self.exact.status is None
+        return 1 if unproved and not self.interrupted else self.status.exit_code
 
     @property
     def solved(self) -> bool:
@@ -151,19 +111,3 @@ class Result:
     @property
     def interrupted(self) -> bool:
         return self.status is Status.INTERRUPTED
-
-
-def z_of(x: Vector) -> Vector:
-    """z = |x| + x = 2 max(x, 0)."""
-    z: Vector = np.maximum(x, 0.0)
-    z += z
-    return z
-
-
-def x_of(z: Vector, w: Vector) -> Vector:
-    """The x = (z - w) / 2 with z = |x| + x and w = |x| - x, where z, w >= 0 and z'w = 0.
-
-    Where rounding leaves both of a pair away from 0, the smaller one counts as 0: z and w of a solution then come
-    back as they are, and not each with the other's error.
-    """
-    return np.where(z > w, z, -w) / 2

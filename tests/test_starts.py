@@ -11,7 +11,7 @@ import pytest
 
 from lcpcli import Problem, Status, read, run, shipped
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.result import x_of, z_of
+from lcpcli.modulus import x_of, z_of
 
 from .conftest import Outcome
 

@@ -29,7 +29,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
     """Make standard output a terminal of that width, with or without colour."""
 
     def become(width: int, color: bool) -> None:
-        monkeypatch.setattr(session, "_terminal", lambda: (width, color))
+        monkeypatch.setattr(session, "terminal", lambda: (width, color))
 
     return become
 
@@ -52,11 +52,10 @@ def test_compare_prints_one_table_an_example_and_a_line_a_method(lcp: Lcp) -> No
         *names, time = lines[1].split()
         assert names == ["method", "k", "z1", "z2", "z3", "z4", "step", "error"]
         assert time in ("time/us", "time/ms", "time/s")
-        assert lines[-4].split() == ["method", "iterations", "evaluations", "time", "residual", "error", "status"]
-        assert [(line.split()[0], line.split()[-1]) for line in lines[-2:]] == [
-            ("fixed-point", "solved"),
-            ("shi", "solved"),
-        ]
+        levels = ["to", "1e-3", "to", "1e-6", "to", "1e-9"]
+        assert lines[-4].split() == ["method", *levels, "end", "error", "status", "claim"]
+        assert [line.split()[0] for line in lines[-2:]] == ["fixed-point", "shi"]
+        assert all(line.split()[-2:] == ["solved", "true"] for line in lines[-2:])
 
 
 def test_rows_are_the_first_every_fifth_and_the_last_three(lcp: Lcp) -> None:
@@ -115,7 +114,7 @@ def test_no_color_is_obeyed(environment: dict[str, str], colored: bool, monkeypa
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    assert session._terminal()[1] is colored
+    assert session.terminal()[1] is colored
 
 
 def test_pipe_shows_numbers_uncut(lcp: Lcp) -> None:
@@ -151,7 +150,7 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
         (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
     ]
     keys = """problem n method route status message solved z w iterations evaluations residual relative_residual error
-        error_bound setup_seconds solve_seconds certificate options trace"""
+        error_bound reference milestones warm setup_seconds solve_seconds certificate exact options trace"""
     for line in lines:
         assert list(line) == keys.split()
         assert line["trace"] is None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -14,18 +13,16 @@ from lcpcli import options
 from lcpcli.errors import OptionError
 from lcpcli.methods import ADDITIONS, ITERATIVE, load, options_of
 from lcpcli.options import AUTO, OPTIONS, flag
-from lcpcli.report import FORMATS, SUFFIXES, TABLES
+from lcpcli.report import FORMATS
 
 if TYPE_CHECKING:
     from lcpcli.driver import Limits
     from lcpcli.problem import Problem
-    from lcpcli.result import Trace
     from lcpcli.typing import Vector
 
 STARTS = ("x0", "x1", "z0")
 OF_METHODS = ("p", "k_star", "rho", "sigma", "omega", "anderson", *STARTS)
 LIMITS = ("tol", "max_iterations", "time_limit")
-MOST_ROWS = 60  # of one method in a table, unless --every asks for more
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -33,7 +30,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 def solving(command: Command) -> Command:
     """Declare the options of the methods, the limits and the output on a command; it gets them as keywords."""
     declared = [
-        *(_numeric(name) for name in OF_METHODS if name not in STARTS),
+        *(numeric(name) for name in OF_METHODS if name not in STARTS),
         click.option(
             "--x0",
             metavar="NUMBERS|FILE",
@@ -48,10 +45,13 @@ def solving(command: Command) -> Command:
             "--scale/--no-scale", default=None, help="Let shi or fixed-point work on the equilibrated problem."
         ),
         click.option("--finish/--no-finish", default=None, help="Let shi or fixed-point end on their active set."),
-        *(_numeric(name) for name in LIMITS),
+        *(numeric(name) for name in LIMITS),
         click.option("--format", "form", type=click.Choice(list(FORMATS)), help=_formats()),
         click.option("--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
-        _numeric("every"),
+        numeric("every"),
+        click.option(
+            "--plot", metavar="FILE", help="Draw error against time and iteration: .png, .svg, .pdf, or - for here."
+        ),
         click.option("-o", "--output", metavar="FILE", help="Write to a file instead, whole or not at all."),
         click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells."),
     ]
@@ -84,53 +84,6 @@ def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -
     return [{name: value for name, value in chosen.items() if name in own} for own in known]
 
 
-class Output:
-    """What is to be shown, in which format and where, found consistent before any work is done."""
-
-    def __init__(self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool) -> None:
-        output = None if output == "-" else output
-        self.form = form or _form_of(output)
-        self.path, self.silent = output, quiet and output is None
-        if trace and self.silent:
-            raise OptionError("--trace", "has no effect with --quiet", "leave it out")
-        if trace and self.form != "json":
-            raise OptionError(
-                "--trace", f"has no effect on the format {self.form}, which shows the iterates", "leave it out"
-            )
-        if every is not None and (self.silent or (self.form == "json" and not trace)):
-            raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
-        options.check(every=every)
-        if output is not None:
-            from lcpcli.files import refuse_unwritable
-
-            refuse_unwritable(output)
-        self._iterates = not self.silent and (trace or self.form != "json")
-        self._every = every
-
-    def trace(self, problem: Problem, width: int | None) -> Trace | None:
-        """An empty trace for a run whose iterates will be shown in that width, to keep only what will be read."""
-        if not self._iterates:
-            return None
-        from lcpcli.result import Trace
-
-        if self.form not in TABLES:
-            return Trace(self._every or 1)
-        from lcpcli.report.iterations import shown_components
-
-        components = shown_components(problem.n, width if self.form == "table" else None)
-        every, most = (self._every, None) if self._every else (int(OPTIONS["every"].default or 1), MOST_ROWS)
-        return Trace(every, most, components, residuals=not problem.solutions)
-
-
-def _form_of(output: str | None) -> str:
-    """The format that an output file's ending asks for; without an ending, the table."""
-    ending = Path(output or "").suffix.lower()
-    if ending not in SUFFIXES:
-        endings = ", ".join(known for known in SUFFIXES if known)
-        raise OptionError(str(output), f"the ending {ending} is no format", f"use {endings} or give --format")
-    return SUFFIXES[ending]
-
-
 class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
     """A number, or the word that stands for one derived from the problem."""
 
@@ -140,7 +93,7 @@ class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
         return AUTO if value == AUTO else float(click.FLOAT.convert(value, param, ctx))
 
 
-def _numeric(name: str) -> Callable[[Command], Command]:
+def numeric(name: str) -> Callable[[Command], Command]:
     option = OPTIONS[name]
     number = click.INT if option.kind is int else click.FLOAT
     kind = _NumberOrAuto() if option.auto else number

@@ -2,93 +2,149 @@
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from lcpcli.cli.options import Output, for_methods, limits
+from lcpcli import options
+from lcpcli.cli.options import for_methods, limits
+from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
 from lcpcli.errors import OptionError
-
-CLOSED_PIPE = 141  # as shells report SIGPIPE
 
 if TYPE_CHECKING:
     from lcpcli.driver import Limits
+    from lcpcli.exact.problem import ExactProblem
     from lcpcli.problem import Problem
     from lcpcli.result import Result
+    from lcpcli.typing import Vector
+
+Paths = Sequence[tuple[str, str | None]]
 
 
-def run(paths: Sequence[tuple[str, str | None]], methods: Sequence[str], given: dict[str, Any]) -> int:
-    """Run the methods on each of the problems, given by their files; show the results; return the worst exit code."""
+def run(
+    paths: Paths,
+    methods: Sequence[str],
+    given: dict[str, Any],
+    *,
+    levels: tuple[float, ...] = (),
+    exact: bool = False,
+) -> int:
+    """Run the methods on each of the problems, given by their files; show the results; return the worst exit code.
+
+    levels : relative errors to note when they are first reached; with them, and for figures, a problem that brings no
+        solution is solved beforehand, so that there is something to measure errors against.
+    exact : prove each result in rational arithmetic.
+    """
     output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet")))
+    plot = Plot(given["plot"], levels)
+    warm = given.get("warm")
+    options.check(warm=warm)
     from lcpcli import files
 
-    if [name for pair in paths for name in pair].count(files.STANDARD_INPUT) > 1:
-        raise OptionError("standard input", "can be read only once", "name a file")
-    if output.path is not None and any(_same(output.path, name) for pair in paths for name in pair if name):
-        raise OptionError(output.path, "holds the problem", "choose another place for the output")
+    if exact:
+        from lcpcli.exact.linear import require
+
+        require()
+    _refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
+    if plot.path == HERE and output.path is None and output.form != "table":
+        raise OptionError("--plot -", f"would end up amid the {output.form}", "name a file, or write that to one by -o")
     bounds = limits(given)
-    problems = [files.read(*path) for path in paths]
+    data = [files.read_exact(*path) for path in paths] if exact else []
+    problems = [known.problem for known in data] or [files.read(*path) for path in paths]
     chosen = [for_methods(given, methods, problem) for problem in problems]
-    width, color = (None, False) if output.path else _terminal()
-    results = _results(problems, methods, chosen, bounds, output, width)
+    if levels or plot.path is not None:
+        problems = [_referred(problem, bounds) for problem in problems]
+    width, color = (None, False) if output.path else terminal()
+    results: list[Result] = []
+    for result in _runs(problems, methods, chosen, bounds, warm, (output, plot, width)):
+        results.append(result)
+        if result.interrupted:
+            break
+    if exact:
+        results = _proved(dict(zip(map(id, problems), data, strict=True)), results, bounds)
     if not output.silent:
         from lcpcli import report
 
         text = report.render(results, output.form, width, color)
         if output.path is None:
-            _print(text, color)
+            emit(text, color)
         else:
             files.write_whole(output.path, text)
-    return max(result.status.exit_code for result in results)
+    plot.show(results)
+    return max(result.exit_code for result in results)
 
 
-def _results(
+def _runs(
     problems: Sequence[Problem],
     methods: Sequence[str],
     chosen: Sequence[Sequence[dict[str, Any]]],
     bounds: Limits,
-    output: Output,
-    width: int | None,
-) -> list[Result]:
-    """One result a problem and method, problem by problem; an interrupted run is the last one."""
+    warm: float | None,
+    shown: tuple[Output, Plot, int | None],
+) -> Iterator[Result]:
+    """One result a problem and method, problem by problem; with `warm`, a second one from near the solution."""
     from lcpcli import driver
+    from lcpcli.methods import STARTED
 
-    results: list[Result] = []
+    output, plot, width = shown
+
+    def run_one(problem: Problem, method: str, values: dict[str, Any]) -> Result:
+        trace, curve = output.trace(problem, width), plot.curve(problem)
+        return driver.run(problem, method, limits=bounds, trace=trace, curve=curve, **values)
+
     for problem, own in zip(problems, chosen, strict=True):
+        near = None if warm is None else _near(problem, warm)
         for method, values in zip(methods, own, strict=True):
-            trace = output.trace(problem, width)
-            results.append(driver.run(problem, method, limits=bounds, trace=trace, **values))
-            if results[-1].interrupted:
-                return results
-    return results
+            yield run_one(problem, method, values)
+            if near is not None and method in STARTED:
+                yield replace(run_one(problem, method, {**values, "x0": near, "z0": None}), warm=True)
 
 
-def _print(text: str, color: bool) -> None:
-    """Print to standard output; a reader who has closed it wants no more, and is told nothing."""
-    try:
-        click.echo(text, nl=False, color=color)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise click.exceptions.Exit(CLOSED_PIPE) from None
+def _proved(data: dict[int, ExactProblem], results: Sequence[Result], bounds: Limits) -> list[Result]:
+    """Each result with what is proved of it, in what time the run has left."""
+    from lcpcli.exact.proof import prove
+
+    return [
+        prove(data[id(result.problem)], result, bounds.time_limit - result.setup_seconds - result.solve_seconds)
+        for result in results
+    ]
 
 
-def _same(one: str, other: str) -> bool:
+def _near(problem: Problem, size: float) -> Vector:
+    from lcpcli import reference
+
+    return reference.near(problem, size)
+
+
+def _referred(problem: Problem, bounds: Limits) -> Problem:
+    """The problem with a solution to measure errors against, if one is found in the time that a run may take."""
+    from lcpcli import reference
+
+    return reference.with_reference(problem, min(bounds.time_limit, reference.SECONDS))
+
+
+def _refuse_clashes(inputs: Sequence[str], *outputs: str | None) -> None:
+    """Refuse standard input that is to be read twice, and an output that would overwrite a problem or another one."""
+    refuse_twice(inputs)
+    written = [output for output in outputs if output is not None]
+    for output in written:
+        if any(same_file(output, name) for name in inputs):
+            raise OptionError(output, "holds the problem", "choose another place for the output")
+    if len(written) > 1 and Path(written[0]).absolute() == Path(written[1]).absolute():
+        raise OptionError("--plot", "goes to the same file as --output", "choose another place for one")
+
+
+def refuse_twice(paths: Sequence[str | None]) -> None:
+    """Raise OptionError if standard input stands for two files."""
+    from lcpcli import files
+
+    if paths.count(files.STANDARD_INPUT) > 1:
+        raise OptionError("standard input", "can be read only once", "name a file")
+
+
+def same_file(one: str, other: str) -> bool:
     try:
         return Path(one).samefile(other)
     except OSError:
         return False
-
-
-def _terminal() -> tuple[int | None, bool]:
-    """Width and colour of standard output; no width where it is no terminal, no colour where that is not wanted."""
-    if not sys.stdout.isatty():
-        return None, False
-    color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-    from shutil import get_terminal_size
-
-    return get_terminal_size().columns, color

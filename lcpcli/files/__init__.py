@@ -7,19 +7,27 @@ import os
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Protocol, TypeVar, cast
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.whole import refuse_unwritable as refuse_unwritable
 from lcpcli.files.whole import write_together
 from lcpcli.files.whole import write_whole as write_whole
+from lcpcli.modulus import x_of
 from lcpcli.problem import Problem
-from lcpcli.result import x_of
 from lcpcli.typing import Matrix, Vector
 
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.exact.problem import ExactProblem, Rows
+    from lcpcli.files.candidate import Candidate
+
 STANDARD_INPUT = "-"
+WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # mends for an empty file
 FORMATS = {".json": "json", ".csv": "csv", ".mtx": "matrix_market", ".npz": "npz"}
 
 T = TypeVar("T")
@@ -34,6 +42,12 @@ class Format(Protocol):
     def parse_vector(self, field: str, content: bytes, n: int | None = None, /) -> Vector:
         """A vector of length n, any length if None."""
 
+    def parse_exact(self, content: bytes, /) -> tuple[Rows, list[Fraction] | None]:
+        """M and, where the file holds it, q with all decimals, from a content that `parse` has accepted."""
+
+    def parse_exact_vector(self, field: str, content: bytes, /) -> list[Fraction]:
+        """The same of a content that `parse_vector` has accepted."""
+
     def render(self, problem: Problem, /) -> dict[str, bytes]:
         """What to write: the file itself under "", files beside it under what parts their names from its ending."""
 
@@ -45,8 +59,29 @@ def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = N
     .csv, any text that opens a brace or a bracket is JSON, everything else CSV. Raises ProblemError, which names the
     file, the field or line, and the mend.
     """
-    path, q_path = os.fspath(path), None if q_path is None else os.fspath(q_path)
-    content = _read(path, "give M and q, as JSON or CSV")
+    return _problem(os.fspath(path), None if q_path is None else os.fspath(q_path), _read)
+
+
+def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
+    """As `read`, with the decimal numbers of the files as the rationals that they are; those of NPZ are doubles.
+
+    Raises ProblemError as `read` does, so also for a number beyond the range of doubles.
+    """
+    from lcpcli.exact.problem import ExactProblem
+
+    fetch = cache(_read)  # standard input can be read only once
+    problem = _problem(path, q_path, fetch)
+    content = fetch(path, WHOLE)
+    M, q = _blaming(path, lambda: _format(path, content).parse_exact(content))
+    if q is None:
+        q_place = cast(str, q_path)
+        vector = fetch(q_place, LINE)
+        q = _blaming(q_place, lambda: _format(q_place, vector).parse_exact_vector("q", vector))
+    return ExactProblem(problem, M, q)
+
+
+def _problem(path: str, q_path: str | None, fetch: Callable[[str, str], bytes]) -> Problem:
+    content = fetch(path, WHOLE)
     held = _blaming(path, lambda: _format(path, content).parse(content))
     if isinstance(held, Problem):
         if q_path is not None:
@@ -56,14 +91,17 @@ def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = N
         if q_path is None:
             shape = " x ".join(map(str, held.shape))
             raise ProblemError(_place(path), f"holds M, {shape}, without q", "add q to it, or name a file for q")
-        q = read_vector("q", q_path)
+        q = _vector("q", q_path, fetch(q_path, LINE))
         problem = _blaming(path, lambda: Problem(held, q))
     return problem if problem.name else replace(problem, name=_name(path))
 
 
 def read_vector(field: str, path: str, n: int | None = None) -> Vector:
     """A vector of length n, any length if None, from a file of one row or one column, a JSON list or an NPZ array."""
-    content = _read(path, "give one row or one column of numbers")
+    return _vector(field, path, _read(path, LINE), n)
+
+
+def _vector(field: str, path: str, content: bytes, n: int | None = None) -> Vector:
     return _blaming(path, lambda: _format(path, content).parse_vector(field, content, n))
 
 
@@ -72,7 +110,7 @@ def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
 
     Of a result, the start is where it ended; of several, one a line, the first counts.
     """
-    content = _read(path, "give one row or one column of numbers")
+    content = _read(path, LINE)
     from lcpcli.files import json_format
 
     def parse() -> Vector:
@@ -85,17 +123,41 @@ def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
     return _blaming(path, parse)
 
 
+def read_candidate(path: str, n: int) -> Candidate:
+    """An answer to be judged, of n entries, from a result or a vector in any format, fractions allowed."""
+    from lcpcli.exact.problem import fractions_of
+    from lcpcli.files import candidate, csv_format, json_format
+
+    content = _read(path, LINE)
+
+    def parse() -> Candidate:
+        form = _format(path, content)
+        if form is json_format:
+            return candidate.of_json(content, n)
+        if form is csv_format:
+            return candidate.of_text(content, n)
+        return candidate.Candidate("solution", fractions_of(form.parse_vector("z", content, n)))
+
+    return _blaming(path, parse)
+
+
 def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     """Write a problem in the format that the file's name ends with, whole or not at all.
 
     JSON and NPZ keep everything. CSV and Matrix Market keep M and q alone; p.mtx is M, and q is p.q.mtx beside it.
     """
     path = os.fspath(path)
+    ending = ending_of(path)
+    contents = _load(FORMATS[ending]).render(problem)
+    write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
+
+
+def ending_of(path: str) -> str:
+    """The ending of a file to be written, one of FORMATS, or a ProblemError."""
     ending = Path(path).suffix
     if ending not in FORMATS:
         raise ProblemError(path, "has no format by its name", f"let it end with {' or '.join(FORMATS)}")
-    contents = _load(FORMATS[ending]).render(problem)
-    write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
+    return ending
 
 
 def _format(path: str, content: bytes) -> Format:

@@ -10,6 +10,8 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +19,11 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.text import decode
 from lcpcli.problem import Problem, as_vector, count, is_sparse
 from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.exact.problem import Rows
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, and so is no name in a header
@@ -45,6 +52,23 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return as_vector(field, [x for row in rows for x in row], n)
 
 
+def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
+    """M and, if there is a last column for it, q of a text that `parse` has accepted, with all decimals."""
+    from lcpcli.exact.numbers import fraction
+
+    table = _rows(decode(content), fraction)
+    n = len(table)
+    M = [{j: value for j, value in enumerate(row[:n]) if value} for row in table]
+    return M, [row[n] for row in table] if len(table[0]) > n else None
+
+
+def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
+    """A vector that `parse_vector` has accepted, with all decimals."""
+    from lcpcli.exact.numbers import fraction
+
+    return [value for row in _rows(decode(content), fraction) for value in row]
+
+
 def render(problem: Problem) -> dict[str, bytes]:
     """[M | q], one row a line, with all digits."""
     M = problem.M.toarray() if is_sparse(problem.M) else problem.M
@@ -52,7 +76,7 @@ def render(problem: Problem) -> dict[str, bytes]:
     return {"": "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()}
 
 
-def _rows(text: str) -> list[list[float]]:
+def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]:
     all_lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and line.lstrip()[0] != "#"]
     if not lines:
@@ -63,7 +87,10 @@ def _rows(text: str) -> list[list[float]]:
         _refuse_misplaced_q(lines[0][0], first)
         del lines[0]
     rows = [
-        [_number(entry, number, i, delimiter) for i, entry in enumerate(_fields(number, line, delimiter), 1)]
+        [
+            number_of(_numeric(entry, number, i, delimiter))
+            for i, entry in enumerate(_fields(number, line, delimiter), 1)
+        ]
         for number, line in lines
     ]
     for (number, _), row in zip(lines, rows, strict=True):
@@ -103,11 +130,10 @@ def _is_number(entry: str) -> bool:
     return "_" not in entry
 
 
-def _number(entry: str, line: int, column: int, delimiter: str | None) -> float:
-    if _is_number(entry):
-        number = float(entry)
-        if math.isfinite(number):
-            return number
+def _numeric(entry: str, line: int, column: int, delimiter: str | None) -> str:
+    """The entry, which is a finite number."""
+    if _is_number(entry) and math.isfinite(float(entry)):
+        return entry
     place = f"line {line}, column {column}"
     if not entry.strip():
         raise ProblemError(place, "is empty", "give a number")

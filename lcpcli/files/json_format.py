@@ -7,7 +7,8 @@ indices from 0. solution is one z or a list of them. Numbers are decimal; each k
 from __future__ import annotations
 
 import json
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,11 @@ from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
 from lcpcli.files.text import decode
 from lcpcli.problem import Problem, as_vector, count, is_sparse, kind
 from lcpcli.typing import Indices, Matrix, Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.exact.problem import Rows
 
 COO_KEYS = ("format", "shape", "rows", "cols", "values")
 
@@ -44,11 +50,32 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return as_vector(field, _load(decode(content)), n)
 
 
+def parse_exact(content: bytes) -> tuple[Rows, list[Fraction]]:
+    """M and q of a problem that `parse` has accepted, with all decimals."""
+    from lcpcli.exact.numbers import fraction
+
+    data = _load(decode(content), fraction)
+    M = data["M"]
+    if not isinstance(M, dict):
+        return [{j: value for j, value in enumerate(row) if value} for row in M], data["q"]
+    rows: Rows = [{} for _ in data["q"]]
+    for i, j, value in zip(M["rows"], M["cols"], M["values"], strict=True):
+        if value:
+            rows[int(i)][int(j)] = value
+    return rows, data["q"]
+
+
+def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
+    """A JSON list that `parse_vector` has accepted, with all decimals."""
+    from lcpcli.exact.numbers import fraction
+
+    numbers: list[Fraction] = _load(decode(content), fraction)
+    return numbers
+
+
 def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
     """z and w, of length n, of a result as `lcp solve --format json` has it; of several, one a line, the first."""
-    text = decode(content)
-    first, _, rest = text.strip().partition("\n")
-    result = _load(first if rest.lstrip().startswith("{") else text)
+    result = load_first(decode(content))
     if not {"z", "w"} <= set(result):
         raise ProblemError(
             field, "is an object without z and w", "give a list of numbers, or what lcp solve --format json prints"
@@ -57,6 +84,12 @@ def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
         return as_vector("z", result["z"], n), as_vector("w", result["w"], n)
     except ProblemError as error:
         raise error.inside(field) from None
+
+
+def load_first(text: str, number: Callable[[str], Any] = float) -> Any:
+    """What a JSON text holds, its numbers read by `number`; of several objects, one a line, the first."""
+    first, _, rest = text.strip().partition("\n")
+    return _load(first if rest.lstrip().startswith("{") else text, number)
 
 
 def render(problem: Problem) -> dict[str, bytes]:
@@ -76,9 +109,9 @@ def render(problem: Problem) -> dict[str, bytes]:
     return {"": f"{{\n  {body}\n}}\n".encode()}
 
 
-def _load(text: str) -> Any:
+def _load(text: str, number: Callable[[str], Any] = float) -> Any:
     try:
-        return json.loads(text, parse_int=float, object_pairs_hook=_object)
+        return json.loads(text, parse_int=number, parse_float=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise ProblemError(place, f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})", "correct it there") from None

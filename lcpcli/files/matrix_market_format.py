@@ -10,7 +10,7 @@ import gzip
 import io
 import re
 import zlib
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,11 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.memory import refuse_beyond_memory
 from lcpcli.problem import Problem, as_vector, count, is_sparse
 from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.exact.problem import Rows
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
@@ -55,6 +60,20 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return as_vector(field, matrix.ravel(), n)
 
 
+def parse_exact(content: bytes) -> tuple[Rows, None]:
+    """M of a file that `parse` has accepted, with all decimals."""
+    return _exact_rows("M", content), None
+
+
+def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
+    """A vector that `parse_vector` has accepted, with all decimals."""
+    from fractions import Fraction
+
+    rows = _exact_rows(field, content)
+    columns = _matrix(field, _uncompressed(content)).shape[1]
+    return [row.get(j, Fraction(0)) for row in rows for j in range(columns)]
+
+
 def render(problem: Problem) -> dict[str, bytes]:
     """M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
     return {"": _written(problem.M), ".q": _written(problem.q[:, np.newaxis])}
@@ -78,6 +97,33 @@ def _uncompressed(content: bytes) -> bytes:
 
 
 def _matrix(field: str, content: bytes) -> Any:
+    header, numbers = _entries(field, content)
+    width = WIDTHS[header.form]
+    values = np.fromiter(map(float, numbers[width - 1 :: width]), np.float64, header.entries)
+    return _assembled(field, header, numbers, values)
+
+
+def _exact_rows(field: str, content: bytes) -> Rows:
+    """The rows of the matrix with all decimals: it is assembled from the places of its numbers in the file."""
+    from lcpcli.exact.numbers import fraction
+
+    header, numbers = _entries(field, _uncompressed(content))
+    width = WIDTHS[header.form]
+    texts = [number.decode("ascii") for number in numbers[width - 1 :: width]]
+    places = _assembled(field, header, numbers, np.arange(1.0, header.entries + 1))
+    rows: Rows = [{} for _ in range(header.shape[0])]
+    entries = places.tocoo() if is_sparse(places) else None
+    i, j = np.nonzero(places) if entries is None else (entries.row, entries.col)
+    signed = places[i, j] if entries is None else entries.data
+    for row, column, place in zip(i.tolist(), j.tolist(), signed.astype(np.int64).tolist(), strict=True):
+        value = fraction(texts[abs(place) - 1])
+        if value:
+            rows[row][column] = value if place > 0 else -value
+    return rows
+
+
+def _entries(field: str, content: bytes) -> tuple[_Header, list[bytes]]:
+    """The header and all numbers of the entries, checked line by line."""
     header = _header(content)
     _refuse_impossible(field, header, len(content) - header.end)
     _refuse_other_lines(header, content)
@@ -88,10 +134,14 @@ def _matrix(field: str, content: bytes) -> Any:
         raise ProblemError(
             field, f"is declared with {count(header.entries, 'entry')} but has {held}", "make them agree"
         )
-    values = np.fromiter(map(float, numbers[width - 1 :: width]), np.float64, header.entries)
+    return header, numbers
+
+
+def _assembled(field: str, header: _Header, numbers: list[bytes], values: Vector) -> Any:
+    """The matrix of the values of its entries, dense or in scipy's coordinate form."""
     if header.form == "array":
         return _dense(header, values)
-    rows, cols = (np.fromiter(map(int, numbers[i::width]), np.int64, header.entries) for i in range(2))
+    rows, cols = (np.fromiter(map(int, numbers[i :: WIDTHS["coordinate"]]), np.int64, header.entries) for i in range(2))
     return _sparse(field, header, values, rows, cols)
 
 

@@ -10,7 +10,7 @@ import io
 import math
 import zipfile
 import zlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.lib import format as npy
@@ -20,6 +20,11 @@ from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
 from lcpcli.files.memory import refuse_beyond_memory
 from lcpcli.problem import Problem, as_vector, is_sparse
 from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.exact.problem import Rows
 
 VECTORS = ("x0", "x1")
 COMPRESSED = ("data", "indices", "indptr")
@@ -61,6 +66,21 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     if name not in arrays and len(arrays) != 1:
         raise ProblemError(name, "is missing", f"add the key {name}, or leave one array")
     return as_vector(field, _flat(arrays.get(name, next(iter(arrays.values())))), n)
+
+
+def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
+    """M and, if the archive holds it, q as the rationals that their doubles are."""
+    from lcpcli.exact.problem import fractions_of, rows_of
+
+    held = parse(content)
+    return (rows_of(held.M), fractions_of(held.q)) if isinstance(held, Problem) else (rows_of(held), None)
+
+
+def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
+    """A vector as the rationals that its doubles are."""
+    from lcpcli.exact.problem import fractions_of
+
+    return fractions_of(parse_vector(field, content))
 
 
 def render(problem: Problem) -> dict[str, bytes]:

@@ -24,6 +24,7 @@ METHODS = {
 }
 
 ITERATIVE = ("shi", "fixed-point")  # the methods that equilibration and finishing may be added to
+STARTED = ("auto", "shi", "fixed-point", "newton")  # the methods to which it matters where they start
 ADDITIONS = ("scale", "finish")
 
 Method = Callable[..., "Iterator[Iterate]"]

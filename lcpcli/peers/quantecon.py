@@ -1,35 +1,35 @@
-"""QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba."""
+"""QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba.
+
+It has no tolerance and no time limit.
+"""
 
 from __future__ import annotations
 
 import time
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as version_of
 
 import numpy as np
 
-from lcpcli.peers import Claim
-from lcpcli.problem import Problem, is_sparse
+from lcpcli.peers import Claim, distribution_version, library, storage
+from lcpcli.problem import Problem
 
 PACKAGE = "quantecon"
+STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
 
 
 def version() -> str | None:
-    try:
-        return version_of(PACKAGE)
-    except PackageNotFoundError:
-        return None
+    return distribution_version(PACKAGE)
 
 
 def excludes(problem: Problem) -> str:
-    return "takes dense matrices only" if is_sparse(problem.M) else ""
+    return storage.not_dense(problem)
 
 
 def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG001 (a pivoting method has neither)
-    from quantecon.optimize import lcp_lemke
-
-    lcp_lemke(np.eye(2), -np.ones(2))  # compiles
+    lcp_lemke = library("quantecon.optimize").lcp_lemke
+    M, q = storage.dense(problem.M), problem.q.copy()
+    # compiled for arrays by rows that may be written to, as M and q are
+    lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6)
     began = time.perf_counter()
-    result = lcp_lemke(problem.M, problem.q, max_iter=10**6)
+    result = lcp_lemke(M, q, max_iter=10**6)
     seconds = time.perf_counter() - began
-    return Claim(result.z, bool(result.success), seconds, f"status {result.status}")
+    return Claim(result.z, bool(result.success), seconds, STATUS.get(result.status, f"status {result.status}"))

@@ -17,6 +17,7 @@ FORMATS = {
     "latex": "the table in LaTeX with booktabs",
 }
 TABLES = ("table", "markdown", "latex")  # those that show a choice of iterates and of components
+LEVELS = (1e-3, 1e-6, 1e-9)  # of the error, relative to the solution, of which a comparison tells the time
 SUFFIXES = {"": "table", ".txt": "table", ".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
 
 

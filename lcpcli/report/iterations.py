@@ -12,8 +12,9 @@ import numpy as np
 
 from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
-from lcpcli.report import numbers
-from lcpcli.result import Result, TraceRow
+from lcpcli.report import numbers, summary
+from lcpcli.result import Exact, Result
+from lcpcli.trace import TraceRow
 from lcpcli.typing import Indices
 
 ELLIPSIS = "..."
@@ -56,19 +57,19 @@ def build(results: Sequence[Result]) -> IterationTable:
     header = ["method", "k", *columns, *steps, accuracy, f"time/{unit}"]
     groups = []
     for result, rows in zip(results, traces, strict=True):
-        labels = _labels(rows)
+        labels = _labels(rows, " warm" if result.warm else "")
         largest = float(np.max(result.z))
         tails = [[row.step][: len(steps)] + _measures(row, bool(problem.solutions), length) for row in rows]
         cells = [_components(row, largest, components is not None) for row in rows]
         groups.append([[a, str(row.k), *z, *tail] for a, row, z, tail in zip(labels, rows, cells, tails, strict=False)])
     remarks = _remarks(results, components is not None)
-    return IterationTable(_title(problem), header, groups, *_summary(results), remarks)
+    return IterationTable(_title(problem), header, groups, *summary.build(results), remarks)
 
 
-def _labels(rows: Sequence[TraceRow]) -> list[str]:
-    """The name of each row's method where it is another than that of the row before."""
+def _labels(rows: Sequence[TraceRow], start: str) -> list[str]:
+    """The name of each row's method, with the start, where it is another than that of the row before."""
     before = ["", *(row.method for row in rows)]
-    return [row.method if row.method != earlier else "" for row, earlier in zip(rows, before, strict=False)]
+    return [row.method + start if row.method != earlier else "" for row, earlier in zip(rows, before, strict=False)]
 
 
 def _components(row: TraceRow, largest: float, elided: bool) -> list[str]:
@@ -88,31 +89,12 @@ def _rows(result: Result) -> list[TraceRow]:
     return rows[1:] if len(rows) > 1 else rows
 
 
-def _summary(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
-    header = ["method", "iterations", "evaluations", "time", "residual", "error", "status"]
-    rows = [
-        [
-            result.method,
-            str(result.iterations),
-            str(result.evaluations),
-            numbers.duration(result.setup_seconds + result.solve_seconds),
-            numbers.short(result.residual),
-            numbers.short(result.error),
-            result.status.word.replace("_", " "),
-        ]
-        for result in results
-    ]
-    if all(result.error is None for result in results):
-        header.remove("error")
-        for row in rows:
-            del row[5]
-    return header, rows
-
-
 def _remarks(results: Sequence[Result], elided: bool) -> list[str]:
-    remarks = [f"{result.method} {result.message}" for result in results if not result.solved]
-    remarks += [f"{r.method}: by {', '.join(r.route)}" for r in results if r.route != (r.method,)]
-    remarks += [_vector(result.certificate) for result in results if result.certificate]
+    remarks = [f"{summary.name(result)} {result.message}" for result in results if not result.solved]
+    remarks += [f"{summary.name(r)}: by {', '.join(r.route)}" for r in results if r.route != (r.method,)]
+    remarks += [doubt for result in results if (doubt := summary.doubt(result))]
+    remarks += [_vector(result.certificate) for result in results if result.certificate and not result.exact]
+    remarks += [line for result in results if result.exact for line in _exact(result.exact)]
     if elided:
         remarks.append(f"all {results[0].problem.n} components of z: --format json or csv")
     return remarks
@@ -127,6 +109,18 @@ def _vector(certificate: Certificate) -> str:
     return f"certificate: {certificate.kind} ({', '.join(entries + more)})"
 
 
+def _exact(exact: Exact) -> list[str]:
+    """The exact vectors, as far as a line has room for them, and the proof where the message does not tell it."""
+    from lcpcli.exact.numbers import brief
+
+    named = [(name, values) for name, values in (("z", exact.z), ("w", exact.w), ("y", exact.y)) if values]
+    lines = []
+    for name, values in named:
+        more = [ELLIPSIS] if len(values) > PIPE_COMPONENTS else []
+        lines.append(f"exact {name} = ({', '.join([*map(brief, values[:PIPE_COMPONENTS]), *more])})")
+    return [*lines, f"proof: {exact.proof}"] if exact.z else lines
+
+
 def _title(problem: Problem) -> str:
     parts = [" ".join(problem.name.split()), f"n = {problem.n}"]
     if len(problem.solutions) == 1:
@@ -134,7 +128,8 @@ def _title(problem: Problem) -> str:
         shown = [f"{v:.7g}" for v in (z if problem.n <= 6 else z[[0, 1, 2, -1]])]
         if problem.n > 6:
             shown.insert(3, ELLIPSIS)
-        parts.append(f"solution ({', '.join(shown)})")
+        computed = "" if problem.reference == "known" else f"{problem.reference} "
+        parts.append(f"{computed}solution ({', '.join(shown)})")
     elif problem.solutions:
         parts.append(f"{len(problem.solutions)} known solutions")
     if problem.verdict:

@@ -34,12 +34,22 @@ def _object(result: Result) -> dict[str, Any]:
         "relative_residual": _number(result.relative_residual),
         "error": _number(result.error),
         "error_bound": None,
+        "reference": result.problem.reference if result.problem.solutions else None,
+        "milestones": _milestones(result),
+        "warm": result.warm,
         "setup_seconds": result.setup_seconds,
         "solve_seconds": result.solve_seconds,
         "certificate": _certificate(result),
+        "exact": _exact(result),
         "options": {name: _option(value) for name, value in result.options.items() if name not in STARTS},
         "trace": _trace(result),
     }
+
+
+def _milestones(result: Result) -> list[dict[str, Any]] | None:
+    if result.curve is None or not result.curve.levels:
+        return None
+    return [{"level": m.level, "k": m.k, "seconds": m.seconds} for m in result.curve.milestones]
 
 
 def _trace(result: Result) -> list[dict[str, Any]] | None:
@@ -69,6 +79,17 @@ def _certificate(result: Result) -> dict[str, Any] | None:
         return None
     vector = None if proof.vector is None else _numbers(proof.vector.tolist())
     return {"kind": proof.kind, "statement": proof.statement, "vector": vector}
+
+
+def _exact(result: Result) -> dict[str, Any] | None:
+    exact = result.exact
+    if exact is None:
+        return None
+    from lcpcli.exact.numbers import text
+
+    named = {"z": exact.z, "w": exact.w, "y": exact.y}
+    vectors = {name: None if values is None else [text(value) for value in values] for name, values in named.items()}
+    return {"status": exact.status.word if exact.status else None, **vectors, "proof": exact.proof}
 
 
 def _numbers(values: list[float]) -> list[float | None]:

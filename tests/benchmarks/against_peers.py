@@ -6,44 +6,51 @@ auto to the fastest peer whose residual is at most 1e-5.
 
 from __future__ import annotations
 
+import math
 import statistics
 import sys
 import time
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 import numpy as np
-import peers
 
 import lcpcli
-import problems
+from lcpcli import gallery, peers
 
 ACCEPTABLE = 1e-5
+TOLERANCE = 1e-9  # of the peers that have one
+TIME_LIMIT = 120.0  # seconds, for the peers that have one
 REST = 0.1  # seconds in which the threads of what ran before stop spinning
 SLOW = 3.0  # seconds; a peer that takes longer is run once
 
 
-def ours(M: Any, q: Any) -> tuple[float, Any]:
-    result = lcpcli.run(lcpcli.Problem(M, q), "auto")
+def solve(name: str, problem: lcpcli.Problem) -> tuple[float, Any]:
+    """Seconds and z; None for z where a peer does not claim to have one."""
+    if name != "auto":
+        claim = peers.load(name).solve(problem, TOLERANCE, TIME_LIMIT)
+        return claim.seconds, claim.z if claim.solved else None
+    result = lcpcli.run(problem, "auto")
     if not result.solved:
         raise SystemExit(f"auto has not solved it: {result.message}")
     return result.setup_seconds + result.solve_seconds, result.z
 
 
-def compare(title: str, M: Any, q: Any, symmetric: bool, repeats: int, leave_out: tuple[str, ...] = ()) -> None:
-    solvers = {"auto": ours} | peers.available(symmetric, isinstance(M, np.ndarray))
-    times: dict[str, list[float]] = {name: [] for name in solvers if name not in leave_out}
+def compare(title: str, problem: lcpcli.Problem, repeats: int, leave_out: tuple[str, ...] = ()) -> None:
+    taking = [name for name in peers.installed() if name not in leave_out and not peers.load(name).excludes(problem)]
+    times: dict[str, list[float]] = {name: [] for name in ("auto", *taking)}
     residuals: dict[str, float] = {}
     for _ in range(repeats):
         for name in times:
             if name == "auto" or not times[name] or times[name][0] < SLOW:
                 time.sleep(REST)
-                seconds, z = solvers[name](M, q)
+                seconds, z = solve(name, problem)
                 times[name].append(seconds)
-                residuals[name] = float(np.abs(np.minimum(z, M @ z + q)).max() / np.abs(q).max())
-    medians = {name: statistics.median(values) for name, values in times.items()}
+                residual = math.inf if z is None else float(np.abs(np.minimum(z, problem.w(z))).max())
+                residuals[name] = residual / float(np.abs(problem.q).max())
+    report(title, {name: statistics.median(values) for name, values in times.items()}, residuals)
+
+
+def report(title: str, medians: dict[str, float], residuals: dict[str, float]) -> None:
     print(title)
     for name, seconds in sorted(medians.items(), key=lambda item: item[1]):
         print(f"  {name:16} {seconds * 1e3:10.2f} ms   residual {residuals[name]:.1e}")
@@ -57,13 +64,13 @@ def main() -> None:
     if sys.argv[1:] == ["dense"]:
         for n in (300, 1000, 2000):
             for symmetric in (True, False):
-                M, q = problems.harker_pang(n, symmetric)
-                lemkes = ("quantecon lemke", "siconos lemke") if n > 300 else ()
+                lemkes = ("quantecon", "siconos-lemke") if n > 300 else ()
                 kind = "symmetric" if symmetric else "nonsymmetric"
-                compare(f"Harker-Pang, {kind}, n = {n}", M, q, symmetric, 5, lemkes)
+                problem = gallery.make("harker-pang", n, symmetric=symmetric)
+                compare(f"Harker-Pang, {kind}, n = {n}", problem, 5, lemkes)
     elif sys.argv[1:] == ["sparse"]:
         for m in (100, 300):
-            compare(f"obstacle problem on a {m} x {m} grid", *problems.obstacle(m), symmetric=True, repeats=3)
+            compare(f"obstacle problem on a {m} x {m} grid", gallery.make("obstacle", m * m), repeats=3)
     else:
         raise SystemExit(__doc__)
 

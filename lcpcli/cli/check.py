@@ -1,0 +1,65 @@
+"""lcp check: judge an answer, whoever gave it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import click
+
+from lcpcli.cli import output, session
+from lcpcli.cli.options import numeric
+from lcpcli.options import OPTIONS
+from lcpcli.report.judged import FORMS
+
+if TYPE_CHECKING:
+    from lcpcli.judgement import Judgement
+
+
+@click.command(short_help="Judge an answer, whoever gave it.")
+@click.argument("paths", metavar="FILE [Q_FILE] SOLUTION", nargs=-1)
+@numeric("tol")
+@click.option("--exact", is_flag=True, help="Judge in rational arithmetic, decimals taken as written; no tolerance.")
+@click.option("--format", "form", type=click.Choice(FORMS), default="table", show_default=True, help="How to tell it.")
+def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> int:
+    """Judge the answer in SOLUTION to the problem in FILE, or in FILE and Q_FILE, as lcp solve reads it.
+
+    SOLUTION is a result of lcp solve in JSON (of several the first), or a z as a list in JSON or one row or column of
+    numbers; fractions like 15/29 are read too. A result with exact fractions is judged by these, one with a proof that
+    there is no z >= 0 with Mz + q >= 0 by that proof. Exits with 0 if the answer stands, 1 if not, 2 for bad input.
+
+    \b
+    lcp check problem.json z.txt
+    lcp solve problem.json --exact --format json | lcp check problem.json - --exact
+    """
+    if not 2 <= len(paths) <= 3:
+        raise click.UsageError("give a file of the problem, one of q if it is apart, and one of the solution")
+    if exact and tol is not None:
+        from lcpcli.errors import OptionError
+
+        raise OptionError("--tol", "has no effect with --exact", "leave it out")
+    session.refuse_twice(paths)
+    judgement = _judgement(paths[:-1], paths[-1], tol, exact)
+    from lcpcli.report import judged
+
+    output.emit(judged.render(judgement, form), color=False)
+    return judgement.exit_code
+
+
+def _judgement(problem_paths: tuple[str, ...], solution: str, tol: float | None, exact: bool) -> Judgement:
+    from lcpcli import files, judgement, options
+    from lcpcli.exact.numbers import rounded
+
+    options.check(tol=tol)
+    data = files.read_exact(*problem_paths) if exact else None
+    problem = data.problem if data else files.read(*problem_paths)
+    answer = files.read_candidate(solution, problem.n)
+    if answer.kind == "farkas":
+        if data:
+            return judgement.judge_farkas_exactly(data, answer.values, is_rounded=not answer.exact)
+        return judgement.judge_farkas(problem, answer.values)
+    if data:
+        judged = judgement.judge_exactly(data, answer.values, answer.w)
+    else:
+        judged = judgement.judge(problem, rounded(answer.values), tol or float(OPTIONS["tol"].default or 0))
+    return replace(judged, message=f"{judged.message}; {answer.claim}") if answer.claim else judged

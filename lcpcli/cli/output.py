@@ -1,0 +1,145 @@
+"""Where results go, and in which format: found consistent before any work is done."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lcpcli import options
+from lcpcli.errors import OptionError
+from lcpcli.options import OPTIONS
+from lcpcli.report import SUFFIXES, TABLES
+
+if TYPE_CHECKING:
+    from lcpcli.problem import Problem
+    from lcpcli.result import Result
+    from lcpcli.trace import Trace
+
+CLOSED_PIPE = 141  # as shells report SIGPIPE
+MOST_ROWS = 60  # of one method in a table, unless --every asks for more
+MOST_POINTS = 400  # of one method in a figure
+HERE = "-"  # in place of a file for the figure: draw it on standard output
+
+
+class Output:
+    """What is to be shown, in which format and where, found consistent before any work is done."""
+
+    def __init__(self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool) -> None:
+        output = None if output == "-" else output
+        self.form = form or _form_of(output)
+        self.path, self.silent = output, quiet and output is None
+        if trace and self.silent:
+            raise OptionError("--trace", "has no effect with --quiet", "leave it out")
+        if trace and self.form != "json":
+            raise OptionError(
+                "--trace", f"has no effect on the format {self.form}, which shows the iterates", "leave it out"
+            )
+        if every is not None and (self.silent or (self.form == "json" and not trace)):
+            raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
+        options.check(every=every)
+        if output is not None:
+            from lcpcli.files import refuse_unwritable
+
+            refuse_unwritable(output)
+        self._iterates = not self.silent and (trace or self.form != "json")
+        self._every = every
+
+    def trace(self, problem: Problem, width: int | None) -> Trace | None:
+        """An empty trace for a run whose iterates will be shown in that width, to keep only what will be read."""
+        if not self._iterates:
+            return None
+        from lcpcli.trace import Trace
+
+        if self.form not in TABLES:
+            return Trace(self._every or 1)
+        from lcpcli.report.iterations import shown_components
+
+        components = shown_components(problem.n, width if self.form == "table" else None)
+        every, most = (self._every, None) if self._every else (int(OPTIONS["every"].default or 1), MOST_ROWS)
+        return Trace(every, most, components, residuals=not problem.solutions)
+
+
+def _form_of(output: str | None) -> str:
+    """The format that an output file's ending asks for; without an ending, the table."""
+    ending = Path(output or "").suffix.lower()
+    if ending not in SUFFIXES:
+        endings = ", ".join(known for known in SUFFIXES if known)
+        raise OptionError(str(output), f"the ending {ending} is no format", f"use {endings} or give --format")
+    return SUFFIXES[ending]
+
+
+class Plot:
+    """The figure of error against time and iteration that is wanted, if any, and of what levels of error to take note.
+
+    path : a file whose ending tells the format, "-" for a drawing in characters, None for no figure.
+    levels : errors, relative to the solution, to note when they are first reached.
+    """
+
+    def __init__(self, path: str | None, levels: tuple[float, ...]) -> None:
+        self.path, self.levels = path, levels
+        if path is None:
+            return
+        from lcpcli.report import figures
+
+        figures.require("plotext" if path == HERE else "matplotlib")
+        if path != HERE:
+            figures.form_of(path)
+            from lcpcli.files import refuse_unwritable
+
+            refuse_unwritable(path)
+
+    def curve(self, problem: Problem) -> Trace | None:
+        """An empty trace for what is drawn of a run, and for the levels."""
+        levels = self.levels if problem.solutions else ()
+        if self.path is None and not levels:
+            return None
+        import numpy as np
+
+        from lcpcli.trace import Trace
+
+        none = np.empty(0, dtype=np.intp)
+        if self.path is None:
+            return Trace(sys.maxsize, components=none, residuals=False, levels=levels)
+        return Trace(1, MOST_POINTS, none, residuals=not problem.solutions, levels=levels)
+
+    def show(self, results: Sequence[Result]) -> None:
+        """Draw the runs, those on one problem in one panel."""
+        if self.path is None:
+            return
+        from lcpcli import files
+        from lcpcli.report import curves, figures
+
+        panels = curves.panels(results)
+        if self.path != HERE:
+            files.write_whole(self.path, figures.convergence(panels, figures.form_of(self.path)))
+            return
+        from shutil import get_terminal_size
+
+        _, color = terminal()
+        size = get_terminal_size()
+        emit(figures.terminal(panels, size.columns, size.lines - 2, color), color)
+
+
+def terminal() -> tuple[int | None, bool]:
+    """Width and colour of standard output; no width where it is no terminal, no colour where that is not wanted."""
+    if not sys.stdout.isatty():
+        return None, False
+    color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    from shutil import get_terminal_size
+
+    return get_terminal_size().columns, color
+
+
+def emit(text: str, color: bool) -> None:
+    """Print to standard output; a reader who has closed it wants no more, and is told nothing."""
+    try:
+        click.echo(text, nl=False, color=color)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise click.exceptions.Exit(CLOSED_PIPE) from None

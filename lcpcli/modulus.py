@@ -1,0 +1,23 @@
+"""The change of variables: x with z = |x| + x and w = |x| - x, so that z, w >= 0 and z'w = 0 whatever x is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.typing import Vector
+
+
+def z_of(x: Vector) -> Vector:
+    """z = |x| + x = 2 max(x, 0)."""
+    z: Vector = np.maximum(x, 0.0)
+    z += z
+    return z
+
+
+def x_of(z: Vector, w: Vector) -> Vector:
+    """The x = (z - w) / 2 with z = |x| + x and w = |x| - x, where z, w >= 0 and z'w = 0.
+
+    Where rounding leaves both of a pair away from 0, the smaller one counts as 0: z and w of a solution then come
+    back as they are, and not each with the other's error.
+    """
+    return np.where(z > w, z, -w) / 2

@@ -1,0 +1,42 @@
+"""Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic objectives,
+arXiv:2405.12762 (2024).
+
+The tolerance is that of feasibility and of the duality gap, absolute and relative. "AlmostSolved", which means its own
+looser tolerances, is not counted as solved.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
+from lcpcli.problem import Problem
+
+PACKAGE = "clarabel"
+
+
+def version() -> str | None:
+    return distribution_version(PACKAGE)
+
+
+def excludes(problem: Problem) -> str:
+    return storage.not_sparse(problem) or quadratic.not_convex(problem)
+
+
+def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
+    clarabel = library("clarabel")
+    from scipy.sparse import eye
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.time_limit = time_limit
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
+    n = problem.n
+    P, A, cones = storage.upper_triangle(problem.M), storage.columns(-eye(n)), [clarabel.NonnegativeConeT(n)]
+    q, b = problem.q.copy(), np.zeros(n)
+    began = time.perf_counter()
+    solution = clarabel.DefaultSolver(P, q, A, b, cones, settings).solve()
+    seconds = time.perf_counter() - began
+    return Claim(np.array(solution.x), solution.status == clarabel.SolverStatus.Solved, seconds, str(solution.status))

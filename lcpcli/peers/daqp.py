@@ -1,0 +1,54 @@
+"""DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming using
+recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
+
+An M that is not symmetric it takes as an affine variational inequality, if v'Mv >= 0 for all v. The tolerance is its
+primal one; its dual one stays at 1e-12.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from lcpcli import linalg
+from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
+from lcpcli.problem import Problem
+
+PACKAGE = "daqp"
+INFINITE = 1e30
+STATUS = {
+    2: "soft optimal",
+    1: "optimal",
+    -1: "infeasible",
+    -2: "cycling",
+    -3: "unbounded",
+    -4: "iteration limit",
+    -5: "not convex",
+    -6: "initial working set overdetermined",
+    -7: "time limit",
+}
+
+
+def version() -> str | None:
+    return distribution_version(PACKAGE)
+
+
+def excludes(problem: Problem) -> str:
+    return storage.not_dense(problem) or ("" if quadratic.is_monotone(problem) else "needs v'Mv >= 0 for all v")
+
+
+def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
+    daqp = library("daqp")
+    n = problem.n
+    M, q, A = storage.dense(problem.M), problem.q.copy(), np.zeros((0, n))
+    upper, lower, sense = np.full(n, INFINITE), np.zeros(n), np.zeros(n, dtype=np.int32)
+    settings = {
+        "is_avi": not linalg.is_symmetric(problem.M),
+        "primal_tol": tol,
+        "time_limit": min(time_limit, INFINITE),
+    }
+    began = time.perf_counter()
+    z, _, flag, _ = daqp.solve(M, q, A, upper, lower, sense, **settings)
+    seconds = time.perf_counter() - began
+    return Claim(np.array(z), flag == 1, seconds, STATUS.get(flag, f"exit flag {flag}"))

@@ -1,0 +1,56 @@
+"""OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for quadratic
+programs, Math. Program. Comput. 12 (2020) 637-672.
+
+The tolerance is that of its primal and dual residuals, absolute and relative. The time limit is its only limit.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
+from lcpcli.problem import Problem
+from lcpcli.silence import silence
+
+PACKAGE = "osqp"
+NO_LIMIT = 2 * 10**9  # iterations
+LONGEST = 1e10  # seconds; its own default
+
+
+def version() -> str | None:
+    return distribution_version(PACKAGE)
+
+
+def excludes(problem: Problem) -> str:
+    return storage.not_sparse(problem) or quadratic.not_convex(problem)
+
+
+def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
+    osqp = library("osqp")
+    from scipy.sparse import eye
+
+    n, solver = problem.n, osqp.OSQP()
+    limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, LONGEST)}
+    P, A, q = storage.upper_triangle(problem.M), storage.columns(eye(n)), problem.q.copy()
+    lower, upper = np.zeros(n), np.full(n, np.inf)
+    with silence():  # a factorization that fails is printed
+        began = time.perf_counter()
+        try:
+            solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
+            result = solver.solve(raise_error=False)
+        except osqp.OSQPException as error:
+            return Claim(None, False, time.perf_counter() - began, f"refused it with error {error}")
+        seconds = time.perf_counter() - began
+    known = osqp.SolverStatus
+    if result.info.status_val == known.OSQP_SIGINT:
+        raise KeyboardInterrupt  # which OSQP takes for itself
+    with_z = (
+        known.OSQP_SOLVED,
+        known.OSQP_SOLVED_INACCURATE,
+        known.OSQP_MAX_ITER_REACHED,
+        known.OSQP_TIME_LIMIT_REACHED,
+    )
+    z = np.array(result.x) if result.info.status_val in with_z else None
+    return Claim(z, result.info.status_val == known.OSQP_SOLVED, seconds, result.info.status)

@@ -1,0 +1,40 @@
+"""PIQP: R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming solver,
+62nd IEEE Conference on Decision and Control (2023) 1088-1093.
+
+The tolerance is that of its residuals and of the duality gap: relative, and absolute in units of the largest |q|.
+It has no time limit, but one of 250 iterations.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
+from lcpcli.problem import Problem, is_sparse
+
+PACKAGE = "piqp"
+
+
+def version() -> str | None:
+    return distribution_version(PACKAGE)
+
+
+def excludes(problem: Problem) -> str:
+    return quadratic.not_convex(problem)
+
+
+def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG001 (it has none)
+    piqp = library("piqp")
+    solver = piqp.SparseSolver() if is_sparse(problem.M) else piqp.DenseSolver()
+    settings = solver.settings
+    settings.eps_rel = settings.eps_duality_gap_rel = tol
+    settings.eps_abs = settings.eps_duality_gap_abs = tol * (float(np.abs(problem.q).max()) or 1.0)
+    M = storage.columns(problem.M) if is_sparse(problem.M) else storage.dense(problem.M)
+    q, lower = problem.q.copy(), np.zeros(problem.n)
+    began = time.perf_counter()
+    solver.setup(M, q, x_l=lower)
+    status = solver.solve()
+    seconds = time.perf_counter() - began
+    return Claim(np.array(solver.result.x), status == piqp.PIQP_SOLVED, seconds, status.name)

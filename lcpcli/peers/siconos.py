@@ -1,0 +1,102 @@
+"""Siconos (V. Acary and others, https://nonsmooth.gricad-pages.univ-grenoble-alpes.fr/siconos), in its own process.
+
+The environment variable LCP_SICONOS_PYTHON names the interpreter that has it, since it comes with Linux distributions
+rather than from package indexes; without it, the interpreter that runs this. A crash then ends that process alone.
+
+Siconos is asked by its driver, which checks what its solvers return: called directly, its Lemke method reports success
+on rays. The tolerance is that of the driver's error, |min(z, w)|_2 / |q|_2.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from lcpcli.errors import OptionError
+from lcpcli.peers import Claim, storage
+from lcpcli.problem import Problem
+
+PACKAGE = "siconos"
+PYTHON = "LCP_SICONOS_PYTHON"
+ASK = "from importlib.metadata import version; print(version('siconos'))"
+PATIENCE = 60  # seconds in which an interpreter answers
+SOLVE = """
+import os, sys, time
+import numpy as np
+import siconos.numerics as sn
+problem_file, result_file, solver, tol, iterations = sys.argv[1:]
+data = np.load(problem_file)
+options = sn.SolverOptions(getattr(sn, solver))
+options.dparam[sn.SICONOS_DPARAM_TOL] = float(tol)
+if int(iterations):
+    options.iparam[sn.SICONOS_IPARAM_MAX_ITER] = int(iterations)
+z, w = np.zeros(data["q"].size), np.zeros(data["q"].size)
+problem = sn.LCP(np.asfortranarray(data["M"]), data["q"])
+print("ready", flush=True)
+os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+began = time.perf_counter()
+info = sn.linearComplementarity_driver(problem, z, w, options)
+np.savez(result_file, seconds=time.perf_counter() - began, z=z, info=info)
+"""
+
+
+def version() -> str | None:
+    return _version(_python())
+
+
+def solve(problem: Problem, solver: str, tol: float, time_limit: float, iterations: int = 0) -> Claim:
+    """What a solver of Siconos, by the name of its constant, makes of the problem.
+
+    iterations : its limit; 0 for the solver's own.
+    """
+    if version() is None:
+        raise OptionError("--peer", "Siconos is not installed", f"let {PYTHON} name an interpreter that has it")
+    with tempfile.TemporaryDirectory() as folder:
+        problem_file, result_file = str(Path(folder) / "problem.npz"), str(Path(folder) / "result.npz")
+        np.savez(problem_file, M=storage.dense(problem.M), q=problem.q)
+        arguments = [_python(), "-c", SOLVE, problem_file, result_file, solver, str(tol), str(iterations)]
+        ending, seconds = _run(arguments, time_limit)
+        if ending:
+            return Claim(None, False, seconds, ending)
+        with np.load(result_file) as result:
+            info = int(result["info"])
+            return Claim(result["z"], info == 0, float(result["seconds"]), f"info {info}")
+
+
+def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
+    """How the process failed, "" if it did not, and how long it ran after all was loaded."""
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        try:
+            assert process.stdout is not None
+            process.stdout.readline()
+            began = time.perf_counter()
+            code = process.wait(None if time_limit == float("inf") else time_limit)
+        except subprocess.TimeoutExpired:
+            return "stopped at the time limit", time.perf_counter() - began
+        finally:
+            process.kill()
+        seconds = time.perf_counter() - began
+    if code < 0:
+        return f"died of {signal.Signals(-code).name}", seconds
+    return f"died with exit code {code}" if code else "", seconds
+
+
+def _python() -> str:
+    return os.environ.get(PYTHON, sys.executable)
+
+
+@cache
+def _version(python: str) -> str | None:
+    try:
+        done = subprocess.run([python, "-c", ASK], capture_output=True, text=True, timeout=PATIENCE, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None if done.returncode == 0 else None

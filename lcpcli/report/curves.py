@@ -1,0 +1,38 @@
+"""From results to the panels of a figure: one a problem, one curve a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from lcpcli.report import summary
+from lcpcli.report.figures import Curve, Panel
+from lcpcli.result import Result
+
+
+def panels(results: Sequence[Result]) -> list[Panel]:
+    """The curves of the runs, those on one problem together; each run must have been given a `curve` to keep.
+
+    Errors are drawn where a solution is known or computed, else residuals. Time counts from the start of the set-up.
+    """
+    return [_panel(list(run)) for _, run in groupby(results, key=lambda result: id(result.problem))]
+
+
+def _panel(results: Sequence[Result]) -> Panel:
+    problem = results[0].problem
+    measure = "error" if problem.solutions else "residual"
+    name = " ".join(problem.name.split())
+    return Panel(f"{name}, n = {problem.n}" if name else f"n = {problem.n}", measure, [_curve(r) for r in results])
+
+
+def _curve(result: Result) -> Curve:
+    rows = result.curve.rows if result.curve else []
+    known = bool(result.problem.solutions)
+    return Curve(
+        name=result.method,
+        label=summary.name(result).replace(" warm", ", warm"),
+        k=[row.k for row in rows],
+        seconds=[result.setup_seconds + row.seconds for row in rows],
+        errors=[row.error if known else row.residual for row in rows],
+        solved=result.solved,
+    )

@@ -1,0 +1,94 @@
+"""The lines below the iterates, one a method: what it took, and how good what came out is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lcpcli.accuracy import Accuracy, size_of_solutions
+from lcpcli.report import LEVELS, numbers
+from lcpcli.result import Result
+from lcpcli.trace import Milestone
+
+NOT_REACHED = "-"
+
+Cells = tuple[list[str], list[list[str]]]
+
+
+def build(results: Sequence[Result]) -> Cells:
+    """Header and rows: with what it took to each of the levels of error where that was noted, else the plain counts."""
+    noted = any(result.curve is not None and result.curve.levels for result in results)
+    return _milestones(results) if noted else _counts(results)
+
+
+def name(result: Result) -> str:
+    """What a run is called: its method, and that it started near the solution if it did."""
+    return f"{result.method} warm" if result.warm else result.method
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def is_true(result: Result) -> bool:
+    """Whether a claim of success holds, by the relative residual of z itself, computed from M and q once more."""
+    problem = result.problem
+    return Accuracy(problem).relative_residual(result.z, problem.w(result.z)) <= result.tol
+
+
+def doubt(result: Result) -> str:
+    """What to think of a solved run whose z differs from the solution in its first digits; "" where it does not."""
+    near = result.error is None or result.error <= LEVELS[0] * size_of_solutions(result.problem)
+    if near or not result.solved:
+        return ""
+    return (
+        f"{name(result)}: the residual is small and yet z is far from the {result.problem.reference} solution: "
+        "either it is another solution, or M is so ill-conditioned that the residual tells little"
+    )
+
+
+def _counts(results: Sequence[Result]) -> Cells:
+    header = ["method", "iterations", "evaluations", "time", "residual", "error", "status"]
+    rows = [
+        [
+            name(result),
+            str(result.iterations),
+            str(result.evaluations),
+            numbers.duration(result.setup_seconds + result.solve_seconds),
+            numbers.short(result.residual),
+            numbers.short(result.error),
+            result.status.word.replace("_", " "),
+        ]
+        for result in results
+    ]
+    if all(result.error is None for result in results):
+        header.remove("error")
+        for row in rows:
+            del row[5]
+    return header, rows
+
+
+def _milestones(results: Sequence[Result]) -> Cells:
+    header = [
+        "method",
+        *(f"to {level:.0e}".replace("e-0", "e-") for level in LEVELS),
+        "end",
+        "error",
+        "status",
+        "claim",
+    ]
+    rows = []
+    for result in results:
+        reached = {m.level: _cell(result, m) for m in (result.curve.milestones if result.curve else ())}
+        end = _taken(result.iterations, result.setup_seconds + result.solve_seconds)
+        claim = ("true" if is_true(result) else "FALSE") if result.solved else NOT_REACHED
+        levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
+        status = result.status.word.replace("_", " ")
+        rows.append([name(result), *levels, end, numbers.short(result.error), status, claim])
+    return header, rows
+
+
+def _cell(result: Result, milestone: Milestone) -> str:
+    return _taken(milestone.k, result.setup_seconds + milestone.seconds)
+
+
+def _taken(k: int, seconds: float) -> str:
+    return f"{k}/{numbers.duration(seconds)}".replace(" ", "")

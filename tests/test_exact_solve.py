@@ -1,0 +1,220 @@
+"""`--exact` proves what is true of the numbers as they are written, and nothing else."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lcpcli import Limits, Problem, Result, Status, files, run, shipped
+from lcpcli.exact import lemke
+from lcpcli.exact.farkas import exact_proof
+from lcpcli.exact.numbers import rounded
+from lcpcli.exact.problem import ExactProblem
+from lcpcli.exact.proof import prove
+from lcpcli.exact.solution import exact_solution
+
+from . import exact as oracle
+
+EXAMPLE = shipped.path("paper-example-2.json")
+UNTIL = float("inf")
+
+
+def proved(problem: Problem) -> Result:
+    return prove(ExactProblem.of_floats(problem), run(problem, "auto"))
+
+
+def assert_solved(result: Result) -> None:
+    assert result.status is Status.SOLVED
+    assert result.exact is not None
+    assert result.exact.z is not None
+    assert oracle.solves(result.problem, result.exact.z)
+
+
+def test_paper_example_two(lcp: Callable[..., Any]) -> None:
+    outcome = lcp("solve", EXAMPLE, "--exact")
+    assert outcome.code == 0
+    assert "exact z = (0, 15/29, 17/29, 0)" in outcome.out
+    assert "exact w = (14/29, 0, 0, 99/29)" in outcome.out
+    assert "proof: z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic" in outcome.out
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6))
+def test_verdict_is_that_of_enumeration(seed: int) -> None:
+    problem = oracle.random_problem(seed, 4)
+    result = proved(problem)
+    assert result.exact is not None
+    if oracle.solution(problem) is not None:
+        assert_solved(result)
+    elif oracle.feasible(problem):
+        assert result.exact.status is Status.UNSOLVABLE
+    else:
+        assert result.exact.status is Status.INFEASIBLE
+        assert result.exact.y is not None
+        assert refutes(problem, result.exact.y)
+
+
+def refutes(problem: Problem, y: list[Fraction]) -> bool:
+    columns = [sum(Fraction(a) * v for a, v in zip(column, y, strict=True)) for column in problem.M.T.tolist()]
+    constant = sum(Fraction(a) * v for a, v in zip(problem.q.tolist(), y, strict=True))
+    return min(y) >= 0 and max(columns) <= 0 and constant < 0
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6))
+def test_lemkes_path_ends_at_solutions_only(seed: int) -> None:
+    problem = oracle.random_problem(seed, 4, list(oracle.CLASSES)[seed % 4])
+    z = lemke.solve(ExactProblem.of_floats(problem), UNTIL)
+    if z is not None:
+        assert oracle.solves(problem, z)
+    else:
+        assert oracle.solution(problem) is None  # these classes are processed: a ray proves it
+
+
+def families(n: int) -> dict[str, Problem]:
+    random = np.random.default_rng(n)
+    A, skew = random.integers(-9, 10, (2, n, n)).astype(float)
+    half = random.integers(-3, 4, (n, n // 2)).astype(float)
+    murty = np.eye(n) + 2 * np.triu(np.ones((n, n)), 1)
+    return {
+        "integers": Problem(A @ A.T + skew - skew.T + np.eye(n), random.integers(-50, 50, n)),
+        "semidefinite": Problem(half @ half.T, half @ random.integers(-3, 4, n // 2)),
+        "murty": Problem(murty, -np.ones(n)),
+        "fathi": Problem(murty.T @ murty, -np.ones(n)),
+        "normal": Problem(A @ A.T + random.standard_normal((n, n)), random.standard_normal(n)),
+    }
+
+
+@pytest.mark.parametrize("family", families(2))
+@pytest.mark.parametrize("n", [10, 100])
+def test_families(family: str, n: int) -> None:
+    assert_solved(proved(families(n)[family]))
+
+
+def test_two_hundred_unknowns() -> None:
+    assert_solved(proved(families(200)["integers"]))
+
+
+def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles() -> None:
+    n = 20
+    H = [[Fraction(1, i + j + 1) for j in range(n)] for i in range(n)]
+    q = [-sum(row) for row in H]
+    problem = Problem([list(map(float, row)) for row in H], list(map(float, q)))
+    lost = run(problem, "newton", limits=Limits(max_iterations=20))
+    assert not lost.solved
+    result = prove(ExactProblem(problem, [dict(enumerate(row)) for row in H], q), lost)
+    assert result.exact is not None
+    assert result.exact.z == [1] * n
+    assert np.array_equal(result.z, np.ones(n))
+    assert_solved(prove(ExactProblem.of_floats(problem), lost))
+
+
+def narrow() -> dict[str, Any]:
+    """z1 = 1 and z2 = 3 are forced; then 0.3 z1 - 0.1 z2 = 0 holds in decimals, and not in doubles."""
+    rows = [[0.3, -0.1], [-0.3, 0.1], [1, 0], [-1, 0], [0, 1], [0, -1]]
+    return {"M": [[*row, 0, 0, 0, 0] for row in rows], "q": [0, 0, -1, 1, -3, 3]}
+
+
+def test_decimals_are_taken_as_written(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    decimals, doubles = tmp_path / "a.json", tmp_path / "a.npz"
+    decimals.write_text(json.dumps(narrow()))
+    files.write(Problem(**narrow()), doubles)
+    outcome = lcp("solve", str(decimals), "--exact", "--format", "json")
+    assert (outcome.code, json.loads(outcome.out)["exact"]["z"][:2]) == (0, ["1", "3"])
+    outcome = lcp("solve", str(doubles), "--exact", "--format", "json")
+    assert json.loads(outcome.out)["exact"]["status"] != "solved"
+    assert outcome.code != 0
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "status"),
+    [
+        ('{"M": [[0.1, 0.2], [0.3, 0.7]], "q": [-0.1, 0.1]}', 0, "solved"),
+        ('{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}', 3, "infeasible"),
+        ('{"M": [[0, 0.1], [0.1, 0]], "q": [-0.1, 0.3]}', 3, "unsolvable"),
+        ('{"M": [[0, 0.1], [0, 0]], "q": [-0.1, 0]}', 0, "solved"),
+        ('{"M": [[0.1, 0.2, -0.3], [0.1, 0.2, -0.3], [1, 1, 1]], "q": [-0.3, -0.3, 0.1]}', 0, "solved"),
+    ],
+)
+def test_every_verdict_on_decimals(text: str, code: int, status: str, lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    file.write_text(text)
+    outcome = lcp("solve", str(file), "--exact", "--format", "json")
+    record = json.loads(outcome.out)
+    assert (outcome.code, record["status"], record["exact"]["status"]) == (code, status, status)
+    assert (record["exact"]["z"] is not None) is (status == "solved")
+    assert (record["exact"]["y"] is not None) is (status == "infeasible")
+    assert record["message"].endswith(record["exact"]["proof"])
+
+
+def test_without_a_proof_the_exit_code_is_one(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "tight.json"  # excluded in doubles, and too long for them in integers
+    file.write_text('{"M": [[0, 0.3, -0.1, -0.2], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], "q": [-1e-18, 1, -1, -1]}')
+    assert lcp("solve", str(file), "-q").code == 3
+    outcome = lcp("solve", str(file), "--exact", "--format", "json")
+    record = json.loads(outcome.out)
+    assert (outcome.code, record["exact"]["status"]) == (1, None)
+    assert record["message"].endswith("no exact proof was found for the numbers as written")
+
+
+def test_without_exact_nothing_of_it_is_told(lcp: Callable[..., Any]) -> None:
+    assert json.loads(lcp("solve", EXAMPLE, "--format", "json").out)["exact"] is None
+    assert "exact" not in lcp("solve", EXAMPLE).out
+
+
+def test_missing_library_is_named_with_its_extra(lcp: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "flint", None)
+    outcome = lcp("solve", EXAMPLE, "--exact")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "lcp: --exact: needs python-flint; pip install 'linear-complementarity[exact]'\n"
+
+
+def test_reference_solution_of_the_doubles() -> None:
+    problem = families(30)["normal"]
+    z = run(problem, "auto").z
+    found = exact_solution(problem, z)
+    assert found is not None
+    assert oracle.solves(problem, found)
+    assert np.allclose(rounded(found), z, rtol=1e-9, atol=1e-12)
+
+
+def test_reference_solution_from_an_active_set_that_is_off() -> None:
+    problem = families(30)["integers"]
+    z = run(problem, "auto").z
+    off = z.copy()
+    off[[0, 5]] = np.where(z[[0, 5]] > 0, 0.0, 1e-9)
+    assert exact_solution(problem, off) == exact_solution(problem, z)
+
+
+def test_no_reference_solution_where_there_is_none() -> None:
+    assert exact_solution(Problem([[0, 1], [1, 0]], [-1, 1]), np.ones(2)) is None
+
+
+def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
+    problem = families(10)["integers"]
+    result = prove(ExactProblem.of_floats(problem), run(problem, "auto"), -1.0)
+    assert result.exact is not None
+    assert (result.exact.status, result.exit_code) == (None, 1)
+    assert lemke.solve(ExactProblem.of_floats(problem), time.perf_counter() - 1) is None
+
+
+def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
+    """3 y1 = y2 is asked for with a y1 that is no multiple: only the corrected vector has M'y = 0."""
+    data = ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 1]))
+    y = exact_proof(data, np.array([np.pi, 3 * np.pi * (1 + 1e-12)]))
+    assert y is None  # q'y = 2 y1 > 0
+    data = ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 0.25]))
+    y = exact_proof(data, np.array([np.pi, 3 * np.pi * (1 + 1e-12)]))
+    assert y is not None
+    assert data.refuted_by(y)
+    assert y[1] == 3 * y[0]

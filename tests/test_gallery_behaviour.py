@@ -1,0 +1,114 @@
+"""What is remarkable about the gallery's families, seen: cycles, exponential pivoting, margins, free boundaries."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, gallery, run
+
+from .matrix_classes import dense
+
+
+def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ...]]:
+    """The active sets of steps z_P = -M_PP^-1 q_P, P = {z > w}, from the problem's x0."""
+    assert problem.x0 is not None
+    P, sets = problem.x0 > 0, []
+    for _ in range(steps + 1):
+        sets.append(tuple(np.flatnonzero(P)))
+        z = np.zeros(problem.n)
+        z[P] = np.linalg.solve(dense(problem)[np.ix_(P, P)], -problem.q[P])
+        P = z > np.where(P, 0, problem.w(z))
+    return sets
+
+
+@pytest.mark.parametrize("n", [3, 7, 11])
+def test_newton_cycles_through_n_sets_from_the_start_of_ben_gharbia_and_gilbert(n: int) -> None:
+    sets = newton_without_safeguard(gallery.make("ben-gharbia-gilbert", n), n)
+    assert sets[n] == sets[0]
+    assert len(set(sets)) == n
+
+
+def test_newton_cycles_from_the_start_of_curtis_han_and_robinson() -> None:
+    sets = newton_without_safeguard(gallery.make("curtis-han-robinson"), 20)
+    assert sets[0] in sets[1:]
+    assert (1, 2) not in sets
+
+
+def test_murty_takes_exponentially_many_steps_of_least_index_pivoting() -> None:
+    problem = gallery.make("murty", 6)
+    P, steps = np.zeros(6, dtype=bool), 0
+    while True:
+        z = np.zeros(6)
+        z[P] = np.linalg.solve(problem.M[np.ix_(P, P)], -problem.q[P])
+        wrong = np.flatnonzero(np.where(P, z, problem.w(z)) < 0)
+        if not wrong.size:
+            break
+        P[wrong[0]] ^= True
+        steps += 1
+    assert np.array_equal(z, problem.solutions[0])
+    assert f"{steps + 1} - 1" in problem.note.replace("2^6", "64")
+
+
+@pytest.mark.parametrize("epsilon", [1e-2, 1e-6, 1e-12])
+def test_smallest_eigenvalue_is_epsilon(epsilon: float) -> None:
+    M = gallery.make("near-singular", 30, epsilon=epsilon).M
+    assert np.linalg.eigvalsh(M)[0] == pytest.approx(epsilon, abs=1e-14)
+
+
+@pytest.mark.parametrize("epsilon", [0.1, 1e-8])
+def test_margin_of_strict_complementarity_is_epsilon(epsilon: float) -> None:
+    problem = gallery.make("near-degenerate", 30, epsilon=epsilon)
+    (z,) = problem.solutions
+    margins = np.maximum(z, problem.w(z))
+    assert 0.7 * epsilon <= margins.min() <= 1.5 * epsilon
+    assert np.count_nonzero(margins == 1) == 15
+
+
+def test_half_of_the_places_are_degenerate() -> None:
+    problem = gallery.make("degenerate", 30)
+    (z,) = problem.solutions
+    assert np.count_nonzero((z == 0) & (problem.w(z) == 0)) == 15
+    assert 0 < np.count_nonzero(z) < 15
+
+
+def test_ill_scaled_is_harker_pang_in_other_units() -> None:
+    plain, scaled = (run(gallery.make(name, 6, 5), "auto") for name in ("harker-pang", "ill-scaled"))
+    assert np.array_equal(plain.z > 0, scaled.z > 0)
+    entries = abs(gallery.make("ill-scaled", 20).M)
+    assert entries.max() / entries.min() > 1e12
+
+
+def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens() -> None:
+    """It rises while the film narrows, up to t = pi, and the film breaks at some t in (pi, 2 pi) (Cryer 1971)."""
+    z = run(gallery.make("journal-bearing", 200), "auto").z
+    wet = np.flatnonzero(z > 0)
+    assert np.array_equal(wet, np.arange(wet.size))
+    assert 100 < wet.size < 200
+    assert 50 < np.argmax(z) < 100
+
+
+def test_american_put_is_exercised_below_some_price_and_worth_more_above() -> None:
+    problem = gallery.make("american-put", 199)
+    z = run(problem, "auto").z
+    held = np.flatnonzero(z > 0)
+    assert np.array_equal(held, np.arange(held[0], 199))
+    assert 0 < held[0] < 99
+    assert 95 <= np.argmax(z) <= 105
+
+
+def test_american_put_at_the_exercise_price_is_worth_what_the_formula_says() -> None:
+    """The European put by Black and Scholes; one time step is eight per cent below it, the American put a bit above."""
+    r, s, T = 0.1, 0.4, 0.5
+    d = [(r + sign * s * s / 2) * math.sqrt(T) / s for sign in (1, -1)]
+    european = math.exp(-r * T) * normal(-d[1]) - normal(-d[0])
+    z = run(gallery.make("american-put", 399, rate=r, volatility=s, years=T), "auto").z
+    k, t = 2 * r / s**2, s * s * T / 2
+    assert math.exp(-((k + 1) ** 2) * t / 4) * z[199] == pytest.approx(european, rel=0.1)
+
+
+def normal(x: float) -> float:
+    """The distribution function of the standard normal distribution."""
+    return (1 + math.erf(x / math.sqrt(2))) / 2
