@@ -203,10 +203,12 @@ def test_methods_are_told_apart_in_grey_and_visible_on_white() -> None:
     assert max(lightness(look.color) for look in all_looks().values()) < 75
 
 
-def test_every_method_has_a_look() -> None:
-    from lcpcli.methods import METHODS as known
+def test_every_method_and_every_peer_has_a_look() -> None:
+    from lcpcli.methods import METHODS as methods
+    from lcpcli.peers import PEERS as peers
 
-    assert set(style.METHODS) == set(known)
+    assert set(style.METHODS) == set(methods)
+    assert set(style.PEERS) == set(peers)
 
 
 def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> None:

@@ -75,13 +75,13 @@ PEERS = {
     "quantecon": Look("#8c564b", "d", (6, 2), "none"),
     "osqp": Look("#999933", (6, 1, 0), (3, 2), "none"),
     "daqp": Look("#56b4e9", (3, 1, 0), (6, 1, 2, 1), "none"),
-    "highspy": Look("#8a8a8a", "X", (1, 2), "none"),
-    "siconos": Look("#117733", "8", (2, 2), "none"),
+    "highs": Look("#8a8a8a", "X", (1, 2), "none"),
     "siconos-newton": Look("#aa3377", "+", (8, 1, 1, 1, 1, 1), "none"),
     "siconos-lemke": Look("#661100", "1", (4, 1, 4, 3), "none"),
     "siconos-pgs": Look("#6699cc", (5, 1, 180), (1, 3), "none"),
 }
 SPARE = (
+    Look("#117733", "8", (2, 2), "none"),
     Look("#aa4499", "H", (12, 2), "none"),
     Look("#44aa99", "2", (7, 1, 2, 1, 2, 1), "none"),
     Look("#b8860b", (5, 0, 180), (2, 3), "none"),
