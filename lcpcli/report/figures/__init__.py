@@ -50,14 +50,14 @@ class Panel:
 
 @dataclass(frozen=True)
 class Growth:
-    """The run times in seconds of one solver on problems of n unknowns, and the fit seconds = coefficient n^exponent."""
+    """One solver's run times in seconds on problems of n unknowns, and the fit seconds = coefficient n^exponent."""
 
     name: str
     label: str
     n: Sequence[int]
     seconds: Sequence[float]
-    coefficient: float
     exponent: float
+    coefficient: float
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,59 @@
+"""Data of figures for tests: a few runs, many, strange ones, and some that really ran."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lcpcli import Trace, read, run, shipped
+from lcpcli.report.figures import Curve, Growth, GrowthPanel, Panel, Profile
+
+METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
+PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
+
+
+def decaying(name: str, rate: float = 0.5, count: int = 40, label: str = "", solved: bool = True) -> Curve:
+    """A run that starts at time 0 with error 10 and gains by a constant factor, faster for a smaller rate."""
+    k = list(range(count))
+    return Curve(name, label or name, k, [1e-5 * i / rate for i in k], [10 * rate**i for i in k], solved)
+
+
+def crowd(count: int) -> Panel:
+    """As many runs: methods with many iterates, then peers with one; some unsolved."""
+    runs = [decaying(name, 0.2 + 0.12 * i, 5 + 17 * i, solved=i != 1) for i, name in enumerate(METHODS)]
+    runs += [Curve(name, name, [None], [1e-4 * (i + 1)], [1e-9 * i], i != 2) for i, name in enumerate(PEERS)]
+    return Panel(f"{count} solvers, n = 100", "error", runs[:count])
+
+
+def paper_panel() -> Panel:
+    """The paper's first example by its two methods, as they really run."""
+    problem = read(shipped.path("paper-example-1.json"))
+    runs = []
+    for method in ("shi", "fixed-point"):
+        result = run(problem, method, trace=Trace(components=np.array([], int), residuals=False))
+        rows = result.trace.rows if result.trace else []
+        columns = [row.k for row in rows], [row.seconds for row in rows], [row.error for row in rows]
+        runs.append(Curve(method, method, *columns, result.solved))
+    return Panel(problem.name, "error", runs)
+
+
+def profiles(count: int) -> list[Profile]:
+    names = (METHODS + PEERS)[:count]
+    return [Profile(n, n, [1 + i * j / 3 for j in range(8)] + [math.inf] * i) for i, n in enumerate(names)]
+
+
+def growth(count: int) -> GrowthPanel:
+    n = [10, 100, 1000]
+    rows = enumerate((METHODS + PEERS)[:count])
+    return GrowthPanel(
+        "random", [Growth(m, m, n, [1e-6 * v ** (2 + i / 50) for v in n], 2 + i / 50, 1e-6) for i, m in rows]
+    )
+
+
+def odd(name: str, errors: list[float | None]) -> Curve:
+    return Curve(name, name, list(range(len(errors))), [float(i) for i in range(len(errors))], errors, False)
+
+
+def strange() -> Curve:
+    return Curve("my $\\solver", "_$\\x\n" + "long " * 60, [0, 1], [0.0, 1.0], [1.0, 0.1], True)
