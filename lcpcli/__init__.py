@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lcpcli.api import solve as solve
+    from lcpcli.bounds import error_bound as error_bound
     from lcpcli.driver import Limits as Limits
     from lcpcli.driver import run as run
     from lcpcli.files import read as read
@@ -27,13 +28,14 @@ _HOMES = {
     "Result": "result",
     "Status": "result",
     "Trace": "trace",
+    "error_bound": "bounds",
     "read": "files",
     "run": "driver",
     "solve": "api",
     "write": "files",
 }
 
-__all__ = ["Limits", "Problem", "Result", "Status", "Trace", "read", "run", "solve", "write"]
+__all__ = ["Limits", "Problem", "Result", "Status", "Trace", "error_bound", "read", "run", "solve", "write"]
 
 
 def __getattr__(name: str) -> Any:

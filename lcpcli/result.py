@@ -14,6 +14,8 @@ from lcpcli.typing import Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lcpcli.bounds import Bound
+
 
 class Status(Enum):
     """How a solve ended. The value is what the user reads; `word` is what JSON and scripts read."""
@@ -74,6 +76,7 @@ class Result:
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if that was not asked for.
+    bound : what is proved about |z - z*|_inf, with an infinite value where nothing is; None where that was not asked.
     """
 
     problem: Problem
@@ -96,6 +99,7 @@ class Result:
     curve: Trace | None
     route: tuple[str, ...]
     certificate: Certificate | None
+    bound: Bound | None = None
     exact: Exact | None = None
 
     @property

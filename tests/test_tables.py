@@ -150,7 +150,8 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
         (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
     ]
     keys = """problem n method route status message solved z w iterations evaluations residual relative_residual error
-        error_bound reference milestones warm setup_seconds solve_seconds certificate exact options trace"""
+        error_bound error_bound_source reference milestones warm setup_seconds solve_seconds certificate exact
+        options trace"""
     for line in lines:
         assert list(line) == keys.split()
         assert line["trace"] is None

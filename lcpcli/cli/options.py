@@ -46,6 +46,9 @@ def solving(command: Command) -> Command:
         ),
         click.option("--finish/--no-finish", default=None, help="Let shi or fixed-point end on their active set."),
         *(numeric(name) for name in LIMITS),
+        click.option(
+            "--bound", is_flag=True, help="Prove how far z can be from the solution; costs more than solving."
+        ),
         click.option("--format", "form", type=click.Choice(list(FORMATS)), help=_formats()),
         click.option("--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
         numeric("every"),

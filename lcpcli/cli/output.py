@@ -29,7 +29,9 @@ HERE = "-"  # in place of a file for the figure: draw it on standard output
 class Output:
     """What is to be shown, in which format and where, found consistent before any work is done."""
 
-    def __init__(self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool) -> None:
+    def __init__(
+        self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool, bound: bool
+    ) -> None:
         output = None if output == "-" else output
         self.form = form or _form_of(output)
         self.path, self.silent = output, quiet and output is None
@@ -41,6 +43,10 @@ class Output:
             )
         if every is not None and (self.silent or (self.form == "json" and not trace)):
             raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
+        if bound and self.silent:
+            raise OptionError("--bound", "has no effect with --quiet", "leave it out")
+        if bound and self.form == "csv":
+            raise OptionError("--bound", "has no effect on the format csv, which shows iterates alone", "leave it out")
         options.check(every=every)
         if output is not None:
             from lcpcli.files import refuse_unwritable

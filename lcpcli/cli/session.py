@@ -36,7 +36,7 @@ def run(
         solution is solved beforehand, so that there is something to measure errors against.
     exact : prove each result in rational arithmetic.
     """
-    output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet")))
+    output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet", "bound")))
     plot = Plot(given["plot"], levels)
     warm = given.get("warm")
     options.check(warm=warm)
@@ -63,6 +63,8 @@ def run(
             break
     if exact:
         results = _proved(dict(zip(map(id, problems), data, strict=True)), results, bounds)
+    if given["bound"]:
+        results = [result if result.interrupted else _bounded(result) for result in results]
     if not output.silent:
         from lcpcli import report
 
@@ -115,6 +117,13 @@ def _near(problem: Problem, size: float) -> Vector:
     from lcpcli import reference
 
     return reference.near(problem, size)
+
+
+def _bounded(result: Result) -> Result:
+    """The result with what is proved about its error."""
+    from lcpcli.bounds import NO_BOUND, error_bound
+
+    return replace(result, bound=error_bound(result.problem, result.z) or NO_BOUND)
 
 
 def _referred(problem: Problem, bounds: Limits) -> Problem:

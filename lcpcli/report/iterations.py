@@ -93,6 +93,7 @@ def _remarks(results: Sequence[Result], elided: bool) -> list[str]:
     remarks = [f"{summary.name(result)} {result.message}" for result in results if not result.solved]
     remarks += [f"{summary.name(r)}: by {', '.join(r.route)}" for r in results if r.route != (r.method,)]
     remarks += [doubt for result in results if (doubt := summary.doubt(result))]
+    remarks += [bound for result in results if (bound := summary.bound(result))]
     remarks += [_vector(result.certificate) for result in results if result.certificate and not result.exact]
     remarks += [line for result in results if result.exact for line in _exact(result.exact)]
     if elided:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from decimal import ROUND_CEILING, Context
 
 LARGEST_FIXED = 1e6
 SMALLEST_FIXED = 1e-3
@@ -23,6 +24,12 @@ def short(value: float | None) -> str:
     if value is None:
         return ""
     return f"{value:.1e}" if value else "0"
+
+
+def above(value: float) -> str:
+    """Two significant digits of a bound, rounded upwards, so that what is printed is a bound too."""
+    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(value)
+    return short(float(rounded))
 
 
 def unit(seconds: float) -> tuple[float, str]:

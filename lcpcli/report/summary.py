@@ -45,6 +45,15 @@ def doubt(result: Result) -> str:
     )
 
 
+def bound(result: Result) -> str:
+    """What is proved about the error, or that nothing is; "" where that was not asked."""
+    if result.bound is None:
+        return ""
+    if not result.bound.proved:
+        return f"{name(result)}: no bound: {result.bound.source}"
+    return f"{name(result)}: |z - z*| <= {numbers.above(result.bound.value)} ({result.bound.source})"
+
+
 def _counts(results: Sequence[Result]) -> Cells:
     header = ["method", "iterations", "evaluations", "time", "residual", "error", "status"]
     rows = [

@@ -1,0 +1,124 @@
+"""The bound of Mathias and Pang (1990) and Pang (1987) for positive definite M, symmetric or not, in its sharp form.
+
+Let w = M z + q, and take rho and sigma so that y = z - rho and v = w - sigma are nonnegative with y'v = 0: where
+z_i is the smaller one, rho_i = z_i and sigma_i = min(w_i, 0), elsewhere rho_i = min(z_i, 0) and sigma_i = w_i. For a
+positive diagonal T, (y - z*)'T(v - w*) = -y'T w* - z*'T v <= 0. With e = z - z* this reads
+(e - rho)'T(M e - sigma) <= 0, and as rho'T sigma >= 0,
+
+    e'T M e <= g'e    with    g = T sigma + M'T rho.
+
+So if the symmetric part of T M has the least eigenvalue lambda > 0, |e|_2 <= |g|_2 / lambda, which for T = I is at most
+Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. It is taken in units in which T M has a diagonal near 1, and around the
+centre of the ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f + c'(g - S c) for
+any c at all, so that c may be rounded.
+
+lambda is verified by Cholesky's factorization of the shifted matrix, which runs to its end only where no eigenvalue is
+below minus its rounding errors: S. M. Rump, Verification of positive definiteness, BIT Numerical Mathematics 46 (2006)
+433-452.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lcpcli import linalg
+from lcpcli.bounds.rounding import EPS, TINY, Theorem, factor, norm
+from lcpcli.problem import Problem, is_sparse
+from lcpcli.typing import Matrix, Vector
+
+LARGEST_DENSE = 2000  # n up to which a sparse M is taken as a dense one
+LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
+RIDGE = 1e-9  # which makes the least squares problem definite
+
+
+def theorems(problem: Problem) -> dict[str, Theorem]:
+    """What bounds |z - z*|_inf, for M in range with positive diagonal: with T = I and with T that makes T M symmetric.
+
+    Empty where M is not seen to be positive definite, or is sparse with more than LARGEST_DENSE unknowns.
+    """
+    M = problem.M
+    if is_sparse(M):
+        if problem.n > LARGEST_DENSE:
+            return {}
+        M = M.toarray()
+    scales = {"definite": np.ones(problem.n)}
+    if not linalg.is_symmetric(M):
+        scales["symmetrised"] = _symmetrising(M)
+    found = {name: _theorem(M, T) for name, T in scales.items()}
+    return {name: theorem for name, theorem in found.items() if theorem is not None}
+
+
+def _theorem(M: Matrix, T: Vector) -> Theorem | None:
+    """The bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
+    diagonal = M.diagonal()
+    D = np.exp2(-np.rint(0.5 * np.log2(T * diagonal)))
+    rows = D * T
+    if not all(units.min() >= 1 / LARGEST_UNIT and units.max() <= LARGEST_UNIT for units in (T, D, rows)):
+        return None
+    A = linalg.scaled(M, rows, D)
+    S = 0.5 * (A + A.T)
+    least = least_eigenvalue(S)
+    if least is None:
+        return None
+
+    def bound(z: Vector, w: Vector) -> float:
+        smaller = diagonal * z < w
+        first = rows * np.where(smaller, np.minimum(w, 0.0), w)
+        second = np.where(smaller, z, np.minimum(z, 0.0)) / D
+        largest = max(float(np.abs(first).max()), float(np.abs(second).max()))
+        if largest == 0:
+            return 0.0
+        power = 2.0 ** math.frexp(largest)[1]
+        first, second = first / power, second / power
+        g = first + second @ A
+        off = factor(g.size) * (np.abs(first) + linalg.absolute_product(A.T, np.abs(second)) + TINY)
+        plain = float(D.max()) * norm(np.abs(g) + off) / least
+        return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + TINY
+
+    return bound
+
+
+def _symmetrising(M: Matrix) -> Vector:
+    """T for which T M is as near to symmetric as can be: least squares on log |T_i M_ij / T_j M_ji|.
+
+    If M comes from a symmetric matrix by scaling of rows and columns, T M is symmetric.
+    """
+    sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
+    pairs = (M != 0) & (M.T != 0)
+    excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
+    laplacian = np.diag(pairs.sum(axis=1) + RIDGE) - pairs
+    T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
+    return T
+
+
+def least_eigenvalue(S: Matrix) -> float | None:
+    """A positive number that is at most the least eigenvalue of S, or None.
+
+    S : shape (n, n), symmetric, of size one; its entries may be off by a rounding error each.
+    """
+    n = S.shape[0]
+    try:
+        estimate = float(np.linalg.eigvalsh(S)[0])
+        size = float(np.abs(S).sum(axis=1).max())
+        lost = factor(n) * (float(S.trace()) + size) + n * n * TINY
+        shift = estimate - 2 * lost
+        if not shift > lost:
+            return None
+        np.linalg.cholesky(S - shift * np.eye(n))
+    except np.linalg.LinAlgError:
+        return None
+    return float(shift - lost) * (1 - 4 * EPS)
+
+
+def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:
+    """At least the largest D_i |e_i|, from the ball around c = S^-1 g / 2 that holds e; g is off by at most `off`."""
+    c = 0.5 * np.linalg.solve(S, g)
+    image = S @ c
+    image_off = 2 * factor(c.size) * (linalg.absolute_product(S, np.abs(c)) + TINY)
+    left = norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
+    gap = np.abs(c) @ (off + image_off + factor(c.size) * (np.abs(g) + np.abs(image)))
+    square = max(float(c @ (g - image)) + float(gap) * (1 + factor(c.size)), 0.0)
+    radius = (left + math.sqrt(left**2 + 4 * least * square)) / (2 * least) * (1 + 8 * EPS)
+    return float((D * (np.abs(c) + radius)).max())
