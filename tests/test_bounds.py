@@ -81,9 +81,9 @@ def perturbed(true: list[Fraction], random: Generator, size: float) -> np.ndarra
 
 
 def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
-    """The solution as rounded, 0, something negative, something huge, something tiny."""
+    """The solution as rounded, 0, something negative, of any sign, huge, tiny."""
     z, noise = np.array([float(v) for v in true]), random.normal(size=len(true))
-    return [z, 0 * z, -z - np.abs(noise), 1e100 * noise, z + 1e-140 * noise]
+    return [z, 0 * z, -z - np.abs(noise), 9 * noise, 1e100 * noise, z + 1e-140 * noise]
 
 
 def every_bound(problem: Problem, z: np.ndarray) -> list[float]:
@@ -161,6 +161,20 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
     assert 0.1 <= definite.theorems(problem)["definite"](z, w) <= np.sqrt(0.05) + 1e-12
 
 
+@pytest.mark.parametrize("n", [3, 10, 30, 100, 300])
+@pytest.mark.parametrize("sparse", [False, True])
+def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool) -> None:
+    """M = tridiag(-1, 2, -1), z* = 1, z = 1 + i (n + 1 - i) / 2^20: w = M (z - z*) > 0, so that <M>^-1 w = z - z*."""
+    i = np.arange(1, n + 1)
+    true, M = np.ones(n), 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    z = true + i * (n + 1 - i) * 2.0**-20
+    problem = Problem(csr_array(M) if sparse else M, -M @ true)
+    h_plus = comparison.theorem(problem)
+    assert h_plus is not None
+    value = h_plus(z, problem.w(z))
+    assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
+
+
 def test_sources_name_the_theorem_and_the_class() -> None:
     assert_source([[2.0, 0.5], [-0.5, 2.0]], [-1.0, 0.0], "M is ")
     assert_source([[1.0, -4.0], [0.0, 1.0]], [1.0, 3.0], "Chen and Xiang 2006, M is H+")
@@ -236,7 +250,7 @@ def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
     for z in ([math.nan, 1.0], [math.inf, 1.0], [1e300, 1.0]):
         assert error_bound(problem, np.array(z)) is None
-    for M in (1e300 * np.eye(2), np.diag([1.0, 1e-300]), np.diag([1e200, 1e-200])):
+    for M in (1e300 * np.eye(2), np.diag([1.0, 1e-300]), np.diag([1e200, 1e-200]), [[1.0, 1e-300], [0.0, 1.0]]):
         assert error_bound(Problem(M, [-1.0, -1.0]), np.ones(2)) is None
     assert error_bound(Problem(np.eye(2), [-1e308, 1e308]), np.ones(2)) is None
     with pytest.raises(ProblemError, match="z: has 3 entries"):
