@@ -114,6 +114,19 @@ def test_every_bound_holds_exactly(seed: int, kind: str, margin: float, scaled: 
             assert error(near, true) <= Fraction(value)
 
 
+@pytest.mark.parametrize("kind", ["symmetric", "nonsymmetric"])
+def test_bound_of_definite_matrices_holds_where_z_and_w_are_both_negative(kind: str) -> None:
+    for seed in range(200):
+        random = np.random.default_rng(seed)
+        problem = problem_of(kind, random, 1.0)
+        true, theorems = solution(problem), definite.theorems(problem)
+        assert theorems
+        for z in 9 * random.normal(size=(4, problem.n)) - 9 * random.random((4, 1)):
+            w = rounding.residual(problem, z)
+            assert w is not None
+            assert all(error(z, true) <= Fraction(theorem(z, w)) for theorem in theorems.values())
+
+
 @settings(deadline=None, max_examples=100)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
