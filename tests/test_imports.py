@@ -30,7 +30,9 @@ def modules_after(*arguments: str) -> set[str]:
     return set(done.stdout.splitlines()[-1].split())
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["solve", "--help"], ["compare", "--help"], []])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["solve", "--help"], ["compare", "--help"], ["make", "--help"], []]
+)
 def test_help_and_version_load_neither_numpy_nor_scipy_nor_rich(arguments: list[str]) -> None:
     assert not modules_after(*arguments) & {"numpy", "scipy", "rich"}
 
@@ -49,6 +51,10 @@ def test_table_loads_rich_but_not_scipy() -> None:
     loaded = modules_after("solve", EXAMPLE)
     assert "rich" in loaded
     assert "scipy" not in loaded
+
+
+def test_list_of_families_loads_no_scipy() -> None:
+    assert "scipy" not in modules_after("make", "--list")
 
 
 def test_package_itself_loads_nothing() -> None:

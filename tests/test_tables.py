@@ -29,7 +29,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
     """Make standard output a terminal of that width, with or without colour."""
 
     def become(width: int, color: bool) -> None:
-        monkeypatch.setattr(session, "_terminal", lambda: (width, color))
+        monkeypatch.setattr(session, "terminal", lambda: (width, color))
 
     return become
 
@@ -115,7 +115,7 @@ def test_no_color_is_obeyed(environment: dict[str, str], colored: bool, monkeypa
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    assert session._terminal()[1] is colored
+    assert session.terminal()[1] is colored
 
 
 def test_pipe_shows_numbers_uncut(lcp: Lcp) -> None:

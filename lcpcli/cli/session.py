@@ -33,14 +33,14 @@ def run(paths: Sequence[tuple[str, str | None]], methods: Sequence[str], given: 
     bounds = limits(given)
     problems = [files.read(*path) for path in paths]
     chosen = [for_methods(given, methods, problem) for problem in problems]
-    width, color = (None, False) if output.path else _terminal()
+    width, color = (None, False) if output.path else terminal()
     results = _results(problems, methods, chosen, bounds, output, width)
     if not output.silent:
         from lcpcli import report
 
         text = report.render(results, output.form, width, color)
         if output.path is None:
-            _print(text, color)
+            show(text, color)
         else:
             files.write_whole(output.path, text)
     return max(result.status.exit_code for result in results)
@@ -67,7 +67,7 @@ def _results(
     return results
 
 
-def _print(text: str, color: bool) -> None:
+def show(text: str, color: bool) -> None:
     """Print to standard output; a reader who has closed it wants no more, and is told nothing."""
     try:
         click.echo(text, nl=False, color=color)
@@ -84,7 +84,7 @@ def _same(one: str, other: str) -> bool:
         return False
 
 
-def _terminal() -> tuple[int | None, bool]:
+def terminal() -> tuple[int | None, bool]:
     """Width and colour of standard output; no width where it is no terminal, no colour where that is not wanted."""
     if not sys.stdout.isatty():
         return None, False

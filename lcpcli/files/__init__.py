@@ -91,11 +91,17 @@ def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     JSON and NPZ keep everything. CSV and Matrix Market keep M and q alone; p.mtx is M, and q is p.q.mtx beside it.
     """
     path = os.fspath(path)
+    ending = ending_of(path)
+    contents = _load(FORMATS[ending]).render(problem)
+    write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
+
+
+def ending_of(path: str) -> str:
+    """The ending of a file to be written, one of FORMATS, or a ProblemError."""
     ending = Path(path).suffix
     if ending not in FORMATS:
         raise ProblemError(path, "has no format by its name", f"let it end with {' or '.join(FORMATS)}")
-    contents = _load(FORMATS[ending]).render(problem)
-    write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
+    return ending
 
 
 def _format(path: str, content: bytes) -> Format:

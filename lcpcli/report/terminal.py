@@ -15,22 +15,14 @@ from lcpcli.report.iterations import IterationTable
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 LEFT = ("method", "status")
 UNLIMITED = 10_000
+PIPE = 80
 COLORS = {"solved": "green"}
 
 
 def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> str:
     """The tables as text for a terminal of that width; None stands for a pipe. No number is ever cut or broken."""
     out = StringIO()
-    console = Console(
-        file=out,
-        width=UNLIMITED,
-        force_terminal=color,
-        color_system="standard" if color else None,
-        no_color=not color,
-        legacy_windows=False,
-        highlight=False,
-        emoji=False,
-    )
+    console = _console(out, UNLIMITED, color)
     for i, table in enumerate(tables):
         if i:
             console.print()
@@ -39,6 +31,35 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
         console.print(_grid([table.summary_header], [table.summary], width))
         for remark in table.remarks:
             console.print(Text(remark, style="yellow"))
+    return _without_trailing_blanks(out)
+
+
+def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
+    """A list of words in columns, folded to that width, 80 for a pipe; the first column is never folded."""
+    out = StringIO()
+    grid = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    for i, name in enumerate(header):
+        grid.add_column(name, no_wrap=i == 0)
+    for row in rows:
+        grid.add_row(*map(Text, row))
+    _console(out, width or PIPE, color).print(grid)
+    return _without_trailing_blanks(out)
+
+
+def _console(out: StringIO, width: int, color: bool) -> Console:
+    return Console(
+        file=out,
+        width=width,
+        force_terminal=color,
+        color_system="standard" if color else None,
+        no_color=not color,
+        legacy_windows=False,
+        highlight=False,
+        emoji=False,
+    )
+
+
+def _without_trailing_blanks(out: StringIO) -> str:
     return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
 
 
@@ -53,7 +74,7 @@ def _label_down(group: list[list[str]]) -> list[list[str]]:
 def _grid(header: Sequence[list[str]], groups: Sequence[list[list[str]]], width: int | None) -> Table:
     rows = [*header, *(row for group in groups for row in group)]
     widest = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    gap = 2 if sum(widest) + 2 * len(widest) <= (width or 80) else 1
+    gap = 2 if sum(widest) + 2 * len(widest) <= (width or PIPE) else 1
     grid = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap - 1, 0, 0), header_style="bold")
     for name in header[0]:
         grid.add_column(name, justify="left" if name in LEFT else "right")

@@ -18,8 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import numpy as np
 
 import lcpcli
-import problems
-from lcpcli import peers
+from lcpcli import gallery, peers
 
 ACCEPTABLE = 1e-5
 TOLERANCE = 1e-9  # of the peers that have one
@@ -39,8 +38,7 @@ def solve(name: str, problem: lcpcli.Problem) -> tuple[float, Any]:
     return result.setup_seconds + result.solve_seconds, result.z
 
 
-def compare(title: str, M: Any, q: Any, repeats: int, leave_out: tuple[str, ...] = ()) -> None:
-    problem = lcpcli.Problem(M, q)
+def compare(title: str, problem: lcpcli.Problem, repeats: int, leave_out: tuple[str, ...] = ()) -> None:
     taking = [name for name in peers.installed() if name not in leave_out and not peers.load(name).excludes(problem)]
     times: dict[str, list[float]] = {name: [] for name in ("auto", *taking)}
     residuals: dict[str, float] = {}
@@ -51,7 +49,7 @@ def compare(title: str, M: Any, q: Any, repeats: int, leave_out: tuple[str, ...]
                 seconds, z = solve(name, problem)
                 times[name].append(seconds)
                 residual = math.inf if z is None else float(np.abs(np.minimum(z, problem.w(z))).max())
-                residuals[name] = residual / float(np.abs(q).max())
+                residuals[name] = residual / float(np.abs(problem.q).max())
     report(title, {name: statistics.median(values) for name, values in times.items()}, residuals)
 
 
@@ -69,13 +67,13 @@ def main() -> None:
     if sys.argv[1:] == ["dense"]:
         for n in (300, 1000, 2000):
             for symmetric in (True, False):
-                M, q = problems.harker_pang(n, symmetric)
                 lemkes = ("quantecon", "siconos-lemke") if n > 300 else ()
                 kind = "symmetric" if symmetric else "nonsymmetric"
-                compare(f"Harker-Pang, {kind}, n = {n}", M, q, 5, lemkes)
+                problem = gallery.make("harker-pang", n, symmetric=symmetric)
+                compare(f"Harker-Pang, {kind}, n = {n}", problem, 5, lemkes)
     elif sys.argv[1:] == ["sparse"]:
         for m in (100, 300):
-            compare(f"obstacle problem on a {m} x {m} grid", *problems.obstacle(m), repeats=3)
+            compare(f"obstacle problem on a {m} x {m} grid", gallery.make("obstacle", m * m), repeats=3)
     else:
         raise SystemExit(__doc__)
 

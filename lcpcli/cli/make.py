@@ -1,0 +1,111 @@
+"""lcp make: a problem of the gallery, or what there is in it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lcpcli import gallery
+from lcpcli.cli import session
+from lcpcli.errors import OptionError, quoted
+
+WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
+
+
+@click.command(short_help="Write a problem of the gallery.")
+@click.argument("family", required=False)
+@click.option("-n", "n", type=int, help="Number of unknowns, about.  [default: 10, or as many as the family has]")
+@click.option("--seed", type=int, help="For families of random numbers: which ones.  [whole number >= 0; default 0]")
+@click.option(
+    "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a parameter of the family. Repeatable."
+)
+@click.option("-o", "--output", metavar="FILE", help="Write to a .json, .npz, .csv or .mtx file, whole or not at all.")
+@click.option("--list", "listed", is_flag=True, help="List the families with the class of M and their parameters.")
+def make(
+    family: str | None, n: int | None, seed: int | None, settings: tuple[str, ...], output: str | None, listed: bool
+) -> int:
+    """Write a problem of FAMILY as JSON to standard output, or to a file by the ending of its name.
+
+    The same arguments give the same problem. JSON and NPZ tell its known solutions too.
+
+    \b
+    lcp make --list
+    lcp make obstacle -n 100 | lcp solve -
+    lcp make harker-pang -n 50 --seed 3 --set symmetric=true -o problem.npz
+    """
+    if listed:
+        _refuse_beside_list(FAMILY=family, **{"-n": n, "--seed": seed, "--set": settings or None, "-o": output})
+        return _show_list()
+    if family is None:
+        raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
+    parameters = _parameters(family, settings)
+    if seed is not None and not gallery.is_random(family):
+        raise OptionError("--seed", f"has no effect on {family}, whose numbers are fixed", "leave it out")
+    _write(family, n, seed or 0, parameters, None if output == "-" else output)
+    return 0
+
+
+def _write(family: str, n: int | None, seed: int, parameters: dict[str, Any], output: str | None) -> None:
+    from lcpcli import files
+    from lcpcli.files import json_format
+
+    if output is not None:
+        files.ending_of(output)
+        files.refuse_unwritable(output)
+    problem = gallery.make(family, n, seed, **parameters)
+    if output is None:
+        session.show(json_format.render(problem)[""].decode(), color=False)
+    else:
+        files.write(problem, output)
+
+
+def _show_list() -> int:
+    from lcpcli.report.terminal import listing
+
+    rows = [
+        (
+            name,
+            gallery.class_of(name),
+            "\n".join(f"{p}={_text(v)}" for p, v in gallery.parameters_of(name).items()),
+            told,
+        )
+        for name, told in gallery.FAMILIES.items()
+    ]
+    width, color = session.terminal()
+    session.show(listing(("family", "class of M", "parameters", "what it is"), rows, width, color), color)
+    return 0
+
+
+def _refuse_beside_list(**given: Any) -> None:
+    for name, value in given.items():
+        if value is not None:
+            raise OptionError(name, "has no effect with --list", "leave one out")
+
+
+def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
+    """The settings NAME=VALUE as parameters of the family, each of the type of its default."""
+    defaults = gallery.parameters_of(family)
+    values: dict[str, Any] = {}
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise OptionError("--set", f"{quoted(setting)} has no value", "write NAME=VALUE")
+        if name in values:
+            raise OptionError("--set", f"{name} is set twice", "leave one out")
+        values[name] = _value(name, text, type(defaults[name])) if name in defaults else text
+    return values
+
+
+def _value(name: str, text: str, kind: type) -> Any:
+    try:
+        if "_" in text:
+            raise ValueError
+        return WORDS[text.casefold()] if kind is bool else kind(text)
+    except (KeyError, ValueError):
+        raise OptionError("--set", f"{quoted(text)} is no value of {name}", f"give {KINDS[kind]}") from None
+
+
+def _text(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}"
