@@ -1,0 +1,121 @@
+"""Curves of error in axes: lines with few markers, rings around what is beyond the axes, a cross where a run failed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogFormatterMathtext, MaxNLocator, NullFormatter
+
+from lcpcli.report.figures import ranges
+from lcpcli.report.figures.labels import Drawn
+from lcpcli.report.figures.ranges import Point, Range
+from lcpcli.report.figures.style import GREY, Look
+
+MOST_MARKERS = 12
+MOST_TICKS = 6
+FULL = 800  # more points than these are thinned to the extremes of each step along the abscissa
+STEPS = 250
+UNEVEN = 20  # how many times longer than the shortest the longest run is where iterations are counted by powers of ten
+RING: dict[str, Any] = {
+    "linestyle": "",
+    "marker": "o",
+    "markersize": 8,
+    "markerfacecolor": "none",
+    "markeredgewidth": 0.7,
+}
+CROSS: dict[str, Any] = {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3}
+
+
+def log_axis(axes: Axes, which: str, span: Range) -> None:
+    """Make the x or y axis logarithmic over a range, with ticks at powers of ten."""
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+    (axes.set_xlim if which == "x" else axes.set_ylim)(span.low, span.high)
+    majors, minors = ranges.decades(span, MOST_TICKS)
+    axis.set_major_locator(FixedLocator(majors))
+    axis.set_minor_locator(FixedLocator(minors))
+    axis.set_major_formatter(LogFormatterMathtext())
+    axis.set_minor_formatter(NullFormatter())
+
+
+def iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
+    """Count iterations on the x axis, evenly or, where the longest run hides the shortest, by powers of ten.
+
+    longest : the last k of each run.
+    """
+    most = max([*longest, 1])
+    if most >= 100 and most > UNEVEN * max(min(longest), 1):
+        axes.set_xscale("symlog", linthresh=1, linscale=0.4)
+        powers = [10**e for e in range(len(str(most)) + 1) if 10**e <= 1.3 * most]
+        axes.xaxis.set_major_locator(FixedLocator([0, *powers]))
+        axes.xaxis.set_minor_locator(FixedLocator([d * p for p in powers for d in range(2, 10) if d * p < 1.3 * most]))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda k, _: f"{k:.0f}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        span = Range(-0.15, 1.6 * most)
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
+        span = Range(-0.03 * most, 1.08 * most)
+    axes.set_xlim(span.low, span.high)
+    return span
+
+
+def draw(axes: Axes, points: Sequence[Point], look: Look, solved: bool, turn: int) -> None:
+    """A run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
+    if not points:
+        return
+    at = axes.transData.transform([(p.x, p.y) for p in points])
+    if len(points) > 1:
+        kept = [points[i] for i in _thinned(at)]
+        axes.plot([p.x for p in kept], [p.y for p in kept], zorder=2, **look.line)
+    crossed = len(points) - 1 if len(points) > 1 and not solved else None
+    marked = [points[i] for i in sorted({*_marked(at, turn), *_first_outside(points)}) if i != crossed]
+    axes.plot([p.x for p in marked], [p.y for p in marked], linestyle="", clip_on=False, zorder=3, **look.points)
+    ringed = [p for p in marked if p.beyond]
+    axes.plot([p.x for p in ringed], [p.y for p in ringed], color=look.color, clip_on=False, zorder=4, **RING)
+    if not solved:
+        axes.plot(points[-1].x, points[-1].y, color=look.color, clip_on=False, zorder=5, **CROSS)
+
+
+def remarks(drawn: Sequence[Drawn]) -> list[tuple[Line2D, str]]:
+    """Legend entries that explain the rings and the crosses, where there are any."""
+    entries = []
+    if any(one.outside for one in drawn):
+        entries.append((Line2D([], [], color=GREY, **RING), "0 or beyond the axis"))
+    if any(one.unsolved for one in drawn):
+        entries.append((Line2D([], [], color=GREY, **CROSS), "not solved"))
+    return entries
+
+
+def _marked(at: Any, turn: int) -> list[int]:
+    """The first point, the last, and some between that are evenly spread along the curve as it is seen."""
+    falling = np.column_stack((at[:, 0], np.minimum.accumulate(at[:, 1])))  # else oscillations would take all markers
+    length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(falling, axis=0).T))))
+    if len(at) <= MOST_MARKERS:
+        return list(range(len(at)))
+    shift = 0.25 * (turn % 4 - 1.5)
+    wanted = (np.arange(1, MOST_MARKERS - 1) + shift) / (MOST_MARKERS - 1) * length[-1]
+    return sorted({0, *np.searchsorted(length, wanted).tolist(), len(at) - 1})
+
+
+def _first_outside(points: Sequence[Point]) -> list[int]:
+    """Where a curve leaves the axes, or some of these places if there are many."""
+    first = [i for i, p in enumerate(points) if p.beyond and (i == 0 or points[i - 1].beyond != p.beyond)]
+    return first[:: math.ceil(len(first) / MOST_MARKERS) or 1]
+
+
+def _thinned(at: Any) -> list[int]:
+    """The indices of the points that a line needs to look the same: in each step along x the ends and the extremes."""
+    n = len(at)
+    if n <= FULL:
+        return list(range(n))
+    x, y = at.T
+    step = np.floor((x - x.min()) / (np.ptp(x) or 1.0) * STEPS)
+    kept = {0, n - 1}
+    for part in np.split(np.arange(n), np.flatnonzero(np.diff(step)) + 1):
+        kept |= {int(part[0]), int(part[-1]), int(part[np.argmin(y[part])]), int(part[np.argmax(y[part])])}
+    return sorted(kept)

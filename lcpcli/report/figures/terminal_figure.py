@@ -1,0 +1,104 @@
+"""Error against run time as text for a terminal, drawn by plotext: a letter for each curve, logarithmic axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from string import ascii_letters, digits
+from textwrap import wrap
+
+from lcpcli.report.figures import Panel, ranges
+from lcpcli.report.figures.ranges import Point, Range
+
+COLORS = ("red", "blue", "green", "magenta", "orange", "cyan")
+FAILED = "x"
+LETTERS = [c for c in ascii_letters + digits if c.lower() != FAILED]
+LEAST = (30, 8)  # columns and lines below which there is no figure to speak of
+TICK = 10  # columns a tick of the abscissa takes
+TICK_LINES = 3
+MEASURES = {"error": "error |z - z*|, largest component", "residual": "residual |min(z, Mz + q)|, largest component"}
+
+
+def render(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
+    """Each panel on so many columns and lines with its title and legend."""
+    width, height = max(width, LEAST[0]), max(height, LEAST[1])
+    names = list(dict.fromkeys(curve.name for panel in panels for curve in panel.curves))
+    colors = {name: COLORS[i % len(COLORS)] for i, name in enumerate(names)}
+    return "\n".join(_panel(panel, width, height, colors if color else {}) for panel in panels)
+
+
+def letters(labels: Sequence[str]) -> list[str]:
+    """A character for each label, of its own as far as there are enough: a letter of the label where that is free."""
+    chosen: list[str] = []
+    for label in labels:
+        free = [letter for letter in LETTERS if letter not in chosen] or LETTERS
+        chosen.append(next((letter for letter in label if letter in free), free[0]))
+    return chosen
+
+
+def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str:
+    marks = letters([curve.label for curve in panel.curves])
+    across = ranges.times(second for curve in panel.curves for second in curve.seconds)
+    up = ranges.errors(panel.curves)
+    runs = [ranges.inside(curve.seconds, curve.errors, across, up) for curve in panel.curves]
+    entries = [f"{mark} {' '.join(curve.label.split())}" for mark, curve in zip(marks, panel.curves, strict=True)]
+    if any(not curve.solved for curve in panel.curves):
+        entries.append(f"{FAILED} not solved")
+    if any(point.beyond for points in runs for point in points):
+        entries.append("at the edge: 0 or beyond the axis")
+    legend = _lines(entries, width)
+    head = [
+        _cut(" ".join(panel.title.split()), width),
+        *wrap(f"{MEASURES[panel.measure]}, against run time (s)", width),
+    ]
+    rows = max(height - len(legend) - len(head), LEAST[1])
+    return "\n".join([*head, _drawn(panel, runs, marks, (across, up), (width, rows), colors), *legend, ""])
+
+
+def _drawn(
+    panel: Panel,
+    runs: Sequence[Sequence[Point]],
+    marks: Sequence[str],
+    spans: tuple[Range, Range],
+    size: tuple[int, int],
+    colors: dict[str, str],
+) -> str:
+    """The axes with their curves. colors : by name, empty for none."""
+    import plotext
+
+    figure = plotext.figure
+    plotext.terminal.limit(False, False)  # the size is the caller's to choose
+    figure.clear()
+    figure.theme("colorless")
+    figure.plot_size(*size)
+    for side, span, most in zip(("x", "y"), spans, (size[0] // TICK, size[1] // TICK_LINES), strict=True):
+        majors, _ = ranges.decades(span, most)
+        exponents = [round(math.log10(v)) for v in majors]
+        figure.ruler(side).lim(math.log10(span.low), math.log10(span.high))
+        figure.ruler(side).ticks(exponents, [f"1e{e}" for e in exponents])
+    for curve, points, mark in zip(panel.curves, runs, marks, strict=True):
+        pixel = colors.get(curve.name)
+        xs, ys = [math.log10(p.x) for p in points], [math.log10(p.y) for p in points]
+        figure.draw(figure.signal(xs, ys, marker=plotext.marker(mark, pixel=pixel)).lines())
+        if points and not curve.solved:
+            figure.draw(figure.signal(xs[-1:], ys[-1:], marker=plotext.marker(FAILED, pixel=pixel)))
+    text: str = figure.build().string(not colors)
+    figure.clear()
+    plotext.terminal.limit()
+    return text.rstrip("\n")
+
+
+def _lines(entries: Sequence[str], width: int) -> list[str]:
+    """The entries of a legend, as many a line as fit."""
+    lines = [""]
+    for entry in entries:
+        longer = f"{lines[-1]}   {entry}" if lines[-1] else entry
+        if len(longer) <= width or not lines[-1]:
+            lines[-1] = _cut(longer, width)
+        else:
+            lines.append(_cut(entry, width))
+    return lines
+
+
+def _cut(text: str, width: int) -> str:
+    return text if len(text) <= width else text[: width - 3] + "..."
