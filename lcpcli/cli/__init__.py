@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from lcpcli import __version__
+from lcpcli.cli.bench import bench
 from lcpcli.cli.compare import compare
 from lcpcli.cli.make import make
 from lcpcli.cli.solve import solve
@@ -28,6 +29,7 @@ def lcp(context: click.Context) -> None:
     \b
     lcp solve problem.json      solve one problem
     lcp compare                 both methods side by side on the paper's examples
+    lcp bench                   methods and other solvers on suites of problems, with statistics
     lcp make obstacle           write a problem of the gallery
 
     Exit codes: 0 solved, 1 not solved, 2 bad usage or bad input, 3 proved to have no solution, 130 interrupted.
@@ -38,6 +40,7 @@ def lcp(context: click.Context) -> None:
 
 lcp.add_command(solve)
 lcp.add_command(compare)
+lcp.add_command(bench)
 lcp.add_command(make)
 
 

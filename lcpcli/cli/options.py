@@ -33,7 +33,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 def solving(command: Command) -> Command:
     """Declare the options of the methods, the limits and the output on a command; it gets them as keywords."""
     declared = [
-        *(_numeric(name) for name in OF_METHODS if name not in STARTS),
+        *(numeric(name) for name in OF_METHODS if name not in STARTS),
         click.option(
             "--x0",
             metavar="NUMBERS|FILE",
@@ -48,10 +48,10 @@ def solving(command: Command) -> Command:
             "--scale/--no-scale", default=None, help="Let shi or fixed-point work on the equilibrated problem."
         ),
         click.option("--finish/--no-finish", default=None, help="Let shi or fixed-point end on their active set."),
-        *(_numeric(name) for name in LIMITS),
+        *(numeric(name) for name in LIMITS),
         click.option("--format", "form", type=click.Choice(list(FORMATS)), help=_formats()),
         click.option("--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
-        _numeric("every"),
+        numeric("every"),
         click.option("-o", "--output", metavar="FILE", help="Write to a file instead, whole or not at all."),
         click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells."),
     ]
@@ -89,7 +89,7 @@ class Output:
 
     def __init__(self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool) -> None:
         output = None if output == "-" else output
-        self.form = form or _form_of(output)
+        self.form = form or form_of(output)
         self.path, self.silent = output, quiet and output is None
         if trace and self.silent:
             raise OptionError("--trace", "has no effect with --quiet", "leave it out")
@@ -122,7 +122,7 @@ class Output:
         return Trace(every, most, components, residuals=not problem.solutions)
 
 
-def _form_of(output: str | None) -> str:
+def form_of(output: str | None) -> str:
     """The format that an output file's ending asks for; without an ending, the table."""
     ending = Path(output or "").suffix.lower()
     if ending not in SUFFIXES:
@@ -140,7 +140,8 @@ class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
         return AUTO if value == AUTO else float(click.FLOAT.convert(value, param, ctx))
 
 
-def _numeric(name: str) -> Callable[[Command], Command]:
+def numeric(name: str) -> Callable[[Command], Command]:
+    """The declaration of one of `lcpcli.options.OPTIONS`; None where it is not given."""
     option = OPTIONS[name]
     number = click.INT if option.kind is int else click.FLOAT
     kind = _NumberOrAuto() if option.auto else number

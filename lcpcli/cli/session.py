@@ -28,7 +28,7 @@ def run(paths: Sequence[tuple[str, str | None]], methods: Sequence[str], given: 
 
     if [name for pair in paths for name in pair].count(files.STANDARD_INPUT) > 1:
         raise OptionError("standard input", "can be read only once", "name a file")
-    if output.path is not None and any(_same(output.path, name) for pair in paths for name in pair if name):
+    if output.path is not None and any(same_file(output.path, name) for pair in paths for name in pair if name):
         raise OptionError(output.path, "holds the problem", "choose another place for the output")
     bounds = limits(given)
     problems = [files.read(*path) for path in paths]
@@ -77,7 +77,7 @@ def show(text: str, color: bool) -> None:
         raise click.exceptions.Exit(CLOSED_PIPE) from None
 
 
-def _same(one: str, other: str) -> bool:
+def same_file(one: str, other: str) -> bool:
     try:
         return Path(one).samefile(other)
     except OSError:
