@@ -8,6 +8,7 @@ from itertools import groupby
 from lcpcli.bench import scores
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.statistics import SHIFT, summary
+from lcpcli.problem import count
 from lcpcli.report import numbers
 
 LEFT = ("solver", "problem", "family", "how it ended", "why", "in")
@@ -45,7 +46,9 @@ def build(record: Record, width: int | None) -> Report:
 def _title(record: Record) -> str:
     measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
     progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
-    return f"lcp bench {' '.join(record.suite)}: {len(record.cases)} problems{progress}"
+    files = {case.file for case in record.cases}
+    suites = [name for name in record.suite if name not in files]
+    return f"{' '.join(['lcp bench', *suites])}: {count(len(record.cases), 'problem')}{progress}"
 
 
 def _lines(record: Record) -> list[str]:
