@@ -37,4 +37,10 @@ def american_put(n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0
     payoff = math.exp(growth) * expiry
     alpha = t / (x[1] - x[0]) ** 2
     q = payoff[1:-1] - alpha * np.diff(payoff, 2) - expiry[1:-1]
-    return Problem(alpha * second_difference(n, 2 + 1 / alpha), q, name=f"american-put-{n}", source=SOURCE)
+    return Problem(
+        alpha * second_difference(n, 2 + 1 / alpha),
+        q,
+        name=f"american-put-{n}",
+        source=SOURCE,
+        note="The option is held where z > 0 and exercised where z = 0.",
+    )

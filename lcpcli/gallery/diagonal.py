@@ -22,4 +22,11 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
     entries = 10.0 ** np.linspace(-decades, decades, n)
     z = (np.arange(n) % 2 == 0).astype(float)
     M = csr_array(diags_array(entries))
-    return Problem(M, np.where(z > 0, -entries, entries), name=f"diagonal-{n}", solutions=[z], source=SOURCE)
+    return Problem(
+        M,
+        np.where(z > 0, -entries, entries),
+        name=f"diagonal-{n}",
+        solutions=[z],
+        source=SOURCE,
+        note="Each unknown stands alone; only their units differ.",
+    )

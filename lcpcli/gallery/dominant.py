@@ -21,4 +21,6 @@ def dominant(n: int, seed: int) -> Problem:
     off = csr_array((values, (rows, columns)), shape=(n, n))
     off.eliminate_zeros()
     M = csr_array(off + diags_array(1.1 * abs(off).sum(axis=1) + 0.1))
-    return Problem(M, random.standard_normal(n), name=f"dominant-{n}", source=SOURCE)
+    return Problem(
+        M, random.standard_normal(n), name=f"dominant-{n}", source=SOURCE, note="A sparse factorization of M fills in."
+    )

@@ -28,4 +28,10 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     film = 1 + eccentricity * np.cos(step * (np.arange(n + 1) + 0.5))
     cubes, inner = film**3, -(film[1:-1] ** 3)
     M = csr_array(diags_array([inner, cubes[:-1] + cubes[1:], inner], offsets=[-1, 0, 1], shape=(n, n)))
-    return Problem(M, step * np.diff(film), name=f"journal-bearing-{n}", source=SOURCE)
+    return Problem(
+        M,
+        step * np.diff(film),
+        name=f"journal-bearing-{n}",
+        source=SOURCE,
+        note="The oil film is whole where z > 0 and broken where z = 0.",
+    )

@@ -31,7 +31,14 @@ def lp(n: int, seed: int) -> Problem:
     (x, r), (y, s) = pairs(random, n - m, m), pairs(random, m, m)
     q = np.concatenate((A.T @ y + r, s - A @ x))
     M = bordered(None, A, n > DENSE)
-    return Problem(M, q, name=f"lp-{n}", solutions=[np.concatenate((x, y))], source=SOURCE)
+    return Problem(
+        M,
+        q,
+        name=f"lp-{n}",
+        solutions=[np.concatenate((x, y))],
+        source=SOURCE,
+        note="The diagonal of M is zero; x solves the program and y its dual.",
+    )
 
 
 def constraints(random: Generator, m: int, k: int) -> Any:

@@ -29,4 +29,4 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     M = 4 * np.sum(scaled * v) * np.outer(v, v) - 2 * (np.outer(v, scaled) + np.outer(scaled, v))
     M[np.diag_indices(n)] += eigenvalues
     q = np.maximum(-size, 0) - M @ np.maximum(size, 0)
-    return Problem(M, q, name=f"near-singular-{n}", source=SOURCE)
+    return Problem(M, q, name=f"near-singular-{n}", source=SOURCE, note=f"The condition of M is {2 / epsilon:.3g}.")

@@ -28,4 +28,10 @@ def obstacle(n: int, _seed: int) -> Problem:
     X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
     load = 50 * np.sin(2 * np.pi * X) * np.cos(1.5 * np.pi * Y) + 10 * (X - 0.5)
     M = csr_array(kron(T, unit) + kron(unit, T))
-    return Problem(M, (-h * h * load).ravel(), name=f"obstacle-{m * m}", source=SOURCE)
+    return Problem(
+        M,
+        (-h * h * load).ravel(),
+        name=f"obstacle-{m * m}",
+        source=SOURCE,
+        note="The membrane touches the obstacle where z = 0.",
+    )

@@ -27,4 +27,11 @@ def qp(n: int, seed: int) -> Problem:
     (x, r), (y, s) = pairs(random, n - m, m), pairs(random, m, m)
     q = np.concatenate((A.T @ y + r - Q @ x, s - A @ x))
     M = bordered(Q, A, sparse=False)
-    return Problem(M, q, name=f"qp-{n}", solutions=[np.concatenate((x, y))], source=SOURCE)
+    return Problem(
+        M,
+        q,
+        name=f"qp-{n}",
+        solutions=[np.concatenate((x, y))],
+        source=SOURCE,
+        note="x solves the program, and y holds the multipliers of its constraints.",
+    )
