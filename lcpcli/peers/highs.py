@@ -1,8 +1,8 @@
 """The active-set solver for convex quadratic programs in HiGHS: Q. Huangfu and J. A. J. Hall, Parallelizing the dual
 revised simplex method, Math. Program. Comput. 10 (2018) 119-142; https://highs.dev.
 
-The tolerance is that of all its optimality conditions, which it does not take below 1e-10. As it comes, it adds 1e-7 to
-the diagonal of M.
+The tolerance is that of all its optimality conditions, which it does not take below 1e-10. Its regularization, 1e-7 on
+the diagonal of M, is switched off: no tolerance below that could be met with it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,12 @@ def excludes(problem: Problem) -> str:
 def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     highspy = library("highspy")
     highs, model = highspy.Highs(), _model(highspy, problem)
-    options = {"output_flag": False, "time_limit": time_limit, "kkt_tolerance": max(tol, SMALLEST_TOLERANCE)}
+    options = {
+        "output_flag": False,
+        "time_limit": time_limit,
+        "kkt_tolerance": max(tol, SMALLEST_TOLERANCE),
+        "qp_regularization_value": 0.0,
+    }
     for name, value in options.items():
         highs.setOptionValue(name, value)
     began = time.perf_counter()
@@ -46,13 +51,19 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
 
 
 def _model(highspy: Any, problem: Problem) -> Any:
+    """The quadratic program, with the row z_1 >= 0 on top of the bounds.
+
+    Without any row HiGHS 1.15.1 ends at points that are not optimal and calls them so, on small definite M too.
+    """
     n, triangle = problem.n, storage.lower_triangle(problem.M)
     model = highspy.HighsModel()
     lp, hessian = model.lp_, model.hessian_
-    lp.num_col_, lp.num_row_ = n, 0
+    lp.num_col_, lp.num_row_ = n, 1
     lp.col_cost_, lp.col_lower_, lp.col_upper_ = problem.q, np.zeros(n), np.full(n, highspy.kHighsInf)
-    lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    lp.a_matrix_.start_ = np.zeros(n + 1, dtype=np.int32)
+    lp.row_lower_, lp.row_upper_ = np.zeros(1), np.full(1, highspy.kHighsInf)
+    lp.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
+    lp.a_matrix_.start_, lp.a_matrix_.index_ = np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
+    lp.a_matrix_.value_ = np.ones(1)
     hessian.dim_, hessian.format_ = n, highspy.HessianFormat.kTriangular
     hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
     return model

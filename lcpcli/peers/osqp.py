@@ -43,7 +43,14 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
         except osqp.OSQPException as error:
             return Claim(None, False, time.perf_counter() - began, f"refused it with error {error}")
         seconds = time.perf_counter() - began
-    if result.info.status_val == osqp.SolverStatus.OSQP_SIGINT:
+    known = osqp.SolverStatus
+    if result.info.status_val == known.OSQP_SIGINT:
         raise KeyboardInterrupt  # which OSQP takes for itself
-    solved = result.info.status_val == osqp.SolverStatus.OSQP_SOLVED
-    return Claim(np.array(result.x), solved, seconds, result.info.status)
+    with_z = (
+        known.OSQP_SOLVED,
+        known.OSQP_SOLVED_INACCURATE,
+        known.OSQP_MAX_ITER_REACHED,
+        known.OSQP_TIME_LIMIT_REACHED,
+    )
+    z = np.array(result.x) if result.info.status_val in with_z else None
+    return Claim(z, result.info.status_val == known.OSQP_SOLVED, seconds, result.info.status)
