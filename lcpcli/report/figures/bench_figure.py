@@ -22,7 +22,7 @@ COLUMN = 3.5  # inches, as all lengths here: one column of a journal; two make t
 ROW = 2.45
 AXES = 1.72
 TOP = 0.27
-LEFT = 0.68
+LEFT = 0.76
 RIGHT = 0.12
 EXPONENTS = 0.5  # on the right of axes with fitted lines, for their exponents
 LINE = 9.0  # points from one exponent to the next
@@ -98,7 +98,7 @@ def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
     most: float = max(largest, 2.0) ** 1.05
     doublings = math.log2(most)
     if doublings > DOUBLINGS:
-        curves.log_axis(axes, "x", Range(1.0, most))
+        curves.log_axis(axes, "x", Range(1.0, most, 1.0, most))
         return most
     axes.set_xscale("log", base=2)
     axes.set_xlim(1.0, most)

@@ -18,6 +18,7 @@ from lcpcli.report.figures.style import GREY, Look
 
 MOST_MARKERS = 12
 MOST_TICKS = 6
+STRIP = "0.92"
 FULL = 800  # more points than these are thinned to the extremes of each step along the abscissa
 STEPS = 250
 UNEVEN = 20  # how many times longer than the shortest the longest run is where iterations are counted by powers of ten
@@ -41,6 +42,10 @@ def log_axis(axes: Axes, which: str, span: Range) -> None:
     axis.set_minor_locator(FixedLocator(minors))
     axis.set_major_formatter(LogFormatterMathtext())
     axis.set_minor_formatter(NullFormatter())
+    shade = axes.axvspan if which == "x" else axes.axhspan
+    for strip in ((span.low, span.scale_low), (span.scale_high, span.high)):
+        if strip[0] < strip[1]:
+            shade(*strip, color=STRIP, linewidth=0, zorder=0)
 
 
 def iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
@@ -56,12 +61,12 @@ def iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
         axes.xaxis.set_minor_locator(FixedLocator([d * p for p in powers for d in range(2, 10) if d * p < 1.3 * most]))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda k, _: f"{k:.0f}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
-        span = Range(-0.15, 1.6 * most)
+        low, high = -0.15, 1.6 * most
     else:
         axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
-        span = Range(-0.03 * most, 1.08 * most)
-    axes.set_xlim(span.low, span.high)
-    return span
+        low, high = -0.03 * most, 1.08 * most
+    axes.set_xlim(low, high)
+    return Range(low, high, low, high)
 
 
 def draw(axes: Axes, points: Sequence[Point], look: Look, solved: bool, turn: int) -> None:

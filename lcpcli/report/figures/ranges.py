@@ -10,23 +10,20 @@ from lcpcli.report.figures import Curve
 
 NEGLIGIBLE = 1e-17  # relative to the start: what is less is drawn at the lower end, like 0
 GROWN = 1e4  # relative to the start: what is more is drawn at the upper end, like inf
-INSET = 0.045  # of the length of an axis
 MARGIN = 0.06  # of the length of an axis, on both sides of the data
-APART = 0.5  # decades from the data to what is beyond, at least
-DECADES = 300  # powers of ten beyond which no axis goes
+LEAST_MARGIN = 0.12  # decades
+STRIP = 0.1  # of the length of the scale: the strip at an end that holds what is off the scale
+LEAST, MOST = 1e-250, 1e250  # no axis goes beyond these
 
 
 @dataclass(frozen=True)
 class Range:
-    """The ends of an axis. What lies beyond them is drawn a little inside of them, clear of frame and tick labels."""
+    """The ends of an axis, and between them the ends of its scale. A strip beyond the scale holds what is off it."""
 
     low: float
     high: float
-
-    @property
-    def inner(self) -> tuple[float, float]:
-        inset = (self.high / self.low) ** INSET
-        return self.low * inset, self.high / inset
+    scale_low: float
+    scale_high: float
 
 
 @dataclass(frozen=True)
@@ -44,25 +41,26 @@ def errors(curves: Iterable[Curve]) -> Range:
     proper = [[v for v in values if 0 < v < math.inf] for values in series]
     starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
     scale = max(starts, default=1.0)
-    return _around([v for values in series for v in values], NEGLIGIBLE * scale, GROWN * scale)
+    floor, ceiling = max(NEGLIGIBLE * scale, LEAST), min(GROWN * scale, MOST)
+    return _around([v for values in series for v in values], floor, ceiling)
 
 
 def times(values: Iterable[float]) -> Range:
     """Around the positive values."""
-    return _around(list(values), 0.0, math.inf)
+    return _around(list(values), LEAST, MOST)
 
 
 def _around(values: Sequence[float], floor: float, ceiling: float) -> Range:
-    """A little more than the values from floor to ceiling, and one decade at least; more on a side with others."""
-    shown = [math.log10(v) for v in values if 0 < v < math.inf and floor <= v <= ceiling] or [0.0]
-    low, high = min(shown), max(shown)
-    margin = max(MARGIN * (high - low), 0.12)
-    room = max(2.5 * margin, APART)
-    low -= room if any(v < floor or v <= 0 for v in values) else margin
-    high += room if any(not v <= ceiling or v == math.inf for v in values) else margin
+    """A little more than the values from floor to ceiling, and one decade at least; a strip on a side with others."""
+    shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
+    margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
+    low, high = min(shown) - margin, max(shown) + margin
     if math.floor(high) - math.ceil(low) < 1:
         low, high = min(low, math.floor(low + 0.5)), max(high, math.floor(low + 0.5) + 1)
-    return Range(10.0 ** max(low, -DECADES), 10.0 ** min(high, DECADES))
+    strip = STRIP * (high - low)
+    under = strip if any(v < floor for v in values) else 0.0
+    over = strip if any(not v <= ceiling for v in values) else 0.0
+    return Range(10.0 ** (low - under), 10.0 ** (high + over), 10.0**low, 10.0**high)
 
 
 def inside(xs: Sequence[float], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
@@ -72,21 +70,27 @@ def inside(xs: Sequence[float], ys: Sequence[float | None], across: Range, up: R
 
 def _point(x: float, y: float, across: Range, up: Range) -> Point:
     beyond = ""
-    if not across.low <= x <= across.high:
-        beyond = "left" if x < across.low else "right"
-        x = across.inner[beyond == "right"]
-    if not up.low <= y <= up.high:
-        beyond = "below" if y < up.low else "above"
-        y = up.inner[beyond == "above"]
+    if not across.scale_low <= x <= across.scale_high:
+        beyond = "left" if x < across.scale_low else "right"
+        x = _off(across, x < across.scale_low)
+    if not up.scale_low <= y <= up.scale_high:
+        beyond = "below" if y < up.scale_low else "above"
+        y = _off(up, y < up.scale_low)
     return Point(x, y, beyond)
+
+
+def _off(span: Range, low: bool) -> float:
+    """The middle of the strip at an end of an axis."""
+    ends = (span.low, span.scale_low) if low else (span.scale_high, span.high)
+    return math.sqrt(ends[0]) * math.sqrt(ends[1])
 
 
 def decades(span: Range, most: int) -> tuple[list[float], list[float]]:
     """Major ticks at powers of ten, `most` of them at most, and the minor ticks between them."""
-    first, last = math.ceil(math.log10(span.low)), math.floor(math.log10(span.high))
+    first, last = math.ceil(math.log10(span.scale_low)), math.floor(math.log10(span.scale_high))
     step = max(math.ceil((last - first + 1) / most), 1)
     majors = [10.0**e for e in range(first, last + 1) if e % step == 0]
     if step > 1:
         return majors, [10.0**e for e in range(first, last + 1) if e % step]
     minors = [digit * 10.0**e for e in range(first - 1, last + 1) for digit in range(2, 10)]
-    return majors, [v for v in minors if span.low <= v <= span.high]
+    return majors, [v for v in minors if span.scale_low <= v <= span.scale_high]

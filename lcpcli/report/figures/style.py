@@ -24,7 +24,7 @@ SMALL = 7
 POINTS = 72  # points an inch; figures are laid out at this resolution, so that a pixel is a point
 PNG_DPI = 300
 GREY = "0.35"
-BELOW, BESIDE = 0.32, 0.53  # inches from the frame to the names of the axes
+BELOW, BESIDE = 0.32, 0.43  # inches from the frame to the names of the axes
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def name_axes(axes: Axes, abscissa: str, ordinate: str) -> None:
     width, height = axes.bbox.width / POINTS, axes.bbox.height / POINTS
     axes.set_xlabel(abscissa, va="baseline")
     axes.xaxis.set_label_coords(0.5, -BELOW / height)
-    axes.set_ylabel(ordinate, va="center")
+    axes.set_ylabel(ordinate, va="bottom")
     axes.yaxis.set_label_coords(-BESIDE / width, 0.5)
 
 

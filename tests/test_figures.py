@@ -1,0 +1,422 @@
+"""Figures: valid, deterministic, with every label, no text on another, and no value lost."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import subprocess
+import sys
+import zlib
+from itertools import combinations, pairwise
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from lcpcli import Trace, read, run, shipped
+from lcpcli.errors import OptionError
+from lcpcli.report import figures
+from lcpcli.report.figures import (
+    Curve,
+    Growth,
+    GrowthPanel,
+    Panel,
+    Profile,
+    bench_figure,
+    convergence_figure,
+    curves,
+    ranges,
+    style,
+    terminal_figure,
+)
+from lcpcli.report.figures.ranges import Range
+
+METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
+PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
+MAGIC = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
+
+
+def decaying(name: str, rate: float = 0.5, count: int = 40, label: str = "", solved: bool = True) -> Curve:
+    """A run that starts at time 0 with error 10 and gains by a constant factor, faster for a smaller rate."""
+    k = list(range(count))
+    return Curve(name, label or name, k, [1e-5 * i / rate for i in k], [10 * rate**i for i in k], solved)
+
+
+def crowd(count: int) -> Panel:
+    """As many runs: methods with many iterates, then peers with one; some unsolved."""
+    runs = [decaying(name, 0.2 + 0.12 * i, 5 + 17 * i, solved=i != 1) for i, name in enumerate(METHODS)]
+    runs += [Curve(name, name, [None], [1e-4 * (i + 1)], [1e-9 * i], i != 2) for i, name in enumerate(PEERS)]
+    return Panel(f"{count} solvers, n = 100", "error", runs[:count])
+
+
+def paper_panel() -> Panel:
+    """The paper's first example by its two methods, as they really run."""
+    problem = read(shipped.path("paper-example-1.json"))
+    runs = []
+    for method in ("shi", "fixed-point"):
+        result = run(problem, method, trace=Trace(components=np.array([], int), residuals=False))
+        rows = result.trace.rows if result.trace else []
+        columns = [row.k for row in rows], [row.seconds for row in rows], [row.error for row in rows]
+        runs.append(Curve(method, method, *columns, result.solved))
+    return Panel(problem.name, "error", runs)
+
+
+def profiles(count: int) -> list[Profile]:
+    names = (METHODS + PEERS)[:count]
+    return [Profile(n, n, [1 + i * j / 3 for j in range(8)] + [math.inf] * i) for i, n in enumerate(names)]
+
+
+def growth(count: int) -> GrowthPanel:
+    n = [10, 100, 1000]
+    rows = enumerate((METHODS + PEERS)[:count])
+    return GrowthPanel(
+        "random", [Growth(m, m, n, [1e-6 * v ** (2 + i / 50) for v in n], 2 + i / 50, 1e-6) for i, m in rows]
+    )
+
+
+def texts(figure: Figure) -> list[Text]:
+    """All texts that are drawn."""
+    figure.canvas.draw()
+    found: list[Text] = []
+    for axes in figure.axes:
+        found += [axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label, *axes.texts]  # type: ignore[attr-defined]
+        for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+            if axis.get_tick_params()["labelleft" if axis is axes.yaxis else "labelbottom"]:
+                ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=False)
+                found += [label for at, label in ticks if low <= at <= high]
+    for legend in figure.legends:
+        found += legend.get_texts()
+    return [text for text in found if text.get_text()]
+
+
+def boxes(figure: Figure) -> list[tuple[str, Any]]:
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts(figure)]
+
+
+def overlaps(one: Any, other: Any, by: float = 0.3) -> bool:
+    apart = one.x1 < other.x0 + by or other.x1 < one.x0 + by or one.y1 < other.y0 + by or other.y1 < one.y0 + by
+    return not apart
+
+
+def drawings() -> dict[str, Any]:
+    """Figures by name, as functions that draw them."""
+    crowds = {f"crowd {n}": lambda n=n: convergence_figure.draw([crowd(n)]) for n in (1, 2, 6, 11)}
+    benches = {
+        f"bench {n}": lambda n=n: bench_figure.draw(profiles(n), [crowd(n), crowd(1)], [growth(n)])
+        for n in (1, 2, 6, 11)
+    }
+    others = {
+        "paper": lambda: convergence_figure.draw([paper_panel()]),
+        "12 panels": lambda: convergence_figure.draw([crowd(1 + i) for i in range(11)] + [paper_panel()]),
+        "profile alone": lambda: bench_figure.draw(profiles(4), [], []),
+        "growth alone": lambda: bench_figure.draw([], [], [growth(11), growth(2)]),
+        "nothing measured": lambda: convergence_figure.draw([Panel("p", "residual", [odd("shi", [None, None])])]),
+        "no curves": lambda: convergence_figure.draw([Panel("p", "error", [])]),
+        "strange texts": lambda: convergence_figure.draw([Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])]),
+    }
+    return crowds | benches | others
+
+
+def odd(name: str, errors: list[float | None]) -> Curve:
+    return Curve(name, name, list(range(len(errors))), [float(i) for i in range(len(errors))], errors, False)
+
+
+def strange() -> Curve:
+    return Curve("my $\\solver", "_$\\x\n" + "long " * 60, [0, 1], [0.0, 1.0], [1.0, 0.1], True)
+
+
+@pytest.mark.parametrize("name", drawings())
+def test_no_text_lies_on_another_or_leaves_the_figure(name: str) -> None:
+    with style.context():
+        figure = drawings()[name]()
+        placed = boxes(figure)
+        page = figure.bbox
+        for text, box in placed:
+            assert min(box.x0, box.y0, page.x1 - box.x1, page.y1 - box.y1) >= 0, text
+        for (text, box), (other_text, other) in combinations(placed, 2):
+            assert not overlaps(box, other), (text, other_text)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_few_curves_are_labelled_at_their_ends_clear_of_lines(count: int) -> None:
+    with style.context():
+        figure = convergence_figure.draw([crowd(count)])
+        figure.canvas.draw()
+        labels = [text for axes in figure.axes for text in axes.texts]
+        assert {text.get_text() for text in labels} == set(METHODS[:count])
+        for text in labels:
+            box = text.get_window_extent()
+            for line in text.axes.lines:
+                xy = text.axes.transData.transform(np.column_stack(line.get_data()))
+                between = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(xy)] or [xy])
+                assert not any(box.contains(x, y) for x, y in between)
+
+
+def test_many_curves_have_a_legend() -> None:
+    with style.context():
+        figure = convergence_figure.draw([crowd(11)])
+    assert {text.get_text() for text in figure.legends[0].get_texts()} >= set(METHODS + PEERS)
+
+
+@pytest.mark.parametrize("form", figures.FORMS)
+def test_every_form_is_a_file_of_its_kind_and_always_the_same(form: str) -> None:
+    first, second = (figures.convergence([crowd(6)], form) for _ in range(2))
+    assert first.startswith(MAGIC[form])
+    assert first == second
+    if form == "svg":
+        assert ElementTree.fromstring(first).tag.endswith("svg")
+    if form == "pdf":
+        assert first.rstrip().endswith(b"%%EOF")
+        assert b"CreationDate" not in first
+    if form == "png":
+        assert first.endswith(b"IEND\xaeB`\x82")
+        assert len(zlib.decompress(_image_data(first))) > 10**6
+
+
+def _image_data(png: bytes) -> bytes:
+    """The compressed pixels: what the IDAT chunks hold."""
+    data, at = b"", 8
+    while at < len(png):
+        size = int.from_bytes(png[at : at + 4], "big")
+        if png[at + 4 : at + 8] == b"IDAT":
+            data += png[at + 8 : at + 8 + size]
+        at += size + 12
+    return data
+
+
+@pytest.mark.parametrize("form", figures.FORMS)
+def test_a_benchmark_is_always_the_same(form: str) -> None:
+    first, second = (figures.bench(profiles(3), [crowd(2)], [growth(3)], form) for _ in range(2))
+    assert first.startswith(MAGIC[form])
+    assert first == second
+
+
+def test_svg_holds_every_label_and_no_date() -> None:
+    text = figures.convergence([crowd(11), paper_panel()], "svg").decode()
+    for label in (
+        *METHODS,
+        *PEERS,
+        "paper-example-1",
+        "11 solvers, n = 100",
+        "iteration",
+        "run time (s)",
+        "not solved",
+    ):
+        assert f"<!-- {label} -->" in text
+    assert "<text" not in text
+    assert "dc:date" not in text
+
+
+def test_long_runs_make_small_files() -> None:
+    random = np.random.default_rng(0)
+    k = list(range(10_000))
+    errors = (np.exp(-np.arange(10_000) / 700) * random.uniform(0.1, 1, 10_000)).tolist()
+    data = figures.convergence([Panel("long", "error", [Curve("shi", "shi", k, k, errors, True)])], "svg")
+    assert len(data) < 200_000
+
+
+def test_a_curve_has_few_markers_and_its_ends_among_them() -> None:
+    with style.context():
+        figure = convergence_figure.draw([Panel("p", "error", [decaying("shi", 0.99, 1000)])])
+    for axes in figure.axes:
+        markers = [line for line in axes.lines if line.get_marker() == style.METHODS["shi"].marker]
+        xs = np.concatenate([line.get_xdata() for line in markers[:1]])
+        assert 5 <= xs.size <= curves.MOST_MARKERS + 2
+        line = next(line for line in axes.lines if line.get_linestyle() != "None")
+        assert {xs[0], xs[-1]} == {line.get_xdata()[0], line.get_xdata()[-1]}
+
+
+def all_looks() -> dict[str, style.Look]:
+    return style.METHODS | style.PEERS | {f"spare {i}": look for i, look in enumerate(style.SPARE)}
+
+
+@pytest.mark.parametrize("part", ["color", "marker", "dash"])
+def test_no_two_solvers_share_colour_marker_or_dash(part: str) -> None:
+    found = [getattr(look, part) for look in all_looks().values()]
+    assert len(set(found)) == len(found)
+
+
+def lightness(color: str) -> float:
+    """L* of a colour (CIE 1976) from its relative luminance."""
+    parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    red, green, blue = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    return 116 * luminance ** (1 / 3) - 16 if luminance > 0.008856 else 903.3 * luminance
+
+
+def test_methods_are_told_apart_in_grey_and_visible_on_white() -> None:
+    grey = sorted(lightness(look.color) for look in style.METHODS.values())
+    assert min(b - a for a, b in pairwise(grey)) > 6
+    assert max(lightness(look.color) for look in all_looks().values()) < 75
+
+
+def test_every_method_has_a_look() -> None:
+    from lcpcli.methods import METHODS as known
+
+    assert set(style.METHODS) == set(known)
+
+
+def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> None:
+    found = list(style.looks([("shi", "cold"), ("shi", "warm"), ("shi", "cold"), ("other", "other")]).values())
+    assert len(found) == 3
+    assert found[0] == style.METHODS["shi"]
+    assert found[1].color == found[0].color
+    assert found[1].fill != found[0].fill
+    assert found[2] in style.SPARE
+
+
+VALUES = st.one_of(st.floats(min_value=0), st.sampled_from([0.0, math.nan, 1.0, 1e-12]), st.none())
+
+
+@given(st.lists(st.lists(VALUES, max_size=8), max_size=4))
+def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
+    panel = [odd("shi", errors) for errors in series]
+    up = ranges.errors(panel)
+    assert 0 < up.low <= up.scale_low < up.scale_high <= up.high < math.inf
+    for curve in panel:
+        across = ranges.times(curve.seconds)
+        points = ranges.inside(curve.seconds, curve.errors, across, up)
+        measured = [(x, y) for x, y in zip(curve.seconds, curve.errors, strict=True) if y is not None]
+        assert len(points) == len(measured)
+        for point, (x, y) in zip(points, measured, strict=True):
+            assert up.low <= point.y <= up.high
+            assert point.x == x or (x == 0 and across.low < point.x < across.scale_low)
+            assert point.y == y or point.beyond in ("below", "above")
+
+
+def test_zero_lies_below_the_scale_and_infinity_above_it() -> None:
+    up = ranges.errors([odd("shi", [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan])])
+    across = Range(0.1, 10, 0.1, 10)
+    points = ranges.inside([1.0] * 7, [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan], across, up)
+    assert [point.beyond for point in points] == ["", "below", "", "below", "above", "above", "above"]
+    assert points[1].y < up.scale_low < 1e-5 < 1 < up.scale_high < points[4].y
+
+
+def test_what_is_beyond_the_axes_is_ringed_and_explained() -> None:
+    solved = Curve("lemke", "lemke", [0, 1, 2], [0.0, 1.0, 2.0], [1.0, 0.1, 0.0], True)
+    with style.context():
+        figure = convergence_figure.draw([Panel("p", "error", [solved])])
+    rings = [line for line in figure.axes[1].lines if line.get_markerfacecolor() == "none" and len(line.get_xdata())]
+    assert [list(ring.get_xdata()) for ring in rings] == [[2]]
+    assert "0 or beyond the axis" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@given(st.floats(-250, 250), st.floats(0.5, 40), st.integers(1, 8))
+def test_ticks_are_few_powers_of_ten(start: float, length: float, most: int) -> None:
+    span = Range(10**start, 10 ** (start + length), 10**start, 10 ** (start + length))
+    majors, minors = ranges.decades(span, most)
+    assert len(majors) <= most
+    assert all(span.low * (1 - 1e-9) <= tick <= span.high * (1 + 1e-9) for tick in (*majors, *minors))
+    assert not set(majors) & set(minors)
+
+
+def test_a_profile_is_the_share_of_problems_within_each_ratio() -> None:
+    with style.context():
+        figure = bench_figure.draw([Profile("shi", "shi", [1.0, 2.0, 2.0, math.inf])], [], [])
+    line = figure.axes[0].lines[0]
+    assert list(zip(*line.get_data(), strict=True))[:2] == [(1.0, 0.25), (2.0, 0.75)]
+    assert line.get_ydata()[-1] == 0.75
+
+
+def test_growth_draws_the_fit_and_names_its_exponent() -> None:
+    with style.context():
+        figure = bench_figure.draw(
+            [], [], [GrowthPanel("p", [Growth("shi", "shi", [10, 1000], [1.0, 3.0], 2.0, 1e-3)])]
+        )
+    axes = figure.axes[0]
+    assert axes.lines[0].get_ydata() == pytest.approx([0.1, 1000.0])
+    assert "$n^{2.00}$" in [text.get_text() for text in axes.texts]
+
+
+@given(st.lists(st.floats(-50, 200), min_size=1, max_size=11))
+def test_exponents_keep_a_line_apart_and_their_order(heights: list[float]) -> None:
+    spread = bench_figure._spread(heights, 120.0)
+    order = sorted(range(len(heights)), key=lambda i: heights[i])
+    gaps = [spread[b] - spread[a] for a, b in pairwise(order)]
+    assert all(gap >= bench_figure.LINE - 1e-9 for gap in gaps)
+    assert max(spread) <= 120
+
+
+@pytest.mark.parametrize("path", ["a.png", "b/c.SVG", "d.e.pdf"])
+def test_the_ending_tells_the_form(path: str) -> None:
+    assert figures.form_of(path) == path.rsplit(".", 1)[1].lower()
+
+
+@pytest.mark.parametrize("path", ["a", "a.jpg", "png", ".png", "a.png/b"])
+def test_another_ending_is_refused_with_the_endings(path: str) -> None:
+    with pytest.raises(OptionError, match=r"--plot: .*\.png, \.svg, \.pdf"):
+        figures.form_of(path)
+
+
+@pytest.mark.parametrize("package", ["matplotlib", "plotext"])
+def test_a_missing_package_is_told_in_one_line(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(figures, "find_spec", lambda name: None if name == package else importlib.util.find_spec(name))
+    calls = {
+        "matplotlib": [lambda: figures.convergence([], "png"), lambda: figures.bench([], [], [], "png")],
+        "plotext": [lambda: figures.terminal([], 80, 24, False)],
+    }
+    for call in (*calls[package], lambda: figures.require(package)):
+        with pytest.raises(OptionError) as caught:
+            call()
+        assert str(caught.value) == f"--plot: needs {package}; pip install 'linear-complementarity[plot]'"
+
+
+def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> None:
+    code = (
+        "import sys, lcpcli.report, lcpcli.report.figures as f; f.require(); f.require('plotext'); f.form_of('a.png');"
+        "print([m for m in ('matplotlib', 'plotext', 'numpy') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
+    import matplotlib
+
+    usual = figures.convergence([crowd(2)], "png")
+    with matplotlib.rc_context({"font.size": 20, "axes.grid": True, "text.usetex": True}):
+        assert figures.convergence([crowd(2)], "png") == usual
+        assert matplotlib.rcParams["font.size"] == 20
+
+
+@pytest.mark.parametrize(("width", "height"), [(30, 10), (80, 24), (120, 40)])
+def test_a_figure_in_text_fits_and_has_no_escape_codes(width: int, height: int) -> None:
+    text = figures.terminal([crowd(11), paper_panel()], width, height, False)
+    assert "\x1b" not in text
+    assert max(map(len, text.splitlines())) <= width
+    for word in ("11 solvers", "paper-example-1", "error |z - z*|", "1e-5"):
+        assert word in text
+
+
+def test_a_figure_in_text_is_as_high_as_asked() -> None:
+    assert len(figures.terminal([paper_panel()], 80, 24, False).splitlines()) == 24
+
+
+def test_color_marks_curves_and_changes_no_character() -> None:
+    import re
+
+    colored, plain = (figures.terminal([crowd(6)], 80, 24, color) for color in (True, False))
+    assert colored != plain
+    assert re.sub(r"\x1b\[[0-9;]*m", "", colored) == plain
+
+
+def test_every_curve_in_text_has_a_character_of_its_own_that_is_seen() -> None:
+    text = figures.terminal([paper_panel()], 80, 24, False)
+    drawing = text[text.index("┌") : text.index("└")]
+    assert drawing.count("s") > 10
+    assert drawing.count("f") > 10
+    assert "s shi" in text
+    assert "f fixed-point" in text
+
+
+@given(st.lists(st.text(max_size=6), max_size=40))
+def test_letters_are_distinct_and_none_stands_for_failure(labels: list[str]) -> None:
+    found = terminal_figure.letters(labels)
+    assert len(set(found)) == len(labels)
+    assert not set(found) & {"x", "X"}
