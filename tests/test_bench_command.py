@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 from lcpcli.bench import record as records
+from lcpcli.bench.environment import Machine
 from lcpcli.bench.record import Record
 from lcpcli.peers import Claim
 from lcpcli.problem import Problem
@@ -60,7 +62,7 @@ def test_record_holds_what_was_measured(files: list[str], tmp_path: Path, lcp: L
     assert (none.status, none.success, none.claimed) == ("infeasible", True, True)
     assert not rows["none.json", "shi"].success
     assert record.versions["numpy"] == np.__version__
-    assert record.machine["cores"] == os.cpu_count()
+    assert record.machine.cores == os.cpu_count()
     assert record.options.accept == 1e-6
 
 
@@ -204,7 +206,7 @@ def test_complete_record_is_rendered_without_measuring_or_changing_it(
     output = tmp_path / "r.json"
     lcp("bench", files[0], *FAST, "--method", "auto", "-q", "-o", str(output))
     content = output.read_bytes()
-    monkeypatch.setattr("lcpcli.bench.session.environment.machine", dict)  # another machine
+    monkeypatch.setattr("lcpcli.bench.session.environment.machine", lambda: Machine("other", 1, 1, "other"))
     outcome = lcp("bench", "--resume", str(output), "--format", "json")
     assert outcome.out.encode() == content == output.read_bytes()
 
@@ -214,9 +216,9 @@ def test_bench_is_not_resumed_elsewhere(
 ) -> None:
     output = tmp_path / "r.json"
     lcp("bench", files[0], *FAST, "--method", "auto", "-q", "-o", str(output))
-    content = json.loads(output.read_text())
-    output.write_text(json.dumps({**content, "measurements": []}))
-    monkeypatch.setattr("lcpcli.bench.session.environment.machine", lambda: {**content["machine"], "cores": 1000})
+    machine = records.read(str(output)).machine
+    output.write_text(json.dumps({**json.loads(output.read_text()), "measurements": []}))
+    monkeypatch.setattr("lcpcli.bench.session.environment.machine", lambda: replace(machine, cores=1000))
     outcome = lcp("bench", "--resume", str(output))
     assert outcome.code == 2
     assert "--resume: was measured with cores" in outcome.err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
 from lcpcli.bench.answer import NONE, SOLUTION, Answer
+from lcpcli.bench.environment import Machine
 from lcpcli.bench.judge import Judge
 from lcpcli.bench.record import Measurement, Record, Settings, finite
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, prepare
@@ -51,14 +53,16 @@ EMPTY: dict[str, Any] = {
     "peers": ["quantecon"],
     "missing": [],
     "options": Settings(1e-10, 10.0, 1e-6, 1.0),
-    "machine": {"cores": 2, "memory": None},
+    "machine": Machine("processor", 2, None, "system"),
     "versions": {"numpy": "2.0"},
 }
 
 
-@given(st.lists(MEASUREMENTS, max_size=3))
+@given(st.lists(MEASUREMENTS, max_size=3, unique_by=lambda row: row.problem))
 def test_record_comes_back_from_json_as_it_was(measurements: list[Measurement]) -> None:
-    record = Record(**EMPTY, measurements=measurements)
+    cases = [Case(row.problem) for row in measurements]
+    solvers = sorted({row.solver for row in measurements})
+    record = Record(**{**EMPTY, "cases": cases, "methods": solvers}, measurements=measurements)
     text = records.to_json(record)
     assert records.parse(text) == record
     assert records.to_json(records.parse(text)) == text
@@ -71,6 +75,16 @@ def test_infinities_become_null() -> None:
 def changed(**changes: Any) -> str:
     content = json.loads(records.to_json(Record(**EMPTY)))
     return json.dumps({**content, **changes})
+
+
+def measured(**changes: Any) -> str:
+    """A record of one measurement, which is in order but for the changes."""
+    plain = Measurement("a.json", None, 3, None, {}, "auto", "method", "solved", "", True, True, False, seconds=[1.0])
+    return changed(measurements=[{**asdict(plain), **changes}])
+
+
+def test_measurement_that_is_in_order_is_read() -> None:
+    assert records.parse(measured()).measurements[0].seconds == [1.0]
 
 
 @pytest.mark.parametrize(
@@ -90,6 +104,17 @@ def changed(**changes: Any) -> str:
         changed(methods=[1]),
         changed(more=1),
         changed(missing=None),
+        changed(machine={"processor": 1}),
+        changed(versions={"numpy": 2}),
+        measured(n=0),
+        measured(seconds=[]),
+        measured(seconds=[-1.0]),
+        measured(seconds=[10**400]),
+        measured().replace("[1.0]", "[1e999]"),
+        measured(solver="nobody"),
+        measured(problem="nothing"),
+        measured(curve=[[0, 1.0]]),
+        measured(parameters={"a": [1]}),
     ],
 )
 def test_other_files_are_told_in_one_line(text: str, tmp_path: Path) -> None:

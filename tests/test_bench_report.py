@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
+from lcpcli.bench.environment import Machine
 from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
 from lcpcli.bench.scores import growths, scores
 from lcpcli.bench.statistics import shifted_geometric_mean, summary
@@ -72,7 +73,7 @@ def record() -> Record:
         peers=["liar", "picky"],
         missing=["absent"],
         options=Settings(1e-10, 10.0, 1e-6, 1.0),
-        machine={"processor": "P_1 & Co", "cores": 2, "memory": 2**33, "system": "Linux"},
+        machine=Machine("P_1 & Co", 2, 2**33, "Linux"),
         versions={"numpy": "2.0"},
         measurements=rows,
     )

@@ -5,26 +5,31 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from lcpcli import __version__, peers
 
 
-def machine() -> dict[str, Any]:
-    """Processor, number of cores, memory in bytes (None where the system does not tell) and system."""
-    return {
-        "processor": _processor(),
-        "cores": os.cpu_count(),
-        "memory": _memory(),
-        "system": f"{platform.system()} {platform.release()}",
-    }
+@dataclass(frozen=True)
+class Machine:
+    """Processor, number of cores, memory in bytes and system; None for what the system does not tell."""
+
+    processor: str
+    cores: int | None
+    memory: int | None
+    system: str
 
 
-def versions(names: Sequence[str]) -> dict[str, Any]:
+def machine() -> Machine:
+    """The one that this runs on."""
+    return Machine(_processor(), os.cpu_count(), _memory(), f"{platform.system()} {platform.release()}")
+
+
+def versions(names: Sequence[str]) -> dict[str, str | None]:
     """The versions of Python, of this program, of what it computes with, and of the peers of those names."""
-    own = {"python": platform.python_version(), "lcpcli": __version__}
+    own: dict[str, str | None] = {"python": platform.python_version(), "lcpcli": __version__}
     own |= {name: version(name) for name in ("numpy", "scipy")}
     return own | {name: peers.load(name).version() for name in names}
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
+from lcpcli.bench.environment import Machine
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 
@@ -44,7 +45,7 @@ class Measurement:
     family: str | None
     n: int
     seed: int | None
-    parameters: dict[str, Any]
+    parameters: dict[str, bool | int | float | str]
     solver: str
     kind: str
     status: str
@@ -85,8 +86,8 @@ class Record:
     peers: list[str]
     missing: list[str]
     options: Settings
-    machine: dict[str, Any]
-    versions: dict[str, Any]
+    machine: Machine
+    versions: dict[str, str | None]
     measurements: list[Measurement] = field(default_factory=list)
 
     @property
@@ -125,7 +126,7 @@ def read(path: str) -> Record:
         raise OptionError(path, "no such file", "name what lcp bench -o has written") from None
     except OSError as error:
         raise OptionError(path, f"cannot be read ({error.strerror})", "make it readable") from None
-    except (ValueError, RecursionError) as fault:
+    except (ValueError, RecursionError, OverflowError) as fault:
         place = f" ({fault})" if type(fault) is ValueError else ""
         raise OptionError(
             path, f"is no record of a bench{place}", "name what lcp bench -o has written with the ending .json"
@@ -150,11 +151,16 @@ def _record(content: Any) -> Record:
     for name, kind in (("cases", Case), ("measurements", Measurement)):
         rows = held.get(name)
         held[name] = [_made(kind, row) for row in rows] if isinstance(rows, list) else rows
-    held["options"] = _made(Settings, held.get("options"))
+    for name, whole in (("options", Settings), ("machine", Machine)):
+        held[name] = _made(whole, held.get(name))
     record = _made(Record, held)
+    expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
     for i, row in enumerate(record.measurements):
-        if not row.excluded and not row.seconds:
-            raise ValueError(f"{row.problem}, {row.solver}: no seconds")
+        if row.key not in expected:
+            raise ValueError(f"{row.problem}, {row.solver}: not asked for, or twice")
+        expected.remove(row.key)
+        if row.n < 1 or any(seconds < 0 for seconds in row.seconds) or (not row.excluded and not row.seconds):
+            raise ValueError(f"{row.problem}, {row.solver}: n or seconds do not fit")
         if row.curve is not None:  # JSON knows lists only
             record.measurements[i] = replace(row, curve=[(k, seconds, error) for k, seconds, error in row.curve])
     return record
@@ -182,7 +188,7 @@ def _fits(value: Any, hint: Any) -> bool:
         whole = isinstance(value, (list, tuple)) and len(value) == len(arguments)
         return whole and all(map(_fits, value, arguments))
     if origin is dict:
-        return isinstance(value, dict)
+        return isinstance(value, dict) and all(_fits(each, arguments[1]) for each in value.values())
     if hint in (int, float):
-        return isinstance(value, (int, hint)) and not isinstance(value, bool)
+        return isinstance(value, (int, hint)) and not isinstance(value, bool) and math.isfinite(value)
     return isinstance(value, hint)

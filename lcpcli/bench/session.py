@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 
 from lcpcli import peers
 from lcpcli.bench import environment, suites
@@ -41,8 +42,8 @@ def start(asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], o
 
 def refuse_elsewhere(record: Record) -> None:
     """Raise OptionError where what is left cannot be measured on the same machine with the same versions."""
-    here = {**environment.machine(), **environment.versions(record.peers)}
-    then = {**record.machine, **record.versions}
+    here = {**asdict(environment.machine()), **environment.versions(record.peers)}
+    then = {**asdict(record.machine), **record.versions}
     for name in here | then:
         if here.get(name) != then.get(name):
             raise OptionError(

@@ -30,7 +30,7 @@ class Case:
     family: str = ""
     n: int = 0
     seed: int = 0
-    parameters: dict[str, Any] = field(default_factory=dict)
+    parameters: dict[str, bool | int | float | str] = field(default_factory=dict)
     file: str = ""
 
 
