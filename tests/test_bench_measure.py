@@ -64,18 +64,25 @@ def test_budget_ends_the_repeats() -> None:
 
 
 def test_rests_count_towards_the_budget() -> None:
-    machine = Machine(steady(0.001))
+    machine = Machine(wild())
     _, times = machine.measure(budget=0.1, rest=0.06)
-    assert len(times) == 2
-    assert machine.rested == pytest.approx(0.18)  # before the warm-up and each repeat; none before the curve is timed
+    assert len(times) == LEAST
+    assert machine.rested == pytest.approx(0.06 * (1 + LEAST))  # the last run is not timed and needs none
 
 
-def test_run_longer_than_the_budget_is_made_once() -> None:
+def test_run_longer_than_the_budget_is_repeated_once() -> None:
     machine = Machine(steady(2.0))
     answer, times = machine.measure(budget=1.0)
     assert times == [2.0]
-    assert machine.curves == [True]
-    assert answer.curve
+    assert machine.curves == [True, False]
+    assert answer.curve == [(0, 2.0, 1.0)]
+
+
+def test_slow_warm_up_alone_does_not_count() -> None:
+    machine = Machine(iter([5.0, *[0.01] * 50]))
+    answer, times = machine.measure(budget=1.0)
+    assert times == [0.01] * LEAST
+    assert answer.curve == [(0, 0.01, 1.0)]
 
 
 def test_failure_is_made_once() -> None:
@@ -93,7 +100,7 @@ def test_solver_without_a_curve_is_not_run_for_one() -> None:
 @pytest.mark.parametrize(
     ("times", "stable"),
     [
-        ([1.0, 1.0], False),
+        ([1.0, 2.0], False),
         ([1.0, 1.0, 1.0], True),
         ([0.96, 1.0, 1.04], True),
         ([0.94, 1.0, 1.06], False),

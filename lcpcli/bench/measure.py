@@ -20,9 +20,9 @@ def rest_after(n: int) -> float:
 
 
 def is_stable(times: Sequence[float]) -> bool:
-    """Whether there are enough times, and their median is known to within NARROW."""
+    """Whether the median of the times is known to within NARROW."""
     low, high = median_interval(times)
-    return len(times) >= LEAST and (high - low) / 2 <= NARROW * summary(times).median
+    return (high - low) / 2 <= NARROW * summary(times).median
 
 
 def measure(
@@ -34,9 +34,10 @@ def measure(
 ) -> tuple[Answer, list[float]]:
     """An answer with its error curve, and the seconds of each repeat.
 
-    The first run only warms up, unless it claims nothing, as no time of a failure is used, or takes longer than the
-    budget: then it is all there is. Repeats end when their median is known, at MOST of them, or when the budget is
-    spent, by the clock on the wall. A last run, which is not timed, makes the curve.
+    The first run makes the curve and warms up, and is not timed, unless it claims nothing: as no time of a failure is
+    used, it is all there is then. There are at least LEAST repeats, and they end when their median is known, at MOST of
+    them, or when the budget is spent, by the clock on the wall; one that takes longer than the whole budget is the last
+    one in any case. Else the curve is made anew by a warm run.
 
     solve : makes one run; its argument is whether the error curve is wanted.
     budget : seconds that the repeats may take.
@@ -44,13 +45,15 @@ def measure(
     """
     sleep(rest)
     first = solve(True)
-    if not first.claim or first.seconds > budget:
+    if not first.claim:
         return first, [first.seconds]
     began = clock()
     times: list[float] = []
     while len(times) < MOST:
         sleep(rest)
         times.append(solve(False).seconds)
-        if is_stable(times) or clock() - began >= budget:
+        if times[-1] > budget:
+            return first, times
+        if len(times) >= LEAST and (is_stable(times) or clock() - began >= budget):
             break
     return (solve(True) if first.curve else first), times
