@@ -59,12 +59,12 @@ def _growth_panels(record: Record) -> list[GrowthPanel]:
     for name, own in groupby(growths(record), key=lambda growth: growth.series):
         lines = [
             Growth(
-                growth.solver,
-                growth.solver,
-                [n for n, _ in growth.points],
-                [seconds for _, seconds in growth.points],
-                growth.fit.exponent,
-                growth.fit.coefficient,
+                name=growth.solver,
+                label=growth.solver,
+                n=[n for n, _ in growth.points],
+                seconds=[seconds for _, seconds in growth.points],
+                exponent=growth.fit.exponent,
+                coefficient=growth.fit.coefficient,
             )
             for growth in own
         ]
