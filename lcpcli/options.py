@@ -140,6 +140,22 @@ OPTIONS = {
             "Run each method once more from a solution disturbed by that much of its largest component.",
         ),
         Option(
+            "accept",
+            float,
+            1e-6,
+            "0 < accept < 1",
+            lambda level: 0 < level < 1,
+            "A claimed solution counts where its recomputed relative residual is at most this.",
+        ),
+        Option(
+            "budget",
+            float,
+            None,
+            "seconds >= 0",
+            lambda seconds: 0 <= seconds < math.inf,
+            "Repeat a measurement until its median is known or these are spent; by default as the suite says.",
+        ),
+        Option(
             "every",
             int,
             5,

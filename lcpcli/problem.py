@@ -15,6 +15,7 @@ from lcpcli.products import product
 from lcpcli.typing import Matrix, Vector
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
+WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts that say so
 ROWS = "a list of rows of numbers"
 
 

@@ -31,7 +31,16 @@ def modules_after(*arguments: str) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["--version"], ["solve", "--help"], ["compare", "--help"], ["make", "--help"], []]
+    "arguments",
+    [
+        ["--help"],
+        ["--version"],
+        ["solve", "--help"],
+        ["compare", "--help"],
+        ["make", "--help"],
+        ["bench", "--help"],
+        [],
+    ],
 )
 def test_help_and_version_load_neither_numpy_nor_scipy_nor_rich(arguments: list[str]) -> None:
     assert not modules_after(*arguments) & {"numpy", "scipy", "rich"}

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from lcpcli import __version__
+from lcpcli.cli.bench import bench
 from lcpcli.cli.check import check
 from lcpcli.cli.compare import compare
 from lcpcli.cli.make import make
@@ -29,6 +30,7 @@ def lcp(context: click.Context) -> None:
     \b
     lcp solve problem.json      solve one problem
     lcp compare                 both methods side by side on the paper's examples
+    lcp bench                   methods and other solvers on suites of problems, with statistics
     lcp check FILE SOLUTION     judge an answer, whoever gave it
     lcp make obstacle           write a problem of the gallery
 
@@ -40,6 +42,7 @@ def lcp(context: click.Context) -> None:
 
 lcp.add_command(solve)
 lcp.add_command(compare)
+lcp.add_command(bench)
 lcp.add_command(check)
 lcp.add_command(make)
 

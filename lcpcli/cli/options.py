@@ -97,6 +97,7 @@ class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
 
 
 def numeric(name: str) -> Callable[[Command], Command]:
+    """The declaration of one of `lcpcli.options.OPTIONS`; None where it is not given."""
     option = OPTIONS[name]
     number = click.INT if option.kind is int else click.FLOAT
     kind = _NumberOrAuto() if option.auto else number

@@ -33,7 +33,7 @@ class Output:
         self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool, bound: bool
     ) -> None:
         output = None if output == "-" else output
-        self.form = form or _form_of(output)
+        self.form = form or form_of(output)
         self.path, self.silent = output, quiet and output is None
         if trace and self.silent:
             raise OptionError("--trace", "has no effect with --quiet", "leave it out")
@@ -70,7 +70,7 @@ class Output:
         return Trace(every, most, components, residuals=not problem.solutions)
 
 
-def _form_of(output: str | None) -> str:
+def form_of(output: str | None) -> str:
     """The format that an output file's ending asks for; without an ending, the table."""
     ending = Path(output or "").suffix.lower()
     if ending not in SUFFIXES:

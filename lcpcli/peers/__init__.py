@@ -13,10 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as version_of
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from lcpcli.errors import OptionError
@@ -92,6 +89,9 @@ def installed() -> list[str]:
 
 def distribution_version(package: str) -> str | None:
     """The version of an installed distribution, which is not imported for it; None if it is not installed."""
+    from importlib.metadata import PackageNotFoundError
+    from importlib.metadata import version as version_of
+
     try:
         return version_of(package)
     except PackageNotFoundError:
@@ -110,6 +110,8 @@ def library(module: str) -> Any:
 
 
 def _unknown(name: str) -> OptionError:
+    from difflib import get_close_matches
+
     close = get_close_matches(name.casefold(), PEERS, n=1)
     mend = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(PEERS)}"
     return OptionError("--peer", f"{name!r} is unknown", mend)

@@ -21,6 +21,7 @@ ELLIPSIS = "..."
 CELL = 11  # the usual width of a component and the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12
+LEFT = ("method", "status")  # the columns that are set flush left
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
-from lcpcli.report.iterations import ELLIPSIS, IterationTable
+from lcpcli.report.iterations import ELLIPSIS, LEFT, IterationTable
 
 SPECIAL = {
     "\\": r"\textbackslash{}",
@@ -25,19 +25,26 @@ def render(tables: Sequence[IterationTable]) -> str:
 def _environment(table: IterationTable) -> str:
     lines = [
         r"\begin{table}",
-        rf"\caption{{{_escape(table.title)}}}",
+        rf"\caption{{{escape(table.title)}}}",
         r"\centering",
-        rf"\begin{{tabular}}{{l{'r' * (len(table.header) - 1)}}}",
-        r"\toprule",
-        _row([_heading(name) for name in table.header]),
+        *tabular(table.header, table.groups, LEFT),
     ]
-    for group in table.groups:
-        lines += [r"\midrule", *(_row([_cell(cell) for cell in row]) for row in group)]
-    lines += [r"\bottomrule", r"\end{tabular}"]
     for summary in table.summary:
-        facts = [f"{name} {cell}" for name, cell in zip(table.summary_header, summary, strict=True) if cell]
-        lines.append(rf"\par\smallskip {_escape(', '.join(facts[1:]))} ({_escape(summary[0])})")
+        facts = [f"{name} {value}" for name, value in zip(table.summary_header, summary, strict=True) if value]
+        lines.append(rf"\par\smallskip {escape(', '.join(facts[1:]))} ({escape(summary[0])})")
     return "\n".join([*lines, r"\end{table}"]) + "\n"
+
+
+def tabular(header: list[str], groups: Sequence[list[list[str]]], left: Collection[str]) -> list[str]:
+    """The lines of a table with a rule before each group; `left` are the names of the columns set flush left."""
+    lines = [
+        rf"\begin{{tabular}}{{{''.join('l' if name in left else 'r' for name in header)}}}",
+        r"\toprule",
+        _row([_heading(name) for name in header]),
+    ]
+    for group in groups:
+        lines += [r"\midrule", *(_row([_cell(text) for text in cells]) for cells in group)]
+    return [*lines, r"\bottomrule", r"\end{tabular}"]
 
 
 def _row(cells: list[str]) -> str:
@@ -51,8 +58,9 @@ def _heading(name: str) -> str:
 
 
 def _cell(text: str) -> str:
-    return r"\dots" if text == ELLIPSIS else _escape(text)
+    return r"\dots" if text == ELLIPSIS else escape(text)
 
 
-def _escape(text: str) -> str:
+def escape(text: str) -> str:
+    """Text in which no mark means anything to LaTeX."""
     return "".join(SPECIAL.get(mark, mark) for mark in text)

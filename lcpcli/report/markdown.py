@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
-from lcpcli.report.iterations import IterationTable
+from lcpcli.report.iterations import LEFT, IterationTable
 
 
 def render(tables: Sequence[IterationTable]) -> str:
@@ -13,18 +13,20 @@ def render(tables: Sequence[IterationTable]) -> str:
 
 
 def _section(table: IterationTable) -> str:
-    parts = [f"### {_escape(table.title)}", _table(table.header, [row for group in table.groups for row in group])]
-    parts.append(_table(table.summary_header, table.summary))
-    parts += [_escape(remark) for remark in table.remarks]
+    parts = [f"### {escape(table.title)}", grid(table.header, [row for group in table.groups for row in group], LEFT)]
+    parts.append(grid(table.summary_header, table.summary, LEFT))
+    parts += [escape(remark) for remark in table.remarks]
     return "\n\n".join(parts) + "\n"
 
 
-def _table(header: list[str], rows: list[list[str]]) -> str:
-    marks = [":--" if name in ("method", "status") else "--:" for name in header]
-    return "\n".join(f"| {' | '.join(map(_escape, row))} |" for row in (header, marks, *rows))
+def grid(header: list[str], rows: list[list[str]], left: Collection[str]) -> str:
+    """A table; `left` are the names of the columns that are set flush left."""
+    marks = [":--" if name in left else "--:" for name in header]
+    return "\n".join(f"| {' | '.join(map(escape, row))} |" for row in (header, marks, *rows))
 
 
-def _escape(text: str) -> str:
+def escape(text: str) -> str:
+    """Text in which no mark means anything to Markdown."""
     for mark in "\\|*_<":
         text = text.replace(mark, "\\" + mark)
     return text

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from io import StringIO
 
 from rich.box import Box
@@ -10,10 +10,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from lcpcli.report.iterations import IterationTable
+from lcpcli.report.iterations import LEFT, IterationTable
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
-LEFT = ("method", "status")
 UNLIMITED = 10_000
 PIPE = 80
 COLORS = {"solved": "green"}
@@ -22,31 +21,32 @@ COLORS = {"solved": "green"}
 def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> str:
     """The tables as text for a terminal of that width; None stands for a pipe. No number is ever cut or broken."""
     out = StringIO()
-    console = _console(out, UNLIMITED, color)
+    console = console_on(out, UNLIMITED, color)
     for i, table in enumerate(tables):
         if i:
             console.print()
         console.print(Text(table.title, style="bold"))
-        console.print(_grid([table.header], [_label_down(group) for group in table.groups], width))
-        console.print(_grid([table.summary_header], [table.summary], width))
+        console.print(grid(table.header, [_label_down(group) for group in table.groups], width, LEFT))
+        console.print(grid(table.summary_header, [table.summary], width, LEFT))
         for remark in table.remarks:
             console.print(Text(remark, style="yellow"))
-    return _without_trailing_blanks(out)
+    return trimmed(out)
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
     """A list of words in columns, folded to that width, 80 for a pipe; the first column is never folded."""
     out = StringIO()
-    grid = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    table = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for i, name in enumerate(header):
-        grid.add_column(name, no_wrap=i == 0)
+        table.add_column(name, no_wrap=i == 0)
     for row in rows:
-        grid.add_row(*map(Text, row))
-    _console(out, width or PIPE, color).print(grid)
-    return _without_trailing_blanks(out)
+        table.add_row(*map(Text, row))
+    console_on(out, width or PIPE, color).print(table)
+    return trimmed(out)
 
 
-def _console(out: StringIO, width: int, color: bool) -> Console:
+def console_on(out: StringIO, width: int, color: bool) -> Console:
+    """A console that writes there, as wide as that."""
     return Console(
         file=out,
         width=width,
@@ -59,7 +59,8 @@ def _console(out: StringIO, width: int, color: bool) -> Console:
     )
 
 
-def _without_trailing_blanks(out: StringIO) -> str:
+def trimmed(out: StringIO) -> str:
+    """What was written, without blanks at the ends of lines."""
     return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
 
 
@@ -71,14 +72,15 @@ def _label_down(group: list[list[str]]) -> list[list[str]]:
     return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
 
 
-def _grid(header: Sequence[list[str]], groups: Sequence[list[list[str]]], width: int | None) -> Table:
-    rows = [*header, *(row for group in groups for row in group)]
+def grid(header: list[str], groups: Sequence[list[list[str]]], width: int | None, left: Collection[str]) -> Table:
+    """A table with a rule between groups; `left` are the names of the columns that are set flush left."""
+    rows = [header, *(row for group in groups for row in group)]
     widest = [max(map(len, column)) for column in zip(*rows, strict=True)]
     gap = 2 if sum(widest) + 2 * len(widest) <= (width or PIPE) else 1
-    grid = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap - 1, 0, 0), header_style="bold")
-    for name in header[0]:
-        grid.add_column(name, justify="left" if name in LEFT else "right")
+    table = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap - 1, 0, 0), header_style="bold")
+    for name in header:
+        table.add_column(name, justify="left" if name in left else "right")
     for group in groups:
         for row in group:
-            grid.add_row(*(Text(cell, style=COLORS.get(cell, "")) for cell in row), end_section=row is group[-1])
-    return grid
+            table.add_row(*(Text(cell, style=COLORS.get(cell, "")) for cell in row), end_section=row is group[-1])
+    return table

@@ -1,0 +1,111 @@
+"""What one run of a method or of a peer comes to, in the same words for both. Nothing of it has been judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from lcpcli import driver, peers
+from lcpcli.problem import Problem
+from lcpcli.result import Result
+from lcpcli.trace import Trace
+from lcpcli.typing import Vector
+
+SOLUTION, NONE = "solution", "none"  # what may be claimed: z is a solution, or there is none
+MOST_POINTS = 200
+
+Curve = list[tuple[int, float, float | None]]
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The outcome of one run.
+
+    z : shape (n,), or None.
+    claim : SOLUTION, NONE, or "" where nothing is claimed.
+    status, statement : how it ended, in a word and in a sentence.
+    seconds, setup_seconds : of the solver's own work; the set-up is part of the seconds, None where it is not told.
+    iterations, evaluations : as in `result.Result`; None where they are not told.
+    curve : (k, seconds, error) of the iterates, of which there may be a choice; empty where there are none.
+    """
+
+    z: Vector | None
+    claim: str
+    status: str
+    statement: str
+    seconds: float
+    setup_seconds: float | None = None
+    iterations: int | None = None
+    evaluations: int | None = None
+    curve: Curve | None = None
+
+
+class Solver(Protocol):
+    """A method or a peer."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def kind(self) -> str: ...
+
+    def excludes(self, problem: Problem) -> str: ...
+
+    def solve(self, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer: ...
+
+
+@dataclass(frozen=True)
+class Method:
+    """One of `lcpcli.methods.METHODS` with its default options."""
+
+    name: str
+    kind: str = "method"
+
+    def excludes(self, problem: Problem) -> str:  # noqa: ARG002 (every method takes every problem)
+        return ""
+
+    def solve(self, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:
+        """Raises KeyboardInterrupt where the run was interrupted."""
+        nothing = np.array([], dtype=np.intp)
+        trace = Trace(1, MOST_POINTS, nothing, residuals=not problem.solutions) if with_curve else None
+        result = driver.run(problem, self.name, limits=driver.Limits(tol, time_limit=time_limit), trace=trace)
+        if result.interrupted:
+            raise KeyboardInterrupt
+        claim = {0: SOLUTION, 3: NONE}.get(result.status.exit_code, "")
+        return Answer(
+            z=result.z,
+            claim=claim,
+            status=result.status.word,
+            statement=result.message,
+            seconds=result.setup_seconds + result.solve_seconds,
+            setup_seconds=result.setup_seconds,
+            iterations=result.iterations,
+            evaluations=result.evaluations,
+            curve=_curve(result),
+        )
+
+
+@dataclass(frozen=True)
+class Peer:
+    """One of `lcpcli.peers.PEERS`."""
+
+    name: str
+    kind: str = "peer"
+
+    def excludes(self, problem: Problem) -> str:
+        return peers.load(self.name).excludes(problem)
+
+    def solve(self, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:  # noqa: ARG002
+        claim = peers.load(self.name).solve(problem, tol, time_limit)
+        status = "solved" if claim.solved else "unsolved"
+        return Answer(claim.z, SOLUTION if claim.solved else "", status, claim.statement, claim.seconds)
+
+
+def _curve(result: Result) -> Curve | None:
+    """Error against time, counted from the start of the set-up; the residual where no solution is known."""
+    if result.trace is None:
+        return None
+    known = bool(result.problem.solutions)
+    return [(r.k, result.setup_seconds + r.seconds, r.error if known else r.residual) for r in result.trace.rows]

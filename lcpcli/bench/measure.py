@@ -1,0 +1,59 @@
+"""How one solver is timed on one problem: a warm-up, then repeats until their median is known well enough."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+from lcpcli.bench.answer import Answer
+from lcpcli.bench.statistics import median_interval, summary
+from lcpcli.products import THREADED
+
+LEAST, MOST = 3, 25  # repeats
+NARROW = 0.05  # half-width of the median's interval, relative to the median, at which it counts as known
+REST = 0.05  # seconds in which the threads of a BLAS stop spinning
+
+
+def rest_after(n: int) -> float:
+    """How long to rest before a run on a problem of n unknowns."""
+    return REST if n >= THREADED else 0.0
+
+
+def is_stable(times: Sequence[float]) -> bool:
+    """Whether the median of the times is known to within NARROW."""
+    low, high = median_interval(times)
+    return (high - low) / 2 <= NARROW * summary(times).median
+
+
+def measure(
+    solve: Callable[[bool], Answer],
+    budget: float,
+    rest: float,
+    clock: Callable[[], float] = time.perf_counter,
+    sleep: Callable[[float], None] = time.sleep,
+) -> tuple[Answer, list[float]]:
+    """An answer with its error curve, and the seconds of each repeat.
+
+    The first run makes the curve and warms up, and is not timed, unless it claims nothing: as no time of a failure is
+    used, it is all there is then. There are at least LEAST repeats, and they end when their median is known, at MOST of
+    them, or when the budget is spent, by the clock on the wall; one that takes longer than the whole budget is the last
+    one in any case. Else the curve is made anew by a warm run.
+
+    solve : makes one run; its argument is whether the error curve is wanted.
+    budget : seconds that the repeats may take.
+    rest : seconds to sleep before each run.
+    """
+    sleep(rest)
+    first = solve(True)
+    if not first.claim:
+        return first, [first.seconds]
+    began = clock()
+    times: list[float] = []
+    while len(times) < MOST:
+        sleep(rest)
+        times.append(solve(False).seconds)
+        if times[-1] > budget:
+            return first, times
+        if len(times) >= LEAST and (is_stable(times) or clock() - began >= budget):
+            break
+    return (solve(True) if first.curve else first), times

@@ -1,0 +1,194 @@
+"""The record of a bench, and its JSON: all that was asked for, on what it ran, and every finished measurement."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+from types import UnionType
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+from lcpcli.bench.environment import Machine
+from lcpcli.bench.suites import Case
+from lcpcli.errors import OptionError
+
+EXCLUDED = "excluded"
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The options of a bench, as on the command line."""
+
+    tol: float
+    time_limit: float
+    accept: float
+    budget: float
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One solver on one case.
+
+    problem : the name of the case. family, seed : None for a problem in a file. n : its number of unknowns.
+    solver, kind : its name, and "method" or "peer".
+    status, statement : how it ended, in a word and in a sentence; status is EXCLUDED where the peer does not take it.
+    claimed, success, false_success : whether it says that z is a solution, or that there is none; as in `judge`.
+    residual, relative_residual, error : recomputed; None where there is no z, or where they are not finite.
+    seconds : of each repeat, set-up included; empty if excluded. setup_seconds : of the run that made the curve.
+    curve : (k, seconds, error) of the iterates; curve_of tells whether that is the "error" or the "residual".
+    """
+
+    problem: str
+    family: str | None
+    n: int
+    seed: int | None
+    parameters: dict[str, bool | int | float | str]
+    solver: str
+    kind: str
+    status: str
+    statement: str
+    claimed: bool
+    success: bool
+    false_success: bool
+    residual: float | None = None
+    relative_residual: float | None = None
+    error: float | None = None
+    iterations: int | None = None
+    evaluations: int | None = None
+    seconds: list[float] = field(default_factory=list)
+    setup_seconds: float | None = None
+    curve_of: str | None = None
+    curve: list[tuple[int, float, float | None]] | None = None
+
+    @property
+    def key(self) -> tuple[str, str]:
+        return self.problem, self.solver
+
+    @property
+    def excluded(self) -> bool:
+        return self.status == EXCLUDED
+
+
+@dataclass
+class Record:
+    """A bench; `measurements` grows in the order of cases and solvers.
+
+    suite : what was asked for, suites and files. missing : peers that were asked for and are not installed.
+    machine, versions : as told by `environment`.
+    """
+
+    suite: list[str]
+    cases: list[Case]
+    methods: list[str]
+    peers: list[str]
+    missing: list[str]
+    options: Settings
+    machine: Machine
+    versions: dict[str, str | None]
+    measurements: list[Measurement] = field(default_factory=list)
+
+    @property
+    def solvers(self) -> list[str]:
+        return [*self.methods, *self.peers]
+
+    def pending(self) -> list[tuple[Case, list[str]]]:
+        """The cases that are not done, each with the solvers that are missing."""
+        done = {measurement.key for measurement in self.measurements}
+        left = [(case, [s for s in self.solvers if (case.name, s) not in done]) for case in self.cases]
+        return [(case, solvers) for case, solvers in left if solvers]
+
+
+def finite(value: float | None) -> float | None:
+    """The value, or None where JSON has no number for it."""
+    return value if value is not None and math.isfinite(value) else None
+
+
+def to_json(record: Record) -> str:
+    """One object; measurements and cases stand one a line."""
+    parts = []
+    for name, value in asdict(record).items():
+        if name in ("cases", "measurements"):
+            lines = ",\n    ".join(_text(each) for each in value)
+            parts.append(f"  {_text(name)}: [\n    {lines}\n  ]" if value else f"  {_text(name)}: []")
+        else:
+            parts.append(f"  {_text(name)}: {_text(value)}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def read(path: str) -> Record:
+    """The record in a file. Raises OptionError where there is none."""
+    try:
+        return parse(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise OptionError(path, "no such file", "name what lcp bench -o has written") from None
+    except OSError as error:
+        raise OptionError(path, f"cannot be read ({error.strerror})", "make it readable") from None
+    except (ValueError, RecursionError, OverflowError) as fault:
+        place = f" ({fault})" if type(fault) is ValueError else ""
+        raise OptionError(
+            path, f"is no record of a bench{place}", "name what lcp bench -o has written with the ending .json"
+        ) from None
+
+
+def parse(text: str) -> Record:
+    """The record that `to_json` has written. Raises ValueError where the text is something else."""
+    return _record(json.loads(text, parse_constant=_refuse))
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(f"it holds {constant}")
+
+
+def _record(content: Any) -> Record:
+    held = dict(content) if isinstance(content, dict) else {}
+    for name, kind in (("cases", Case), ("measurements", Measurement)):
+        rows = held.get(name)
+        held[name] = [_made(kind, row) for row in rows] if isinstance(rows, list) else rows
+    for name, whole in (("options", Settings), ("machine", Machine)):
+        held[name] = _made(whole, held.get(name))
+    record = _made(Record, held)
+    expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
+    for i, row in enumerate(record.measurements):
+        if row.key not in expected:
+            raise ValueError(f"{row.problem}, {row.solver}: not asked for, or twice")
+        expected.remove(row.key)
+        if row.n < 1 or any(seconds < 0 for seconds in row.seconds) or (not row.excluded and not row.seconds):
+            raise ValueError(f"{row.problem}, {row.solver}: n or seconds do not fit")
+        if row.curve is not None:  # JSON knows lists only
+            record.measurements[i] = replace(row, curve=[(k, seconds, error) for k, seconds, error in row.curve])
+    return record
+
+
+def _made(kind: Callable[..., T], held: Any) -> T:
+    """An instance of a dataclass from an object that has exactly its fields; ValueError if it has not."""
+    hints = get_type_hints(kind)
+    names = [each.name for each in fields(kind)]  # type: ignore[arg-type]
+    if not isinstance(held, dict) or set(held) != set(names):
+        raise ValueError("its fields are not those of a record")
+    for name in names:
+        if not _fits(held[name], hints[name]):
+            raise ValueError(f"{name} does not fit")
+    return kind(**held)
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is UnionType:
+        return any(_fits(value, each) for each in arguments)
+    if origin is list:
+        return isinstance(value, list) and all(_fits(each, arguments[0]) for each in value)
+    if origin is tuple:
+        whole = isinstance(value, (list, tuple)) and len(value) == len(arguments)
+        return whole and all(map(_fits, value, arguments))
+    if origin is dict:
+        return isinstance(value, dict) and all(_fits(each, arguments[1]) for each in value.values())
+    if hint in (int, float):
+        return isinstance(value, (int, hint)) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, hint)

@@ -1,0 +1,108 @@
+"""A bench from what is asked for to its record: the loop over cases and solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+
+from lcpcli import peers
+from lcpcli.bench import environment, suites
+from lcpcli.bench.answer import Answer, Method, Peer, Solver
+from lcpcli.bench.judge import Judge
+from lcpcli.bench.measure import measure, rest_after
+from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings, finite
+from lcpcli.bench.suites import Case
+from lcpcli.errors import OptionError
+from lcpcli.problem import Problem
+
+Timing = Callable[[Callable[[bool], Answer], float, float], tuple[Answer, list[float]]]
+
+
+def start(asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], options: Settings) -> Record:
+    """An empty record; wanted peers are selected as by `peers.select`. Files are read once, so that what is wrong with
+    them is told before any work is done."""
+    cases = suites.cases_of(asked)
+    for case in cases:
+        if case.file:
+            suites.problem_of(case)
+    chosen = peers.select(wanted)
+    missing = [name for name in chosen if peers.load(name).version() is None]
+    present = [name for name in chosen if name not in missing]
+    return Record(
+        suite=list(asked),
+        cases=cases,
+        methods=list(dict.fromkeys(methods)),
+        peers=present,
+        missing=missing,
+        options=options,
+        machine=environment.machine(),
+        versions=environment.versions(present),
+    )
+
+
+def refuse_elsewhere(record: Record) -> None:
+    """Raise OptionError where what is left cannot be measured on the same machine with the same versions."""
+    here = {**asdict(environment.machine()), **environment.versions(record.peers)}
+    then = {**asdict(record.machine), **record.versions}
+    for name in here | then:
+        if here.get(name) != then.get(name):
+            raise OptionError(
+                "--resume", f"was measured with {name} {then.get(name)}, here is {here.get(name)}", "start a new bench"
+            )
+
+
+def run(record: Record, starting: Callable[[Case, str], None], timing: Timing = measure) -> Iterator[Measurement]:
+    """Measure what is pending, adding each measurement to the record, and yield it.
+
+    starting : is told the case and the solver before each measurement.
+    """
+    for case, names in record.pending():
+        starting(case, names[0])
+        problem = suites.prepare(case)
+        judge = Judge(problem, record.options.accept)
+        for name in names:
+            starting(case, name)
+            solver: Solver = Method(name) if name in record.methods else Peer(name)
+            measurement = _measured(case, problem, judge, solver, record.options, timing)
+            record.measurements.append(measurement)
+            yield measurement
+
+
+def _measured(
+    case: Case, problem: Problem, judge: Judge, solver: Solver, options: Settings, timing: Timing
+) -> Measurement:
+    seconds: list[float] = []
+    reason = solver.excludes(problem)
+    if reason:
+        answer = Answer(None, "", EXCLUDED, reason, 0.0)
+    else:
+        answer, seconds = timing(
+            lambda with_curve: solver.solve(problem, options.tol, options.time_limit, with_curve),
+            options.budget,
+            rest_after(problem.n),
+        )
+    judgement = judge.judge(answer)
+    curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None
+    return Measurement(
+        problem=case.name,
+        family=case.family or None,
+        n=problem.n,
+        seed=None if case.file else case.seed,
+        parameters=case.parameters,
+        solver=solver.name,
+        kind=solver.kind,
+        status=answer.status,
+        statement=answer.statement,
+        claimed=bool(answer.claim),
+        success=judgement.success,
+        false_success=judgement.false_success,
+        residual=finite(judgement.residual),
+        relative_residual=finite(judgement.relative_residual),
+        error=finite(judgement.error),
+        iterations=answer.iterations,
+        evaluations=answer.evaluations,
+        seconds=seconds,
+        setup_seconds=answer.setup_seconds,
+        curve_of=("error" if problem.solutions else "residual") if curve else None,
+        curve=curve,
+    )

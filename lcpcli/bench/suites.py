@@ -1,0 +1,175 @@
+"""What is measured: suites of cases by name. A case is a problem of the gallery, or one in a file.
+
+Nothing heavy is imported, so that the suites can be listed in help.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lcpcli.errors import OptionError
+
+if TYPE_CHECKING:
+    from lcpcli.problem import Problem
+
+
+@dataclass(frozen=True)
+class Case:
+    """One problem, told in so few words that it can be made again.
+
+    name : what it is called, different for any two cases of a bench.
+    family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file.
+    file : the path of the file that holds it; "" for a problem of the gallery.
+    """
+
+    name: str
+    family: str = ""
+    n: int = 0
+    seed: int = 0
+    parameters: dict[str, bool | int | float | str] = field(default_factory=dict)
+    file: str = ""
+
+
+@dataclass(frozen=True)
+class Suite:
+    """Cases under one name. `budget` is how many seconds a measurement may take unless the user says otherwise."""
+
+    meaning: str
+    cases: tuple[Case, ...]
+    budget: float = 2.0
+
+
+def _words(parameters: dict[str, Any]) -> list[str]:
+    return [name if value is True else f"{name}={value}" for name, value in parameters.items()]
+
+
+def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
+    """A case of the gallery, named after its arguments."""
+    words = [family, str(n), *_words(parameters), *([f"seed={seed}"] if seed else [])]
+    return Case(" ".join(words), family, n, seed, parameters)
+
+
+def series(family: str, parameters: dict[str, Any]) -> str:
+    """What the cases that differ in size and seed alone are called together."""
+    return " ".join([family, *_words(parameters)])
+
+
+def sizes(family: str, *ns: int, **parameters: Any) -> tuple[Case, ...]:
+    """Cases of one family that differ in their size."""
+    return tuple(case(family, n, **parameters) for n in ns)
+
+
+QUICK = (
+    *sizes("harker-pang", 25, 50, 100),
+    *sizes("obstacle", 100, 225, 400),
+    case("tridiagonal", 300),
+    case("ben-gharbia-gilbert", 51),
+    case("curtis-han-robinson", 3),
+    case("murty", 10),
+    case("diagonal", 20, decades=6),
+    case("bimatrix", 10),
+    case("infeasible", 10),
+)
+DENSE = (
+    *sizes("harker-pang", 50, 100, 200, 400, 800),
+    *sizes("harker-pang", 50, 100, 200, 400, 800, symmetric=True),
+    *sizes("bimatrix", 10, 20, 40),
+    *sizes("contact", 50, 100, 200),
+    *sizes("lp", 50, 100, 200),
+    *sizes("qp", 50, 100, 200),
+    *sizes("degenerate", 50, 100, 200),
+)
+SPARSE = (
+    *sizes("obstacle", 900, 2500, 10_000, 40_000),
+    *sizes("journal-bearing", 900, 2500, 10_000),
+    *sizes("american-put", 1000, 3000, 10_000),
+    *sizes("tridiagonal", 1000, 10_000, 100_000),
+    *sizes("dominant", 300, 1000, 3000),  # its factors fill in: no time limit ends a factorization
+)
+STIFF = (
+    *(case("diagonal", 100, decades=decades) for decades in (4, 8, 12, 16)),
+    *(case("near-singular", 100, epsilon=epsilon) for epsilon in (1e-4, 1e-8, 1e-12)),
+    *(case("near-degenerate", 100, epsilon=epsilon) for epsilon in (1e-4, 1e-8, 1e-12)),
+    *(case("ill-scaled", 100, decades=decades) for decades in (4, 8, 12)),
+    *sizes("hilbert", 4, 8, 12),
+)
+EXTREME = (
+    *sizes("murty", 10, 20, 40),
+    *sizes("fathi", 10, 14, 18),
+    *sizes("growth", 10, 30, 50),
+    *sizes("hilbert", 16, 24, 32),
+    *sizes("ben-gharbia-gilbert", 51, 101, 201),
+    case("curtis-han-robinson", 3),
+    case("kostreva", 3),
+    case("infeasible", 100),
+    case("unsolvable", 20),
+    case("ray", 20),
+)
+SUITES = {
+    "quick": Suite("under a minute: a little of everything", QUICK, budget=0.5),
+    "dense": Suite("dense problems up to n = 800", DENSE),
+    "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
+    "stiff": Suite("badly conditioned, badly scaled and nearly degenerate problems", STIFF),
+    "extreme": Suite("problems made to defeat a method, and problems without a solution", EXTREME),
+}
+ALL = "all"
+
+
+def cases_of(asked: Sequence[str]) -> list[Case]:
+    """The cases of suites and files, each once. Raises OptionError for what is neither."""
+    cases: list[Case] = []
+    for name in asked:
+        if name == ALL:
+            cases += [each for suite in SUITES.values() for each in suite.cases]
+        elif name in SUITES:
+            cases += SUITES[name].cases
+        else:
+            cases.append(Case(_name_of(name, asked), file=_existing(name)))
+    return list({each.name: each for each in cases}.values())
+
+
+def budget_of(asked: Sequence[str]) -> float:
+    """The seconds that a measurement may take where the user does not say."""
+    return max(SUITES[name].budget if name in SUITES else Suite("", ()).budget for name in asked)
+
+
+def problem_of(case: Case) -> Problem:
+    """The problem of a case, with its known solutions or verdict."""
+    if case.file:
+        from lcpcli import files
+
+        return files.read(case.file)
+    from lcpcli import gallery
+
+    return gallery.make(case.family, case.n, case.seed, **case.parameters)
+
+
+def prepare(case: Case) -> Problem:
+    """The problem of a case with something to measure errors against: a solution is computed where none is known."""
+    from lcpcli.problem import WITHOUT_SOLUTION
+    from lcpcli.reference import with_reference
+
+    problem = problem_of(case)
+    return problem if problem.verdict in WITHOUT_SOLUTION else with_reference(problem)
+
+
+def _existing(path: str) -> str:
+    if path == "-":
+        raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
+    if os.path.lexists(path) or os.sep in path or Path(path).suffix:  # what is wrong with a file, reading it tells
+        return path
+    from difflib import get_close_matches
+
+    close = get_close_matches(path, (*SUITES, ALL), n=1)
+    mend = f"did you mean {close[0]}?" if close else f"choose one of {', '.join((*SUITES, ALL))}, or name a file"
+    raise OptionError(path, "is neither a suite nor a file", mend)
+
+
+def _name_of(path: str, asked: Sequence[str]) -> str:
+    """A file's name without its folder, unless that would not tell it from another one."""
+    alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}  # noqa: PTH100
+    return Path(path).name if len(alike) == 1 else path

@@ -1,0 +1,112 @@
+"""lcp bench from parsed options to an exit code: start or resume, measure, keep, show."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lcpcli import options
+from lcpcli.bench import record as records
+from lcpcli.bench import session as benching
+from lcpcli.bench import suites
+from lcpcli.bench.record import Record, Settings
+from lcpcli.cli.output import emit, form_of, terminal
+from lcpcli.cli.progress import Progress
+from lcpcli.cli.session import same_file
+from lcpcli.errors import OptionError
+from lcpcli.files import refuse_unwritable, write_whole
+from lcpcli.options import OPTIONS, flag
+from lcpcli.report import figures
+from lcpcli.report.bench import plot, render
+
+ASKED = ("suite", "methods", "peers", "tol", "time_limit", "accept", "budget")  # what a resumed bench knows already
+INTERRUPTED = 130
+
+
+def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> int:
+    """Run the bench that was asked for, with these defaults; return the exit code."""
+    output = None if given["output"] == "-" else given["output"]
+    kept = {output: form_of(output)} if output is not None else {}
+    for path in (output, given["plot"]):
+        if path is not None:
+            refuse_unwritable(path)
+    if given["plot"] is not None:
+        figures.form_of(given["plot"])
+        figures.require()
+    if given["resume"] is None:
+        record = _start(given, suite, methods, time_limit)
+    else:
+        record = _resume(given)
+        if record.pending():
+            kept = {given["resume"]: "json"} | kept
+    _refuse_overwriting(record, [*kept, *filter(None, [given["plot"]])])
+    if record.missing and not given["quiet"]:
+        click.echo(f"lcp bench: not installed, left out: {', '.join(record.missing)}", err=True)
+    interrupted = _measure(record, kept, given["quiet"])
+    _keep(record, kept)
+    if given["plot"] is not None and record.measurements:
+        write_whole(given["plot"], plot.draw(record, figures.form_of(given["plot"])))
+    if not given["quiet"]:
+        width, color = terminal()
+        emit(render(record, given["form"], width, color), color)
+    if interrupted:
+        return INTERRUPTED
+    return int(any(row.false_success for row in record.measurements))
+
+
+def _start(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> Record:
+    asked = given["suite"] or (suite,)
+    numbers = {name: given[name] for name in ("tol", "time_limit", "accept", "budget")}
+    options.check(**numbers)
+    if numbers["time_limit"] == math.inf:
+        raise OptionError("--time-limit", "is infinite", "give a number of seconds, which a failure counts as")
+    defaults = {"time_limit": time_limit, "budget": suites.budget_of(asked)}
+    for name, value in numbers.items():
+        if value is None:
+            numbers[name] = defaults.get(name, OPTIONS[name].default)
+    settings = Settings(**{name: float(value) for name, value in numbers.items()})
+    return benching.start(asked, given["methods"] or methods, given["peers"], settings)
+
+
+def _resume(given: dict[str, Any]) -> Record:
+    for name in ASKED:
+        if given[name] not in (None, ()):
+            place = "SUITE" if name == "suite" else flag(name.removesuffix("s"))
+            raise OptionError(
+                place, "has no effect with --resume, which goes on as the bench was started", "leave it out"
+            )
+    record = records.read(given["resume"])
+    if record.pending():
+        benching.refuse_elsewhere(record)
+    return record
+
+
+def _refuse_overwriting(record: Record, paths: Sequence[str]) -> None:
+    for path in paths:
+        if any(case.file and same_file(path, case.file) for case in record.cases):
+            raise OptionError(path, "holds a problem", "choose another place for the output")
+
+
+def _measure(record: Record, kept: dict[str, str], quiet: bool) -> bool:
+    """Measure all that is pending, keeping each measurement as it comes; whether that was interrupted."""
+    files = {path: form for path, form in kept.items() if Path(path).is_file() or not Path(path).exists()}
+    _keep(record, files)
+    left = sum(len(solvers) for _, solvers in record.pending())
+    with Progress(left, shown=not quiet and sys.stderr is not None and sys.stderr.isatty()) as progress:
+        try:
+            for _ in benching.run(record, progress.starting):
+                progress.finished()
+                _keep(record, files)
+        except KeyboardInterrupt:
+            return True
+    return False
+
+
+def _keep(record: Record, kept: dict[str, str]) -> None:
+    for path, form in kept.items():
+        write_whole(path, render(record, form, None, False))

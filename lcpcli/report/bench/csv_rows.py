@@ -1,0 +1,58 @@
+"""A bench as CSV: a header, then one line a measurement with all digits; empty where there is nothing."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import asdict
+from io import StringIO
+from typing import Any
+
+from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.statistics import summary
+
+COPIED = (
+    "problem",
+    "family",
+    "n",
+    "seed",
+    "parameters",
+    "solver",
+    "kind",
+    "status",
+    "statement",
+    "claimed",
+    "success",
+    "false_success",
+    "residual",
+    "relative_residual",
+    "error",
+    "iterations",
+    "evaluations",
+    "setup_seconds",
+)
+COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
+
+
+def render(record: Record) -> str:
+    """Parameters are JSON, true and false are written as there; the curves are in the record alone."""
+    out = StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*COPIED, *COMPUTED])
+    for row in record.measurements:
+        held = asdict(row)
+        writer.writerow([*(_cell(held[name]) for name in COPIED), *_times(row)])
+    return out.getvalue()
+
+
+def _times(row: Measurement) -> list[str]:
+    if not row.seconds:
+        return [""] * (len(COMPUTED) - 1) + ["0"]
+    times = summary(row.seconds)
+    return [repr(times.median), repr(times.lower), repr(times.upper), str(times.repeats)]
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

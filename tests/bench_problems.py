@@ -1,0 +1,64 @@
+"""Tiny problems in files, and other solvers made up, for the tests of lcp bench."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import peers
+from lcpcli.peers import Claim
+from lcpcli.problem import Problem
+
+PROBLEMS: dict[str, dict[str, Any]] = {
+    "one": {"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [4 / 3, 7 / 3]},
+    "two": {"M": [[2, -1], [-1, 2]], "q": [-1, 3], "solution": [0.5, 0]},
+    "three": {"M": [[3, 0], [0, 4]], "q": [-3, -4]},
+    "none": {"M": [[0, -1], [1, 0]], "q": [-1, -1], "verdict": "infeasible"},
+}
+
+
+def write(folder: Path, *names: str) -> list[str]:
+    """Files with those problems."""
+    paths = []
+    for name in names:
+        path = folder / f"{name}.json"
+        path.write_text(json.dumps(PROBLEMS[name]))
+        paths.append(str(path))
+    return paths
+
+
+def install(
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    solve: Callable[[Problem], Claim],
+    excludes: Callable[[Problem], str] = lambda _: "",
+    version: str | None = "1.0",
+) -> None:
+    """Make a peer of that name, for one test."""
+    module = ModuleType(f"lcpcli.peers.{name}")
+    peer: dict[str, Any] = {
+        "PACKAGE": name,
+        "version": lambda: version,
+        "excludes": excludes,
+        "solve": lambda problem, _tol, _time_limit: solve(problem),
+    }
+    for word, value in peer.items():
+        setattr(module, word, value)
+    monkeypatch.setitem(peers.PEERS, name, "made up")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+
+
+def liar(problem: Problem) -> Claim:
+    """Says that -1 solves everything."""
+    return Claim(-np.ones(problem.n), True, 0.001, "fine")
+
+
+def silent(problem: Problem) -> Claim:  # noqa: ARG001
+    return Claim(None, False, 0.001, "gave up")
