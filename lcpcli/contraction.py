@@ -23,10 +23,13 @@ FEWEST = 8  # iterates from which a rate is taken
 
 @dataclass(frozen=True)
 class Contraction:
-    """Factors by which an error shrinks in an iteration. bound : |T|_2. local : the spectral radius of T S."""
+    """Factors by which an error shrinks in an iteration.
+
+    bound : |T|_2. local : the spectral radius of T S; None where some x*_i is 0, and the iteration has kinks there.
+    """
 
     bound: float
-    local: float
+    local: float | None
 
 
 def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
@@ -41,7 +44,7 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
     shift = omega * np.eye(problem.n)
     try:
         T = np.linalg.solve(shift + M, shift - M)
-        local = float(np.abs(np.linalg.eigvals(T * np.sign(x))).max())
+        local = float(np.abs(np.linalg.eigvals(T * np.sign(x))).max()) if x.all() else None
         return Contraction(float(np.linalg.norm(T, 2)), local)
     except np.linalg.LinAlgError:
         return None

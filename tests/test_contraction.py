@@ -28,6 +28,7 @@ def test_measured_rate_is_the_local_one_and_below_the_bound(n: int, symmetric: b
     z = problem.solutions[0]
     theory = contraction(problem, x_of(z, problem.w(z)))
     assert theory is not None
+    assert theory.local is not None
     curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
     run(problem, "fixed-point", limits=Limits(tol=1e-14), curve=curve)
     errors = [row.error or 0.0 for row in curve.rows]
@@ -46,6 +47,12 @@ def test_bound_of_a_symmetric_matrix_is_that_of_its_eigenvalues() -> None:
         theory = contraction(Problem(sparse.csr_array(M), np.ones(3)), np.ones(3), omega)
         assert theory is not None
         assert theory.bound == pytest.approx(np.abs((omega - eigenvalues) / (omega + eigenvalues)).max())
+
+
+def test_degenerate_solution_has_no_local_rate() -> None:
+    theory = contraction(Problem(np.eye(2), [-1.0, 0.0]), np.array([0.5, 0.0]))
+    assert theory is not None
+    assert theory.local is None
 
 
 def test_singular_iteration_has_no_rate() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from lcpcli import driver, peers
 from lcpcli.problem import Problem
+from lcpcli.report import LEVELS
 from lcpcli.result import Result
 from lcpcli.trace import Trace
 from lcpcli.typing import Vector
@@ -17,6 +18,7 @@ SOLUTION, NONE = "solution", "none"  # what may be claimed: z is a solution, or 
 MOST_POINTS = 200
 
 Curve = list[tuple[int, float, float | None]]
+Milestones = list[tuple[float, int, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,7 @@ class Answer:
     seconds, setup_seconds : of the solver's own work; the set-up is part of the seconds, None where it is not told.
     iterations, evaluations : as in `result.Result`; None where they are not told.
     curve : (k, seconds, error) of the iterates, of which there may be a choice; empty where there are none.
+    milestones : (level, k, seconds) of the first iterates with an error of each of LEVELS; None without a solution.
     """
 
     z: Vector | None
@@ -40,6 +43,7 @@ class Answer:
     iterations: int | None = None
     evaluations: int | None = None
     curve: Curve | None = None
+    milestones: Milestones | None = None
 
 
 class Solver(Protocol):
@@ -69,8 +73,10 @@ class Method:
     def solve(self, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:
         """Raises KeyboardInterrupt where the run was interrupted."""
         nothing = np.array([], dtype=np.intp)
-        trace = Trace(1, MOST_POINTS, nothing, residuals=not problem.solutions) if with_curve else None
-        result = driver.run(problem, self.name, limits=driver.Limits(tol, time_limit=time_limit), trace=trace)
+        known = bool(problem.solutions)
+        levels = LEVELS if known else ()
+        curve = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
+        result = driver.run(problem, self.name, limits=driver.Limits(tol, time_limit=time_limit), curve=curve)
         if result.interrupted:
             raise KeyboardInterrupt
         claim = {0: SOLUTION, 3: NONE}.get(result.status.exit_code, "")
@@ -84,6 +90,7 @@ class Method:
             iterations=result.iterations,
             evaluations=result.evaluations,
             curve=_curve(result),
+            milestones=_milestones(result),
         )
 
 
@@ -105,7 +112,14 @@ class Peer:
 
 def _curve(result: Result) -> Curve | None:
     """Error against time, counted from the start of the set-up; the residual where no solution is known."""
-    if result.trace is None:
+    if result.curve is None:
         return None
     known = bool(result.problem.solutions)
-    return [(r.k, result.setup_seconds + r.seconds, r.error if known else r.residual) for r in result.trace.rows]
+    return [(r.k, result.setup_seconds + r.seconds, r.error if known else r.residual) for r in result.curve.rows]
+
+
+def _milestones(result: Result) -> Milestones | None:
+    """What it took to each level, with the time counted from the start of the set-up."""
+    if result.curve is None or not result.curve.levels:
+        return None
+    return [(m.level, m.k, result.setup_seconds + m.seconds) for m in result.curve.milestones]

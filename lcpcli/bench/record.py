@@ -39,6 +39,9 @@ class Measurement:
     residual, relative_residual, error : recomputed; None where there is no z, or where they are not finite.
     seconds : of each repeat, set-up included; empty if excluded. setup_seconds : of the run that made the curve.
     curve : (k, seconds, error) of the iterates; curve_of tells whether that is the "error" or the "residual".
+    milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
+    rate : of fixed-point, by what factor an iteration shrinks the error: "measured", and by `contraction` the "local"
+        factor and its "bound"; None where that was not measured.
     """
 
     problem: str
@@ -62,6 +65,8 @@ class Measurement:
     setup_seconds: float | None = None
     curve_of: str | None = None
     curve: list[tuple[int, float, float | None]] | None = None
+    milestones: list[tuple[float, int, float]] | None = None
+    rate: dict[str, float] | None = None
 
     @property
     def key(self) -> tuple[str, str]:
@@ -161,9 +166,15 @@ def _record(content: Any) -> Record:
         expected.remove(row.key)
         if row.n < 1 or any(seconds < 0 for seconds in row.seconds) or (not row.excluded and not row.seconds):
             raise ValueError(f"{row.problem}, {row.solver}: n or seconds do not fit")
-        if row.curve is not None:  # JSON knows lists only
-            record.measurements[i] = replace(row, curve=[(k, seconds, error) for k, seconds, error in row.curve])
+        record.measurements[i] = _with_tuples(row)
     return record
+
+
+def _with_tuples(row: Measurement) -> Measurement:
+    """The measurement with tuples where JSON, which knows lists only, has had lists."""
+    curve = None if row.curve is None else [(k, seconds, error) for k, seconds, error in row.curve]
+    reached = None if row.milestones is None else [(level, k, seconds) for level, k, seconds in row.milestones]
+    return replace(row, curve=curve, milestones=reached)
 
 
 def _made(kind: Callable[..., T], held: Any) -> T:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 
 from lcpcli import peers
-from lcpcli.bench import environment, suites
+from lcpcli.bench import environment, rate, suites
 from lcpcli.bench.answer import Answer, Method, Peer, Solver
 from lcpcli.bench.judge import Judge
 from lcpcli.bench.measure import measure, rest_after
@@ -105,4 +105,6 @@ def _measured(
         setup_seconds=answer.setup_seconds,
         curve_of=("error" if problem.solutions else "residual") if curve else None,
         curve=curve,
+        milestones=answer.milestones,
+        rate=rate.of(problem, curve) if solver.name == rate.METHOD and curve else None,
     )

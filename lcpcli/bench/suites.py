@@ -74,6 +74,23 @@ QUICK = (
     case("bimatrix", 10),
     case("infeasible", 10),
 )
+PAPER = (
+    *sizes("tridiagonal", 10, 100, 1000, 10_000),
+    *sizes("dominant", 100, 300, 1000),
+    *sizes("obstacle", 25, 100, 400),
+    *sizes("journal-bearing", 25, 100, 400),
+    *sizes("american-put", 25, 100, 400),
+    *(case("near-singular", 100, epsilon=epsilon) for epsilon in (1e-1, 1e-2, 1e-3)),
+    *(case("near-degenerate", 100, epsilon=epsilon) for epsilon in (1e-2, 1e-6)),
+    *sizes("degenerate", 20, 50, 100),
+    *sizes("ben-gharbia-gilbert", 5, 51, 201),
+    *sizes("kostreva", 3, 51),
+    *sizes("murty", 3, 6, 9),
+    case("curtis-han-robinson", 3),
+    case("hilbert", 4),
+    case("diagonal", 20, decades=2),
+    *sizes("qp", 10, 20),
+)
 DENSE = (
     *sizes("harker-pang", 50, 100, 200, 400, 800),
     *sizes("harker-pang", 50, 100, 200, 400, 800, symmetric=True),
@@ -111,6 +128,7 @@ EXTREME = (
 )
 SUITES = {
     "quick": Suite("under a minute: a little of everything", QUICK, budget=0.5),
+    "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
     "stiff": Suite("badly conditioned, badly scaled and nearly degenerate problems", STIFF),

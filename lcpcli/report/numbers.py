@@ -37,7 +37,12 @@ def unit(seconds: float) -> tuple[float, str]:
     return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
 
 
+def digits(value: float) -> str:
+    """Three significant digits, and never an exponent in a large number."""
+    return f"{value:.3g}" if value < 999.5 else f"{value:.0f}"
+
+
 def duration(seconds: float) -> str:
     """A time with its unit and three significant digits."""
     length, name = unit(seconds)
-    return f"{seconds / length:.3g} {name}" if seconds < 999.5 else f"{seconds:.0f} {name}"
+    return f"{digits(seconds / length)} {name}"

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lcpcli.report import latex, markdown
-from lcpcli.report.bench.sheets import LEFT, Report, Sheet
+from lcpcli.report.bench.sheet import LEFT, Sheet
+from lcpcli.report.bench.sheets import Report
 
 
 def in_markdown(report: Report) -> str:

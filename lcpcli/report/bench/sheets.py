@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import groupby
 
 from lcpcli.bench import scores
@@ -10,22 +10,13 @@ from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.statistics import SHIFT, summary
 from lcpcli.problem import count
 from lcpcli.report import numbers
+from lcpcli.report.bench import convergence
+from lcpcli.report.bench.sheet import Sheet
 
-LEFT = ("solver", "problem", "family", "how it ended", "why", "in")
 MOST_SOLVERS = 6  # side by side where no width is given
 SHORTEST = 20  # characters of what a table says of a failure at least; JSON and CSV have all of it
 TIMES = "Median±half the distance of the quartiles; the median alone where a run was made once."
 FAILED, WRONG, EXCLUDED = "failed", "wrong", "-"
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """One table: its title, the names of its columns, groups of rows of cells, and notes below it."""
-
-    title: str
-    header: list[str]
-    groups: list[list[list[str]]]
-    notes: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -39,7 +30,8 @@ class Report:
 
 def build(record: Record, width: int | None) -> Report:
     """The report on a bench, in so many columns of text; None sets no limit."""
-    sheets = [_solvers(record), _times(record, width), _failures(record, width), _exclusions(record), _growth(record)]
+    sheets = [_solvers(record), _times(record, width), convergence.reached(record), convergence.rates(record)]
+    sheets += [_failures(record, width), _exclusions(record), _growth(record)]
     return Report(_title(record), _lines(record), [sheet for sheet in sheets if sheet.groups])
 
 
@@ -127,8 +119,7 @@ def _time(row: Measurement, length: float) -> str:
     if not row.success:
         return WRONG if row.false_success else FAILED
     times = summary(row.seconds)
-    value = times.median / length
-    digits = f"{value:.3g}" if value < 999.5 else f"{value:.0f}"
+    digits = numbers.digits(times.median / length)
     return digits if times.spread is None else f"{digits}±{100 * times.spread:.0f}%"
 
 

@@ -7,7 +7,8 @@ from io import StringIO
 
 from rich.text import Text
 
-from lcpcli.report.bench.sheets import LEFT, Report
+from lcpcli.report.bench.sheet import LEFT
+from lcpcli.report.bench.sheets import Report
 from lcpcli.report.terminal import UNLIMITED, console_on, grid, trimmed
 
 
