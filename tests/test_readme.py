@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
-from lcpcli import options, result
+from lcpcli import gallery, options, result
+from lcpcli.bench import rate, suites
+from lcpcli.bench.answer import Method
 from lcpcli.cli.options import OF_METHODS
 
 ROOT = Path(__file__).parent.parent
@@ -68,3 +70,27 @@ def test_every_status_and_its_exit_code_is_documented() -> None:
 def test_every_option_of_the_methods_is_documented() -> None:
     for name in OF_METHODS:
         assert f"`{options.flag(name)}" in README
+
+
+RATE = r"^\| ([a-z][\w-]+) (\d+)(?: (\w+)=(\S+))? \| (\d+) \| (0\.\d+) \| (0\.\d+) \| (\S+) \|$"
+RATES = re.findall(RATE, README, re.MULTILINE)
+    r"^\| ([a-z][\w-]+) (\d+)(?: (\w+)=(\S+))? \| (\d+) \| (0\.\d+) \| (0\.\d+) \| (\S+) \|$", README, re.MULTILINE
+)
+
+
+@pytest.mark.parametrize("row", [row for row in RATES if int(row[4]) < 2000], ids=lambda row: row[0])
+def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) -> None:
+    family, n, parameter, value, iterations, *factors = row
+    known = gallery.parameters_of(family)
+    parameters = {parameter: type(known[parameter])(value)} if parameter else {}
+    problem = suites.prepare(suites.case(family, int(n), **parameters))
+    answer = Method("fixed-point").solve(problem, 1e-10, 60.0, with_curve=True)
+    assert answer.iterations == pytest.approx(int(iterations), abs=2)
+    found = rate.of(problem, answer.curve or [])
+    assert found is not None
+    shown = [found["measured"], found["local"], found["bound"]]
+    assert shown == pytest.approx([float(factor) for factor in factors], abs=2e-4)
+
+
+def test_rates_are_shown_for_several_families() -> None:
+    assert len({row[0] for row in RATES}) >= 8
