@@ -37,12 +37,22 @@ class Accuracy:
     def natural_residual(self, z: Vector, w: Vector) -> float:
         return _largest(np.minimum(z, w))
 
+    def scaled_residual(self, z: Vector, w: Vector) -> float:
+        """The largest |min(z / C, R w)|_i / s: as the relative residual, but all rows measured against one scale s.
+
+        At most the relative residual; what solvers with one tolerance for all rows can be asked for.
+        """
+        return _largest(self._scaled(z, w)) / (self._scale or math.inf)
+
+    def _scaled(self, z: Vector, w: Vector) -> Vector:
+        return np.abs(np.minimum(z / self._C, self._R * w))
+
     def relative_residual(self, z: Vector, w: Vector) -> float:
         return _largest(self.relative_residuals(z, w))
 
     def relative_residuals(self, z: Vector, w: Vector) -> Vector:
         """The relative residual of each component, of which the largest one is that of z."""
-        residual = np.abs(np.minimum(z / self._C, self._R * w))
+        residual = self._scaled(z, w)
         if not residual.any():
             return residual
         if not 0 < self._scale < math.inf or not np.isfinite(residual).all():
@@ -54,8 +64,7 @@ class Accuracy:
 
     def passes(self, z: Vector, w: Vector, tol: float) -> bool:
         """Whether the relative residual is at most tol; without the products with |M| where it clearly is not."""
-        with_largest_scale = _largest(np.abs(np.minimum(z / self._C, self._R * w))) / (self._scale or math.inf)
-        return with_largest_scale <= tol and self.relative_residual(z, w) <= tol
+        return self.scaled_residual(z, w) <= tol and self.relative_residual(z, w) <= tol
 
     def bound(self, F: Vector) -> float:
         """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.

@@ -145,7 +145,7 @@ OPTIONS = {
             1e-6,
             "0 < accept < 1",
             lambda level: 0 < level < 1,
-            "A claimed solution counts where its recomputed relative residual is at most this.",
+            "A claimed solution counts where its residual, recomputed and scaled, is at most this.",
         ),
         Option(
             "budget",

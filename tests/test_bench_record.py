@@ -37,7 +37,7 @@ MEASUREMENTS = st.builds(
     success=st.booleans(),
     false_success=st.booleans(),
     residual=NUMBERS,
-    relative_residual=NUMBERS,
+    scaled_residual=NUMBERS,
     error=NUMBERS,
     iterations=st.none() | st.integers(0, 10**9),
     evaluations=st.none() | st.integers(0, 10**9),
@@ -45,6 +45,8 @@ MEASUREMENTS = st.builds(
     setup_seconds=NUMBERS,
     curve_of=st.none() | st.sampled_from(["error", "residual"]),
     curve=st.none() | st.lists(st.tuples(st.integers(0, 99), st.floats(0, 1e6), NUMBERS)),
+    milestones=st.none() | st.lists(st.tuples(st.sampled_from([1e-3, 1e-6]), st.integers(0, 99), st.floats(0, 1e6))),
+    rate=st.none() | st.dictionaries(st.sampled_from(["measured", "local", "bound"]), st.floats(0, 2)),
 )
 EMPTY: dict[str, Any] = {
     "suite": ["quick"],
@@ -140,6 +142,7 @@ def answer(z: Any, claim: str = SOLUTION) -> Answer:
 SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
 UNKNOWN = Problem([[2, 1], [1, 2]], [-5, -6])
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1], verdict="infeasible")
+DIAGONAL = Problem([[1e6, 0], [0, 1e-6]], [-1e6, -1e-6])  # whose second row is nothing to a tolerance for all rows
 SOLVED = [4 / 3, 7 / 3]
 
 
@@ -159,6 +162,9 @@ SOLVED = [4 / 3, 7 / 3]
         (SOLVABLE, answer([0, 0], claim=NONE), False, True),
         (UNKNOWN, answer([0, 0], claim=NONE), False, False),
         (UNKNOWN, answer(SOLVED), True, False),
+        (DIAGONAL, answer([1, 1]), True, False),
+        (DIAGONAL, answer([1, 1.3]), False, False),
+        (DIAGONAL, answer([1.3, 1]), False, True),
         (INFEASIBLE, answer([0, 0], claim=NONE), True, False),
         (INFEASIBLE, answer([1, 1]), False, True),
         (INFEASIBLE, answer([1, 1], claim=""), False, False),

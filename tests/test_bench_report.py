@@ -45,7 +45,7 @@ def row(solver: str, n: int, **changes: Any) -> Measurement:
         success=True,
         false_success=False,
         residual=1.25e-11,
-        relative_residual=2.5e-12,
+        scaled_residual=2.5e-12,
         iterations=n // 10,
         evaluations=n,
         seconds=SECONDS.get((solver, n), [1.0]),
@@ -126,7 +126,7 @@ def test_csv_has_every_measurement_with_all_digits(record: Record) -> None:
         assert json.loads(read["parameters"]) == held.parameters
         assert json.loads(read["success"]) is held.success
         assert read["statement"] == held.statement
-        assert float(read["relative_residual"]) == held.relative_residual
+        assert float(read["scaled_residual"]) == held.scaled_residual
         assert read["iterations"] == ("" if held.iterations is None else str(held.iterations))
         assert int(read["repeats"]) == len(held.seconds)
         if held.seconds:

@@ -74,8 +74,6 @@ def test_every_option_of_the_methods_is_documented() -> None:
 
 RATE = r"^\| ([a-z][\w-]+) (\d+)(?: (\w+)=(\S+))? \| (\d+) \| (0\.\d+) \| (0\.\d+) \| (\S+) \|$"
 RATES = re.findall(RATE, README, re.MULTILINE)
-    r"^\| ([a-z][\w-]+) (\d+)(?: (\w+)=(\S+))? \| (\d+) \| (0\.\d+) \| (0\.\d+) \| (\S+) \|$", README, re.MULTILINE
-)
 
 
 @pytest.mark.parametrize("row", [row for row in RATES if int(row[4]) < 2000], ids=lambda row: row[0])

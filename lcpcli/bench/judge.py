@@ -13,21 +13,26 @@ from lcpcli.problem import WITHOUT_SOLUTION, Problem
 
 @dataclass(frozen=True)
 class Judgement:
-    """success : claimed, and so. false_success : claimed, and not so. The measures are those of `accuracy.Accuracy`."""
+    """success : claimed, and accepted. false_success : claimed, and wrong by any measure. What is neither is inexact.
+
+    residual, scaled_residual, error : as in `accuracy.Accuracy`; None where there is no z, or nothing to compare with.
+    """
 
     success: bool
     false_success: bool
     residual: float | None
-    relative_residual: float | None
+    scaled_residual: float | None
     error: float | None
 
 
 class Judge:
     """The judge of all answers to one problem.
 
-    A claimed solution holds if its relative residual is at most `accept` and the problem is not known to have none. A
-    claim that there is no solution holds where that is known, is false where a solution is known, and is neither
-    success nor false success where nothing is known.
+    A claimed solution is accepted if its scaled residual is at most `accept` and the problem is not known to have none.
+    It is false if not even its natural residual, in the problem's own units, is at most `accept` times the largest
+    |q_i|: a solver that is content with that has kept its word, though small rows may have no correct digit. A claim
+    that there is no solution holds where that is known, is false where a solution is known, and is neither success nor
+    false success where nothing is known.
     """
 
     def __init__(self, problem: Problem, accept: float) -> None:
@@ -42,8 +47,8 @@ class Judge:
             return Judgement(answer.claim == NONE and hopeless, false, None, None, None)
         z = np.asarray(answer.z, dtype=np.float64)
         w = self._problem.w(z)
-        relative = self._accuracy.relative_residual(z, w)
-        claimed = answer.claim == SOLUTION
-        holds = relative <= self._accept and not hopeless
+        claimed, scaled = answer.claim == SOLUTION, self._accuracy.scaled_residual(z, w)
         residual, error = self._accuracy.natural_residual(z, w), self._accuracy.error(z)
-        return Judgement(claimed and holds, claimed and not holds, residual, relative, error)
+        success = claimed and scaled <= self._accept and not hopeless
+        as_said = residual <= self._accept * float(np.abs(self._problem.q).max()) and not hopeless
+        return Judgement(success, claimed and not success and not as_said, residual, scaled, error)

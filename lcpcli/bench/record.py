@@ -36,7 +36,7 @@ class Measurement:
     solver, kind : its name, and "method" or "peer".
     status, statement : how it ended, in a word and in a sentence; status is EXCLUDED where the peer does not take it.
     claimed, success, false_success : whether it says that z is a solution, or that there is none; as in `judge`.
-    residual, relative_residual, error : recomputed; None where there is no z, or where they are not finite.
+    residual, scaled_residual, error : recomputed; None where there is no z, or where they are not finite.
     seconds : of each repeat, set-up included; empty if excluded. setup_seconds : of the run that made the curve.
     curve : (k, seconds, error) of the iterates; curve_of tells whether that is the "error" or the "residual".
     milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
@@ -57,7 +57,7 @@ class Measurement:
     success: bool
     false_success: bool
     residual: float | None = None
-    relative_residual: float | None = None
+    scaled_residual: float | None = None
     error: float | None = None
     iterations: int | None = None
     evaluations: int | None = None

@@ -97,7 +97,7 @@ def _measured(
         success=judgement.success,
         false_success=judgement.false_success,
         residual=finite(judgement.residual),
-        relative_residual=finite(judgement.relative_residual),
+        scaled_residual=finite(judgement.scaled_residual),
         error=finite(judgement.error),
         iterations=answer.iterations,
         evaluations=answer.evaluations,

@@ -25,7 +25,7 @@ COPIED = (
     "success",
     "false_success",
     "residual",
-    "relative_residual",
+    "scaled_residual",
     "error",
     "iterations",
     "evaluations",

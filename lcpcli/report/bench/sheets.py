@@ -16,7 +16,7 @@ from lcpcli.report.bench.sheet import Sheet
 MOST_SOLVERS = 6  # side by side where no width is given
 SHORTEST = 20  # characters of what a table says of a failure at least; JSON and CSV have all of it
 TIMES = "Median±half the distance of the quartiles; the median alone where a run was made once."
-FAILED, WRONG, EXCLUDED = "failed", "wrong", "-"
+FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ def _solvers(record: Record) -> Sheet:
         for score in scores.scores(record)
     ]
     notes = [
-        f"false: claimed and not so. mean time: geometric, shifted by {numbers.duration(SHIFT)}; a failure counts as "
-        f"the time limit, {numbers.duration(record.options.time_limit)}."
+        "false: claimed, and wrong by any measure. mean time: geometric, shifted by "
+        f"{numbers.duration(SHIFT)}; a failure counts as the time limit, {numbers.duration(record.options.time_limit)}."
     ]
     return Sheet("Solvers", header, [rows] if record.measurements else [], notes)
 
@@ -106,18 +106,18 @@ def _one_below_another(record: Record) -> Sheet:
         rows: list[list[str]] = []
         for row in group:
             length, unit = numbers.unit(summary(row.seconds).median) if row.success else (1.0, "")
-            measures = [numbers.short(row.relative_residual), numbers.short(row.error)]
+            measures = [numbers.short(row.scaled_residual), numbers.short(row.error)]
             iterations = "" if row.iterations is None else str(row.iterations)
             rows.append(["" if rows else name, row.solver, _time(row, length), unit, *measures, iterations])
         groups.append(rows)
-    return Sheet("Times", header, groups, [TIMES, "The residual is the relative one, recomputed."])
+    return Sheet("Times", header, groups, [TIMES, "The residual is the scaled one, recomputed."])
 
 
 def _time(row: Measurement, length: float) -> str:
     if row.excluded:
         return EXCLUDED
     if not row.success:
-        return WRONG if row.false_success else FAILED
+        return WRONG if row.false_success else INEXACT if row.claimed else FAILED
     times = summary(row.seconds)
     digits = numbers.digits(times.median / length)
     return digits if times.spread is None else f"{digits}±{100 * times.spread:.0f}%"
@@ -126,7 +126,7 @@ def _time(row: Measurement, length: float) -> str:
 def _failures(record: Record, width: int | None) -> Sheet:
     failed = [row for row in record.measurements if not row.success and not row.excluded]
     header = ["problem", "solver", "residual", "how it ended"]
-    rows = [[row.problem, row.solver, numbers.short(row.relative_residual), _ending(row)] for row in failed]
+    rows = [[row.problem, row.solver, numbers.short(row.scaled_residual), _ending(row)] for row in failed]
     if rows and width is not None:
         room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST)
         for row in rows:
@@ -136,7 +136,9 @@ def _failures(record: Record, width: int | None) -> Sheet:
 
 def _ending(row: Measurement) -> str:
     said = " ".join(row.statement.split())
-    return f"wrong: {said}" if row.false_success else said
+    if not row.claimed:
+        return said
+    return f"{WRONG if row.false_success else INEXACT}: {said}"
 
 
 def _exclusions(record: Record) -> Sheet:
