@@ -19,7 +19,9 @@ from lcpcli.classes.entries import comparison
 from lcpcli.classes.subject import DENSE, Subject, signs
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, index_set, shown
 from lcpcli.conjugate import bicgstab, conjugate_gradients, norm
+from lcpcli.principal import PrincipalSolver
 from lcpcli.problem import is_sparse
+from lcpcli.products import product as multiply
 from lcpcli.typing import Matrix, Vector
 
 EXACT = 64  # n up to which the leading minors of C are computed exactly
@@ -88,14 +90,15 @@ def _scalings(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
     D is the diagonal. Solved by a factorization where that is sure to be affordable.
     """
     diagonal = np.asarray(C.diagonal())
+    everything = np.arange(diagonal.size)
     direct = Band(C).affordable if is_sparse(C) else C.shape[0] <= DENSE
     for slack in (0.0, SLACK):
         check()
         A = _diagonal_reduced(C, slack) if slack else C
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             try:
-                yield _direct(A, diagonal) if direct else _krylov(A, diagonal, check)
-            except (linalg.SingularMatrix, np.linalg.LinAlgError):
+                yield PrincipalSolver(A).solve(everything, diagonal) if direct else _krylov(A, diagonal, check)
+            except linalg.SingularMatrix:
                 continue
 
 
@@ -107,17 +110,10 @@ def _diagonal_reduced(C: Matrix, slack: float) -> Matrix:
     return C - slack * np.diag(C.diagonal())
 
 
-def _direct(A: Matrix, b: Vector) -> Vector:
-    if is_sparse(A):
-        return np.asarray(linalg.sparse_lu(linalg.is_symmetric(A))(A).solve(b))
-    return np.asarray(np.linalg.solve(A, b), dtype=np.float64)
-
-
 def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
     def product(v: Vector) -> Vector:
         check()
-        image: Vector = C @ v
-        return image
+        return multiply(C, v)
 
     def precondition(r: Vector) -> Vector:
         return r / diagonal
@@ -135,7 +131,7 @@ def _perron(C: Matrix, check: Callable[[], None]) -> Vector:
     for _ in range(STEPS):
         check()
         with np.errstate(over="ignore", invalid="ignore"):
-            v = 2 * v - (C @ v) / diagonal
+            v = 2 * v - multiply(C, v) / diagonal
         if not np.isfinite(v).all() or not v.max() > 0:
             return np.zeros(v.size)
         v /= v.max()

@@ -28,6 +28,8 @@ def skew_symmetric(subject: Subject) -> Verdict:
     if not (total.data if is_sparse(total) else total).any():
         return Verdict(YES, "M' = -M, entry by entry")
     i, j = _first(total)
+    if i == j:
+        return Verdict(NO, f"M[{i}][{i}] = {subject.M[i, i]:.6g} is not 0", (i,))
     return Verdict(NO, f"M[{i}][{j}] = {subject.M[i, j]:.6g}, M[{j}][{i}] = {subject.M[j, i]:.6g}", (i, j))
 
 

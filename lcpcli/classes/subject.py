@@ -12,6 +12,7 @@ from lcpcli import linalg, rational
 from lcpcli.classes import elimination
 from lcpcli.classes.verdict import NO, YES, Late, Verdict
 from lcpcli.problem import is_sparse
+from lcpcli.products import product
 from lcpcli.typing import Matrix, Vector
 
 EPS = float(np.finfo(float).eps)
@@ -85,7 +86,7 @@ class Subject:
         if not np.isfinite(v).all() or not v.any():
             return False
         with np.errstate(over="ignore", invalid="ignore"):
-            value = float(v @ (self.M @ v))
+            value = float(v @ product(self.M, v))
             size = float(np.abs(v) @ linalg.absolute_product(self.M, np.abs(v)))
         if abs(value) > (2 * self.n + 4) * EPS * size + (self.n * self.n + 1) * TINY * max(1.0, float(np.abs(v).max())):
             return holds(1 if value > 0 else -1)
@@ -105,7 +106,7 @@ def signs(A: Matrix, d: Vector, check: Callable[[], None]) -> Vector:
     """
     n = d.size
     with np.errstate(over="ignore", invalid="ignore"):
-        value: Vector = A @ d
+        value = product(A, d)
         size = linalg.absolute_product(A, np.abs(d))
         bound = (n + 2) * EPS * size + n * TINY
     sign: Vector = np.sign(value)
