@@ -49,9 +49,10 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
 
 
 def bound(M: Matrix, omega: float) -> float | None:
-    """|T|_2 for M of shape (n, n), n up to LARGEST; None where omega I + M is singular."""
+    """|T|_2 for M of shape (n, n), n up to LARGEST; None where omega I + M is singular, or T overflows."""
     try:
-        return float(np.linalg.norm(_iteration_matrix(M, omega), 2))
+        T = _iteration_matrix(M, omega)
+        return float(np.linalg.norm(T, 2)) if np.isfinite(T).all() else None
     except np.linalg.LinAlgError:
         return None
 

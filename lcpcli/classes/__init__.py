@@ -16,9 +16,8 @@ from lcpcli.classes.minors import p0_matrix, p_matrix
 from lcpcli.classes.subject import Subject
 from lcpcli.classes.sufficient import column_sufficient, row_sufficient
 from lcpcli.classes.verdict import OPEN, Late, Verdict
+from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.typing import Matrix
-
-SECONDS = 2.0
 
 # each test relies on those before it
 CLASSES = {
@@ -40,7 +39,7 @@ CLASSES = {
 }
 
 
-def classify(M: Matrix, seconds: float = SECONDS) -> dict[str, Verdict]:
+def classify(M: Matrix, seconds: float = INSPECTION_SECONDS) -> dict[str, Verdict]:
     """For each of CLASSES whether M, dense or sparse of shape (n, n) with finite entries, belongs to it.
 
     seconds : after which no further test is begun that takes time; what implications tell is told anyway. A

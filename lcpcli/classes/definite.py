@@ -19,7 +19,7 @@ from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set,
 from lcpcli.problem import is_sparse
 from lcpcli.typing import Matrix, Vector
 
-EXACT_FIRST = 64  # n up to which exact elimination takes a fraction of a second
+EXACT_FIRST = 20  # n up to which exact elimination comes before rounded arithmetic
 EXACT_LAST = 200  # n up to which it is tried while time is left
 UNSEEN = "no v with v'Mv < 0 is to be seen, nor a proof that there is none"
 RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly
@@ -162,7 +162,10 @@ def _vector(subject: Subject, indices: tuple[int, ...]) -> Vector | None:
             return v
     rows = list(indices)
     block = subject.symmetric_part[rows][:, rows]
-    v[rows] = np.linalg.eigh(block.toarray() if is_sparse(block) else block)[1][:, 0]
+    try:
+        v[rows] = np.linalg.eigh(block.toarray() if is_sparse(block) else block)[1][:, 0]
+    except np.linalg.LinAlgError:
+        return None
     return v
 
 

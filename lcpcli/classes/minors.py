@@ -51,22 +51,22 @@ def _by_symmetry(subject: Subject, name: str, called: str) -> Verdict | None:
 
 def _by_minors(subject: Subject, strict: bool) -> Verdict:
     """A minor that excludes M, all minors if they are few, or a vector whose signs M reverses."""
-    bound = "<= 0" if strict else "< 0"
+    size = "not positive" if strict else "negative"
     low = np.flatnonzero(subject.diagonal <= 0 if strict else subject.diagonal < 0)
     if low.size:
         i = int(low[0])
-        return Verdict(NO, f"M[{i}][{i}] = {subject.diagonal[i]:.6g} {bound}", (i,))
+        return Verdict(NO, f"M[{i}][{i}] = {subject.diagonal[i]:.6g} is {size}", (i,))
     pair = _pair(subject, strict)
     if pair is not None:
-        return Verdict(NO, f"the principal minor {index_set(pair)} is {bound}", pair)
+        return Verdict(NO, f"the principal minor {index_set(pair)} is {size}", pair)
     if subject.n <= EXACT:
         for indices, minor in elimination.principal_minors(subject.whole(), subject.check):
             if minor < 0 or (strict and minor == 0):
-                return Verdict(NO, f"the principal minor {index_set(indices)} is {bound}", indices)
-        size = "positive" if strict else "nonnegative"
-        return Verdict(YES, f"all {2**subject.n - 1} principal minors are {size}, exactly computed")
+                return Verdict(NO, f"the principal minor {index_set(indices)} is {size}", indices)
+        return Verdict(YES, f"of its {2**subject.n - 1} principal minors, exactly computed, none is {size}")
     v = _reversed(subject, strict)
     if v is not None:
+        bound = "<= 0" if strict else "< 0"
         return Verdict(NO, f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {shown(v)}", vector=v)
     return Verdict(
         OPEN, f"2^{subject.n} - 1 principal minors are too many, no sufficient condition and no exception was found"
@@ -103,7 +103,10 @@ def _reversed(subject: Subject, strict: bool) -> Vector | None:
     if subject.n > EIGEN or subject.dense is None:
         return None
     subject.check()
-    values, vectors = np.linalg.eig(subject.dense)
+    try:
+        values, vectors = np.linalg.eig(subject.dense)
+    except np.linalg.LinAlgError:
+        return None
     for k in np.flatnonzero((values.imag == 0) & (values.real <= 0)):
         v = np.array(vectors[:, k].real)
         v[np.abs(v) < NOISE * np.abs(v).max()] = 0.0

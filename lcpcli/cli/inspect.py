@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
+from lcpcli import options
 from lcpcli.cli.output import emit
 from lcpcli.cli.session import refuse_clashes
 from lcpcli.errors import OptionError
 
-SECONDS = 2.0
 FORMATS = {"table": "for people", "json": "one object, for scripts"}
 SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 
@@ -21,7 +21,7 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 @click.option(
     "--time-limit",
     type=click.FLOAT,
-    default=SECONDS,
+    default=options.INSPECTION_SECONDS,
     show_default=True,
     help="Seconds after which nothing further is begun that takes time.",
 )
@@ -45,8 +45,6 @@ def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, 
     lcp inspect M.mtx q.mtx --time-limit 60
     lcp inspect problem.json --format json | jq .classes.p_matrix
     """
-    from lcpcli import options
-
     options.check(time_limit=time_limit)
     output = None if output == "-" else output
     form = form or _form_of(output)

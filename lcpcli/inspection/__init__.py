@@ -12,6 +12,7 @@ from lcpcli import classes
 from lcpcli.classes.verdict import YES, Late, Verdict
 from lcpcli.inspection import matrix, rates, remarks
 from lcpcli.inspection.guarantees import Guarantee, guarantees
+from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.problem import Problem
 
 
@@ -43,7 +44,7 @@ class Inspection:
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
-def inspect(problem: Problem, seconds: float = classes.SECONDS) -> Inspection:
+def inspect(problem: Problem, seconds: float = INSPECTION_SECONDS) -> Inspection:
     """Look at a problem for about so many seconds: nothing further that takes time is begun after that.
 
     A sparse M is made dense only where it is small. A factorization that has begun is not interrupted.

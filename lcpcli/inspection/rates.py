@@ -48,7 +48,7 @@ def rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
     if M.shape[0] <= FORMED:
         with np.errstate(over="ignore", invalid="ignore"):
             norm = contraction.bound(M, omega)
-    if norm is None or not math.isfinite(norm):
+    if norm is None:
         return Rate(omega, None, None)
     return Rate(omega, norm, _iterations(norm))
 
@@ -56,7 +56,8 @@ def rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
     """As published, with omega = 1, and with `spectrum.best_omega` where M is affordable."""
     published = rate(M, float(OPTIONS["omega"].default or 0), ends)
-    return published, rate(M, best_omega(M), ends) if affordable(M) else None
+    omega = best_omega(M) if affordable(M) else math.inf
+    return published, rate(M, omega, ends) if omega < math.inf else None
 
 
 def smoothing(problem: Problem) -> Smoothing:

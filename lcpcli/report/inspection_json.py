@@ -58,8 +58,8 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _spread(spread: Spread) -> dict[str, float]:
-    return {"rows_decades": spread.rows, "columns_decades": spread.columns}
+def _spread(spread: Spread) -> dict[str, float | None]:
+    return {"rows_decades": _number(spread.rows), "columns_decades": _number(spread.columns)}
 
 
 def _rate(rate: Rate | None) -> dict[str, Any]:

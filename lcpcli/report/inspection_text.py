@@ -41,7 +41,7 @@ def render(found: Inspection) -> str:
         "",
         *_grid([("class of M", "", "because"), *classes], ruled=True),
         "",
-        *_grid([("method", "guaranteed", "because"), *methods], ruled=True),
+        *_grid([("method", "guaranteed", "in exact arithmetic, because"), *methods], ruled=True),
     ]
     if remarks:
         lines.append("")
