@@ -54,9 +54,9 @@ def rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
-    """As published, with omega = 1, and with `spectrum.best_omega` where M is affordable."""
+    """As published, with omega = 1, and with `spectrum.best_omega`, for which a symmetric M must be affordable."""
     published = rate(M, float(OPTIONS["omega"].default or 0), ends)
-    omega = best_omega(M) if affordable(M) else math.inf
+    omega = best_omega(M) if affordable(M) or not linalg.is_symmetric(M) else math.inf
     return published, rate(M, omega, ends) if omega < math.inf else None
 
 

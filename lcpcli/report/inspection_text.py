@@ -7,6 +7,7 @@ from textwrap import wrap
 
 from lcpcli.inspection import Inspection
 from lcpcli.inspection.rates import Rate
+from lcpcli.options import OPTIONS
 from lcpcli.problem import count, is_sparse
 
 WIDTH = 80
@@ -113,7 +114,9 @@ def _rate(rate: Rate | None, found: Inspection) -> str:
     many = rate.iterations > MANY
     times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
-    return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to 1e-10 of the first error"
+    return (
+        f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {OPTIONS['tol'].default:.0e} of the first error"
+    )
 
 
 def _bytes(size: int) -> str:
