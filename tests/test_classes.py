@@ -15,6 +15,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.random import Generator
 from scipy import sparse
 
+from lcpcli import gallery
 from lcpcli.classes import CLASSES, classify
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict
 
@@ -299,3 +300,23 @@ def test_without_time_what_takes_none_is_told_and_the_rest_left_open() -> None:
     assert found["symmetric"].word == YES
     assert found["positive_definite"].word == OPEN
     assert "used up" in found["positive_definite"].evidence
+
+
+NAMED = {
+    "symmetric positive definite": ("symmetric", "positive_definite"),
+    "positive definite": ("positive_definite",),
+    "positive semidefinite": ("positive_semidefinite",),
+    "P": ("p_matrix",),
+    "M": ("m_matrix",),
+    "H+": ("h_plus",),
+    "copositive": ("copositive",),
+    "skew-symmetric": ("skew_symmetric",),
+}
+
+
+@pytest.mark.parametrize("family", gallery.FAMILIES)
+def test_problems_of_the_gallery_have_the_class_that_their_family_claims(family: str) -> None:
+    n = 3 if family == "curtis-han-robinson" else 9
+    found = classify(gallery.make(family, n).M, math.inf)
+    for claim in gallery.class_of(family).split(", "):
+        assert all(found[name].word == YES for name in NAMED.get(claim, ())), claim
