@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.problem import Problem, is_sparse
-from lcpcli.typing import Vector
+from lcpcli.typing import Matrix, Vector
 
 LARGEST = 1000  # n up to which the matrix T is formed
 FEWEST = 8  # iterates from which a rate is taken
@@ -40,14 +40,27 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
     """
     if problem.n > LARGEST:
         return None
-    M = problem.M.toarray() if is_sparse(problem.M) else problem.M
-    shift = omega * np.eye(problem.n)
     try:
-        T = np.linalg.solve(shift + M, shift - M)
+        T = _iteration_matrix(problem.M, omega)
         local = float(np.abs(np.linalg.eigvals(T * np.sign(x))).max()) if x.all() else None
         return Contraction(float(np.linalg.norm(T, 2)), local)
     except np.linalg.LinAlgError:
         return None
+
+
+def bound(M: Matrix, omega: float) -> float | None:
+    """|T|_2 for M of shape (n, n), n up to LARGEST; None where omega I + M is singular, or T overflows."""
+    try:
+        T = _iteration_matrix(M, omega)
+        return float(np.linalg.norm(T, 2)) if np.isfinite(T).all() else None
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _iteration_matrix(M: Matrix, omega: float) -> Vector:
+    dense = M.toarray() if is_sparse(M) else M
+    shift = omega * np.eye(M.shape[0])
+    return np.asarray(np.linalg.solve(shift + dense, shift - dense))
 
 
 def measured(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:

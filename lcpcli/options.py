@@ -19,6 +19,7 @@ def flag(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
+INSPECTION_SECONDS = 2.0  # after which an inspection begins nothing further, unless told otherwise
 AUTO = "auto"  # the value of an option that is to be derived from the problem
 
 

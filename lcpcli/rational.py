@@ -30,6 +30,25 @@ def product(a: Vector, y: Sequence[Fraction]) -> Fraction:
     return sum((Fraction(value) * factor for value, factor in zip(a.tolist(), y, strict=True) if value), Fraction(0))
 
 
+def sign_of_form(M: Vector, v: Vector) -> int:
+    """An integer with the sign of v'Mv, for finite floats M of shape (n, n) and v of shape (n,)."""
+    rows = integers(M)
+    whole, power = _whole(v)
+    used = [i for i, value in enumerate(whole) if value]
+    least = min((int(power[i]) for i in used), default=0)
+    x = {i: whole[i] << int(power[i]) - least for i in used}
+    return sum(x[i] * sum(rows[i][j] * x[j] for j in used if rows[i][j]) for i in used)
+
+
+def integers(A: Vector) -> list[list[int]]:
+    """The rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them whole."""
+    whole, power = _whole(A.ravel())
+    least = int(min((e for i, e in zip(whole, power.tolist(), strict=True) if i), default=0))
+    shifted = [i << e - least if i else 0 for i, e in zip(whole, power.tolist(), strict=True)]
+    width = A.shape[1]
+    return [shifted[top : top + width] for top in range(0, len(shifted), width)]
+
+
 def solve(A: Vector, b: Sequence[Fraction]) -> tuple[list[Fraction], bool] | None:
     """Solve A x = b for finite floats A of shape (m, n) and rational b of length m.
 

@@ -20,15 +20,21 @@ def best_omega(M: Matrix) -> float:
     Any other M: the largest diagonal entry, the least scalar omega for which Bai (2010) proves
     convergence for H-matrices with positive diagonal; if no diagonal entry is positive, the largest row sum of |M|.
     """
-    solve = principal.definite_solver(M)
-    if solve is not None:
-        smallest = 1 / _rayleigh(solve, M.shape[0])
-        largest = _rayleigh(lambda v: M @ v, M.shape[0])
-        omega = float(np.sqrt(smallest) * np.sqrt(largest))
+    found = ends(M)
+    if found is not None:
+        omega = float(np.sqrt(found[0]) * np.sqrt(found[1]))
         if 0 < omega < np.inf:
             return omega
     diagonal = float(M.diagonal().max())
     return diagonal if diagonal > 0 else linalg.norm_inf(M) or 1.0
+
+
+def ends(M: Matrix) -> tuple[float, float] | None:
+    """Roughly the smallest and the largest eigenvalue of a symmetric positive definite M; None of any other M."""
+    solve = principal.definite_solver(M)
+    if solve is None:
+        return None
+    return float(1 / _rayleigh(solve, M.shape[0])), _rayleigh(lambda v: M @ v, M.shape[0])
 
 
 def _rayleigh(product: linalg.Solve, n: int) -> float:

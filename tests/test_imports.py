@@ -38,6 +38,7 @@ def modules_after(*arguments: str) -> set[str]:
         ["solve", "--help"],
         ["compare", "--help"],
         ["make", "--help"],
+        ["inspect", "--help"],
         ["bench", "--help"],
         [],
     ],

@@ -12,6 +12,7 @@ from lcpcli import __version__
 from lcpcli.cli.bench import bench
 from lcpcli.cli.check import check
 from lcpcli.cli.compare import compare
+from lcpcli.cli.inspect import inspect
 from lcpcli.cli.make import make
 from lcpcli.cli.solve import solve
 from lcpcli.errors import LCPError
@@ -33,6 +34,7 @@ def lcp(context: click.Context) -> None:
     lcp bench                   methods and other solvers on suites of problems, with statistics
     lcp check FILE SOLUTION     judge an answer, whoever gave it
     lcp make obstacle           write a problem of the gallery
+    lcp inspect problem.json    what the problem is, and which methods are guaranteed to solve it
 
     Exit codes: 0 solved, 1 not solved, 2 bad usage or bad input, 3 proved to have no solution, 130 interrupted.
     """
@@ -45,6 +47,7 @@ lcp.add_command(compare)
 lcp.add_command(bench)
 lcp.add_command(check)
 lcp.add_command(make)
+lcp.add_command(inspect)
 
 
 def main() -> None:

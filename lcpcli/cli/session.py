@@ -46,7 +46,7 @@ def run(
         from lcpcli.exact.linear import require
 
         require()
-    _refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
+    refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
     if plot.path == HERE and output.path is None and output.form != "table":
         raise OptionError("--plot -", f"would end up amid the {output.form}", "name a file, or write that to one by -o")
     bounds = limits(given)
@@ -133,7 +133,7 @@ def _referred(problem: Problem, bounds: Limits) -> Problem:
     return reference.with_reference(problem, min(bounds.time_limit, reference.SECONDS))
 
 
-def _refuse_clashes(inputs: Sequence[str], *outputs: str | None) -> None:
+def refuse_clashes(inputs: Sequence[str], *outputs: str | None) -> None:
     """Refuse standard input that is to be read twice, and an output that would overwrite a problem or another one."""
     refuse_twice(inputs)
     written = [output for output in outputs if output is not None]

@@ -1,0 +1,139 @@
+"""H+ and M-matrices: generalized strict diagonal dominance, shown by a positive scaling of the columns.
+
+M with positive diagonal is an H+-matrix if its comparison matrix C (|M_ii| on the diagonal, -|M_ij| off it) is a
+nonsingular M-matrix, that is, if C d > 0 for some d > 0 (A. Berman and R. J. Plemmons, Nonnegative matrices in the
+mathematical sciences, SIAM 1994, chapter 6). There is no such d if C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0.
+d and v are found in double precision, and what they show is decided exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from lcpcli import linalg
+from lcpcli.band import Band
+from lcpcli.classes import elimination
+from lcpcli.classes.entries import comparison
+from lcpcli.classes.subject import DENSE, Subject, signs
+from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, index_set, shown
+from lcpcli.conjugate import bicgstab, conjugate_gradients, norm
+from lcpcli.principal import PrincipalSolver
+from lcpcli.problem import is_sparse
+from lcpcli.products import product as multiply
+from lcpcli.typing import Matrix, Vector
+
+EXACT = 64  # n up to which the leading minors of C are computed exactly
+STEPS = 300  # of power iteration towards a v that excludes d
+NEGLIGIBLE = 1e-9  # of the largest component of v: taken for zero
+SLACK = 2.0**-30
+KRYLOV_STEPS = 2000
+
+
+def h_plus(subject: Subject) -> Verdict:
+    """Positive diagonal, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row for some d > 0."""
+    low = np.flatnonzero(subject.diagonal <= 0)
+    if low.size:
+        return Verdict(NO, f"M[{low[0]}][{low[0]}] = {subject.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
+    return _scaled_dominance(comparison(subject.M), subject.check)
+
+
+def m_matrix(subject: Subject) -> Verdict:
+    """Nonsingular M-matrix: a Z-matrix that is an H+-matrix."""
+    if subject.yes("z_matrix", "h_plus"):
+        return Verdict(YES, "it is a Z-matrix and an H+-matrix")
+    for name, called in (("z_matrix", "Z-matrix"), ("h_plus", "H+-matrix")):
+        if subject.no(name):
+            return Verdict(NO, f"it is no {called}")
+    return Verdict(OPEN, "it is not decided whether it is an H+-matrix")
+
+
+def h_plus_part(S: Matrix, check: Callable[[], None]) -> bool:
+    """Whether S, the sum of M and M' without rounding, is shown to be an H+-matrix."""
+    return bool(S.diagonal().min() > 0) and _scaled_dominance(comparison(S), check).word == YES
+
+
+def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
+    n = C.shape[0]
+    row = signs(C, np.ones(n), check)
+    if (row > 0).all():
+        return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1) will do", vector=np.ones(n))
+    if (row <= 0).all():
+        return _excluded(np.ones(n))
+    for d in _scalings(C, check):
+        if np.isfinite(d).all() and (d > 0).all() and (signs(C, d, check) > 0).all():
+            return Verdict(
+                YES, f"the columns of M scaled by d = {shown(d)} make it strictly diagonally dominant", vector=d
+            )
+    v = _perron(C, check)
+    if v.any() and (signs(C, v, check) <= 0).all():
+        return _excluded(v)
+    if n <= EXACT:
+        from lcpcli.rational import integers
+
+        order = elimination.first_nonpositive(integers(C.toarray() if is_sparse(C) else C), check)
+        if order is None:
+            return Verdict(YES, "the leading principal minors of its comparison matrix are positive, exactly computed")
+        indices = tuple(range(order))
+        return Verdict(NO, f"the minor {index_set(indices)} of its comparison matrix is not positive", indices)
+    return Verdict(OPEN, "no scaling d was found, nor a vector that excludes one")
+
+
+def _excluded(v: Vector) -> Verdict:
+    return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {shown(v)}", vector=v)
+
+
+def _scalings(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
+    """Candidates for d: C d = D 1, or (C - SLACK D) d = D 1, with room for rounding where d ranges widely.
+
+    D is the diagonal. Solved by a factorization where that is sure to be affordable.
+    """
+    diagonal = np.asarray(C.diagonal())
+    everything = np.arange(diagonal.size)
+    direct = Band(C).affordable if is_sparse(C) else C.shape[0] <= DENSE
+    for slack in (0.0, SLACK):
+        check()
+        A = _diagonal_reduced(C, slack) if slack else C
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            try:
+                yield PrincipalSolver(A).solve(everything, diagonal) if direct else _krylov(A, diagonal, check)
+            except linalg.SingularMatrix:
+                continue
+
+
+def _diagonal_reduced(C: Matrix, slack: float) -> Matrix:
+    if is_sparse(C):
+        from scipy.sparse import diags_array
+
+        return (C - slack * diags_array(C.diagonal())).tocsr()
+    return C - slack * np.diag(C.diagonal())
+
+
+def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
+    def product(v: Vector) -> Vector:
+        check()
+        return multiply(C, v)
+
+    def precondition(r: Vector) -> Vector:
+        return r / diagonal
+
+    solve = conjugate_gradients if linalg.is_symmetric(C) else bicgstab
+    start = np.ones(diagonal.size)
+    target = 0.5 * float(diagonal.min())
+    return solve(product, diagonal, start, min(target, 1e-3 * norm(diagonal)), KRYLOV_STEPS, precondition)[0]
+
+
+def _perron(C: Matrix, check: Callable[[], None]) -> Vector:
+    """About the Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J; D v can be less than |off| v."""
+    diagonal = np.asarray(C.diagonal())
+    v = np.ones(diagonal.size)
+    for _ in range(STEPS):
+        check()
+        with np.errstate(over="ignore", invalid="ignore"):
+            v = 2 * v - multiply(C, v) / diagonal
+        if not np.isfinite(v).all() or not v.max() > 0:
+            return np.zeros(v.size)
+        v /= v.max()
+    v[v < NEGLIGIBLE] = 0.0
+    return v

@@ -1,0 +1,89 @@
+"""Classes that the entries show: symmetric, skew-symmetric, Z and strictly diagonally dominant matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lcpcli import linalg
+from lcpcli.classes.subject import Subject, signs
+from lcpcli.classes.verdict import NO, YES, Verdict
+from lcpcli.problem import is_sparse
+from lcpcli.typing import Matrix
+
+
+def symmetric(subject: Subject) -> Verdict:
+    """M' = M."""
+    if linalg.is_symmetric(subject.M):
+        return Verdict(YES, "M' = M, entry by entry")
+    with np.errstate(over="ignore"):
+        i, j = _first(subject.M - subject.M.T)
+    return Verdict(NO, f"M[{i}][{j}] = {subject.M[i, j]:.6g}, M[{j}][{i}] = {subject.M[j, i]:.6g}", (i, j))
+
+
+def skew_symmetric(subject: Subject) -> Verdict:
+    """M' = -M."""
+    total = subject.symmetric_part
+    if not (total.data if is_sparse(total) else total).any():
+        return Verdict(YES, "M' = -M, entry by entry")
+    i, j = _first(total)
+    if i == j:
+        return Verdict(NO, f"M[{i}][{i}] = {subject.M[i, i]:.6g} is not 0", (i,))
+    return Verdict(NO, f"M[{i}][{j}] = {subject.M[i, j]:.6g}, M[{j}][{i}] = {subject.M[j, i]:.6g}", (i, j))
+
+
+def z_matrix(subject: Subject) -> Verdict:
+    """No positive entry off the diagonal."""
+    M = subject.M
+    if is_sparse(M):
+        coordinates = M.tocoo()
+        positive = np.flatnonzero((coordinates.data > 0) & (coordinates.row != coordinates.col))
+        places = [(int(coordinates.row[k]), int(coordinates.col[k])) for k in positive[:1]]
+    else:
+        mask = M > 0
+        np.fill_diagonal(mask, False)
+        places = [(int(i), int(j)) for i, j in [np.unravel_index(int(mask.argmax()), mask.shape)] if mask[i, j]]
+    if not places:
+        return Verdict(YES, "no entry off the diagonal is positive")
+    i, j = places[0]
+    return Verdict(NO, f"M[{i}][{j}] = {M[i, j]:.6g} is positive", (i, j))
+
+
+def strictly_diagonally_dominant(subject: Subject) -> Verdict:
+    """|M_ii| > sum of |M_ij|, j != i, for every row i."""
+    i = weak_row(subject.M, subject.check)
+    if i is None:
+        return Verdict(YES, "in every row the diagonal entry is larger than all others together")
+    return Verdict(NO, f"row {i}: the diagonal entry is not larger than all others together", (i,))
+
+
+def weak_row(M: Matrix, check: Callable[[], None]) -> int | None:
+    """The first row that is not strictly diagonally dominant; None if there is none. `check` may raise Late."""
+    weak = np.flatnonzero(signs(comparison(M), np.ones(M.shape[0]), check) <= 0)
+    return int(weak[0]) if weak.size else None
+
+
+def comparison(M: Matrix) -> Matrix:
+    """The comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
+    diagonal = np.abs(M.diagonal())
+    if is_sparse(M):
+        from scipy.sparse import diags_array
+
+        absolute = abs(M)
+        off = absolute - diags_array(diagonal)
+        off.eliminate_zeros()
+        return (diags_array(diagonal) - off).tocsr()
+    C = -np.abs(M)
+    np.fill_diagonal(C, diagonal)
+    return C
+
+
+def _first(A: Matrix) -> tuple[int, int]:
+    """Row and column of the first nonzero entry of A, which has one."""
+    if is_sparse(A):
+        coordinates = A.tocoo()
+        k = int(np.flatnonzero(coordinates.data)[0])
+        return int(coordinates.row[k]), int(coordinates.col[k])
+    i, j = np.unravel_index(int((A != 0).argmax()), A.shape)
+    return int(i), int(j)

@@ -1,0 +1,85 @@
+"""Which methods are guaranteed to find a solution, or a proof that there is none, for what class of M.
+
+The statements are those of the methods' own modules, which name the sources, and hold in exact arithmetic. For
+`fixed-point`, |T|_2 < 1 holds for every omega > 0 if v'Mv > 0 for all v != 0, since |(omega I + M)v|^2 exceeds
+|(omega I - M)v|^2 by 4 omega v'Mv, and Bai (2010) has convergence for H+-matrices where omega is no smaller than the
+diagonal. For `shi`, level sets are bounded for P-matrices, whose F is a homeomorphism.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lcpcli.classes.verdict import NO, OPEN, YES, Verdict
+from lcpcli.methods.lemke import LARGEST
+
+SETTLED = 12  # unknowns up to which the exhaustive search of milp always ends, see enumeration.NODES
+
+Classes = dict[str, Verdict]
+
+CALLED = {
+    "p_matrix": "a P-matrix",
+    "strictly_copositive": "strictly copositive",
+    "copositive_plus": "copositive-plus",
+    "row_sufficient": "row sufficient",
+    "positive_definite": "positive definite",
+    "h_plus": "an H+-matrix",
+}
+
+
+@dataclass(frozen=True)
+class Guarantee:
+    """word : YES, NO or OPEN, where the classes that decide are not decided. reason : why, as a clause."""
+
+    word: str
+    reason: str
+
+
+def guarantees(classes: Classes, n: int, largest: float) -> dict[str, Guarantee]:
+    """For each of methods.METHODS whether it is guaranteed, given what is known of M.
+
+    largest : the largest diagonal entry of M, of shape (n, n).
+    """
+    solution = "it ends at the solution"
+    anything = "needs no property of M; exponential in n at worst"
+    if n > SETTLED:
+        anything += f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
+    return {
+        "auto": Guarantee(YES, f"it ends on milp, which {anything}"),
+        "shi": _by_class(classes, {"p_matrix": "steepest descent leads to the solution, unless rounding stalls it"}),
+        "fixed-point": _fixed_point(classes, largest),
+        "newton": _by_class(classes, {"p_matrix": f"{solution}, usually after a handful of steps"}),
+        "lemke": _by_class(
+            classes,
+            {
+                "p_matrix": solution,
+                "strictly_copositive": "it ends at a solution",
+                "copositive_plus": "it ends at a solution, or on a ray that proves that there is none",
+                "row_sufficient": "it ends at a solution, or on a ray that proves that there is none",
+            },
+        )
+        if n <= LARGEST
+        else Guarantee(NO, f"it is for at most {LARGEST} unknowns"),
+        "milp": Guarantee(YES, f"it {anything}"),
+    }
+
+
+def _by_class(classes: Classes, gains: dict[str, str]) -> Guarantee:
+    """The first class that M belongs to decides; `gains` tells what each class is good for."""
+    for name, gain in gains.items():
+        if classes[name].word == YES:
+            return Guarantee(YES, f"M is {CALLED[name]}: {gain}")
+    undecided = [CALLED[name] for name in gains if classes[name].word == OPEN]
+    if undecided:
+        return Guarantee(OPEN, f"it is not decided whether M is {' or '.join(undecided)}")
+    named = [CALLED[name] for name in gains]
+    return Guarantee(NO, f"M is {'not' if len(named) == 1 else 'neither'} {' nor '.join(named)}")
+
+
+def _fixed_point(classes: Classes, largest: float) -> Guarantee:
+    contracts = "each step comes closer to the solution, whatever omega"
+    if classes["h_plus"].word == YES and classes["positive_definite"].word != YES:
+        if largest <= 1:
+            return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
+        return Guarantee(NO, f"M is an H+-matrix, for which --omega auto is: {largest:.6g}, the largest diagonal entry")
+    return _by_class(classes, {"positive_definite": contracts, "h_plus": ""})

@@ -1,0 +1,72 @@
+"""An inspection as one JSON object. Keys never vanish: null where there is nothing, and in place of infinities."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from lcpcli.classes.verdict import Verdict
+from lcpcli.inspection import Inspection
+from lcpcli.inspection.matrix import Spread
+from lcpcli.inspection.rates import Rate
+from lcpcli.problem import is_sparse
+
+
+def render(inspection: Inspection) -> str:
+    """One line."""
+    return json.dumps(_object(inspection), allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _object(found: Inspection) -> dict[str, Any]:
+    problem, spectrum, cost = found.problem, found.spectrum, found.cost
+    return {
+        "problem": problem.name,
+        "n": problem.n,
+        "sparse": is_sparse(problem.M),
+        "nonzeros": found.nonzeros,
+        "density": found.nonzeros / problem.n**2,
+        "classes": {name: _verdict(verdict) for name, verdict in found.classes.items()},
+        "spread": _spread(found.spread),
+        "equilibrated_spread": _spread(found.equilibrated_spread),
+        "condition": _number(found.condition),
+        "equilibrated_condition": _number(found.equilibrated_condition),
+        "singular": None if found.equilibrated_condition is None else math.isinf(found.equilibrated_condition),
+        "smallest_eigenvalue": _number(spectrum.smallest) if spectrum else None,
+        "largest_eigenvalue": _number(spectrum.largest) if spectrum else None,
+        "eigenvalues_estimated": spectrum.estimated if spectrum else None,
+        "bytes": cost.bytes,
+        "bandwidth": cost.bandwidth,
+        "factor_entries": cost.factor_entries,
+        "factor_operations": cost.factor_operations,
+        "fixed_point": _rate(found.published),
+        "fixed_point_best": _rate(found.best),
+        "p": _number(found.smoothing.p),
+        "smoothing_error": _number(found.smoothing.error),
+        "methods": {name: {"guaranteed": g.word, "reason": g.reason} for name, g in found.guarantees.items()},
+        "obvious": found.obvious or None,
+        "hints": found.hints,
+    }
+
+
+def _verdict(verdict: Verdict) -> dict[str, Any]:
+    return {
+        "verdict": verdict.word,
+        "evidence": verdict.evidence,
+        "indices": None if verdict.indices is None else list(verdict.indices),
+        "vector": None if verdict.vector is None else verdict.vector.tolist(),
+    }
+
+
+def _spread(spread: Spread) -> dict[str, float | None]:
+    return {"rows_decades": _number(spread.rows), "columns_decades": _number(spread.columns)}
+
+
+def _rate(rate: Rate | None) -> dict[str, Any]:
+    if rate is None:
+        return {"omega": None, "factor": None, "iterations": None}
+    return {"omega": rate.omega, "factor": _number(rate.factor), "iterations": rate.iterations}
+
+
+def _number(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,139 @@
+"""An inspection as text for people, in lines of at most 80 columns."""
+
+from __future__ import annotations
+
+import math
+from textwrap import wrap
+
+from lcpcli.inspection import Inspection
+from lcpcli.inspection.rates import Rate
+from lcpcli.options import OPTIONS
+from lcpcli.problem import count, is_sparse
+
+WIDTH = 80
+TITLES = {
+    "copositive_plus": "copositive-plus",
+    "h_plus": "H+-matrix",
+    "m_matrix": "M-matrix",
+    "p_matrix": "P-matrix",
+    "p0_matrix": "P0-matrix",
+    "skew_symmetric": "skew-symmetric",
+    "z_matrix": "Z-matrix",
+}
+UNKNOWN = "not known: too dear to find out in passing"
+CLOSE = 0.999  # a factor from here on is shown by its distance from 1
+MANY = 999_999
+BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
+
+Row = tuple[str, ...]
+
+
+def render(found: Inspection) -> str:
+    """The facts, the classes of M, the methods, and what there is to remark."""
+    classes = [
+        (TITLES.get(name, name.replace("_", " ")), verdict.word, verdict.evidence)
+        for name, verdict in found.classes.items()
+    ]
+    methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
+    remarks = [text for text in (found.obvious, *found.hints) if text]
+    lines = [
+        *wrap(f"{found.problem.name}: n = {found.problem.n}", WIDTH),
+        *_grid(_facts(found)),
+        "",
+        *_grid([("class of M", "", "because"), *classes], ruled=True),
+        "",
+        *_grid([("method", "guaranteed", "in exact arithmetic, because"), *methods], ruled=True),
+    ]
+    if remarks:
+        lines.append("")
+        for remark in remarks:
+            lines += wrap(remark, WIDTH, initial_indent="- ", subsequent_indent="  ")
+    return "".join(line + "\n" for line in lines)
+
+
+def _facts(found: Inspection) -> list[Row]:
+    return [
+        ("entries", _entries(found)),
+        ("scaling", _scaling(found)),
+        ("condition", _condition(found)),
+        ("eigenvalues", _eigenvalues(found)),
+        ("factorization", _factorization(found)),
+        ("fixed-point", _rate(found.published, found)),
+        ("  --omega auto", _rate(found.best, found)),
+        ("shi", f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"),
+    ]
+
+
+def _entries(found: Inspection) -> str:
+    n, stored = found.problem.n, "sparse" if is_sparse(found.problem.M) else "dense"
+    share = 100 * found.nonzeros / n**2
+    return f"{stored}, {found.nonzeros} of {n**2} not 0 ({share:.3g} %), {_bytes(found.cost.bytes)}"
+
+
+def _scaling(found: Inspection) -> str:
+    before, after = found.spread, found.equilibrated_spread
+    return (
+        f"largest entries differ by {before.rows:.1f} decades between rows, {before.columns:.1f} between columns; "
+        f"once equilibrated by {after.rows:.1f} and {after.columns:.1f}"
+    )
+
+
+def _condition(found: Inspection) -> str:
+    own, scaled = found.condition, found.equilibrated_condition
+    if own is None or scaled is None:
+        return UNKNOWN
+    if math.isinf(own) and math.isinf(scaled):
+        return "singular to working precision"
+    texts = ["infinite" if math.isinf(value) else f"{value:.2g}" for value in (own, scaled)]
+    return f"{texts[0]} in the 1-norm, {texts[1]} once equilibrated"
+
+
+def _eigenvalues(found: Inspection) -> str:
+    if found.spectrum is None:
+        return "M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
+    about = "about " if found.spectrum.estimated else ""
+    return f"{about}{found.spectrum.smallest:.4g} to {found.spectrum.largest:.4g}"
+
+
+def _factorization(found: Inspection) -> str:
+    cost = found.cost
+    size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
+    if cost.bandwidth is None:
+        return size
+    return f"at most {size} (bandwidth {cost.bandwidth} once reordered)"
+
+
+def _rate(rate: Rate | None, found: Inspection) -> str:
+    if rate is None:
+        return UNKNOWN
+    if rate.factor is None:
+        return f"omega = {rate.omega:.4g}: rate not known"
+    if rate.iterations is None:
+        return f"omega = {rate.omega:.4g}: |T| = {rate.factor:.4g}, no contraction"
+    factor = f"{rate.factor:.4g}" if rate.factor < CLOSE else f"1 - {1 - rate.factor:.1e}"
+    many = rate.iterations > MANY
+    times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
+    most = "about" if found.spectrum and found.spectrum.estimated else "at most"
+    return (
+        f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {OPTIONS['tol'].default:.0e} of the first error"
+    )
+
+
+def _bytes(size: int) -> str:
+    unit, name = next((unit, name) for unit, name in BINARY if size >= unit)
+    return f"{size / unit:.3g} {name}"
+
+
+def _grid(rows: list[Row], ruled: bool = False) -> list[str]:
+    """Rows with aligned columns, the last one wrapped; with a rule of dashes under the first row if asked for."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
+    indent = sum(widths) + 2 * len(widths)
+    lines = []
+    for row in rows:
+        head = "".join(cell.ljust(width + 2) for cell, width in zip(row, widths, strict=False))
+        lines += [
+            line.rstrip() for line in wrap(row[-1], WIDTH, initial_indent=head, subsequent_indent=" " * indent)
+        ] or [head.rstrip()]
+        if ruled and row is rows[0]:
+            lines.append("-" * WIDTH)
+    return lines
