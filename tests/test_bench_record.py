@@ -142,7 +142,7 @@ def answer(z: Any, claim: str = SOLUTION) -> Answer:
 SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
 UNKNOWN = Problem([[2, 1], [1, 2]], [-5, -6])
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1], verdict="infeasible")
-DIAGONAL = Problem([[1e6, 0], [0, 1e-6]], [-1e6, -1e-6])  # whose second row is nothing to a tolerance for all rows
+DIAGONAL = Problem([[1e6, 0], [0, 1]], [-1e6, -1])  # whose second row is nothing to a tolerance for all rows
 SOLVED = [4 / 3, 7 / 3]
 
 
