@@ -164,7 +164,7 @@ SOLVED = [4 / 3, 7 / 3]
         (UNKNOWN, answer(SOLVED), True, False),
         (DIAGONAL, answer([1, 1]), True, False),
         (DIAGONAL, answer([1, 1.3]), False, False),
-        (DIAGONAL, answer([1.3, 1]), False, True),
+        (DIAGONAL, answer([0, 1]), False, True),
         (INFEASIBLE, answer([0, 0], claim=NONE), True, False),
         (INFEASIBLE, answer([1, 1]), False, True),
         (INFEASIBLE, answer([1, 1], claim=""), False, False),

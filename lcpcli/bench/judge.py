@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lcpcli import linalg
 from lcpcli.accuracy import Accuracy
 from lcpcli.bench.answer import NONE, SOLUTION, Answer
 from lcpcli.problem import WITHOUT_SOLUTION, Problem
@@ -29,10 +30,10 @@ class Judge:
     """The judge of all answers to one problem.
 
     A claimed solution is accepted if its scaled residual is at most `accept` and the problem is not known to have none.
-    It is false if not even its natural residual, in the problem's own units, is at most `accept` times the largest
-    |q_i|: a solver that is content with that has kept its word, though small rows may have no correct digit. A claim
-    that there is no solution holds where that is known, is false where a solution is known, and is neither success nor
-    false success where nothing is known.
+    It is false if not even its natural residual, in the problem's own units, is at most `accept` times the largest term
+    of w, in |M| |z| or |q|: a solver that is content with that has kept its word, though small rows may have no correct
+    digit; its claim is inexact. A claim that there is no solution holds where that is known, is false where a solution
+    is known, and is neither success nor false success where nothing is known.
     """
 
     def __init__(self, problem: Problem, accept: float) -> None:
@@ -50,5 +51,6 @@ class Judge:
         claimed, scaled = answer.claim == SOLUTION, self._accuracy.scaled_residual(z, w)
         residual, error = self._accuracy.natural_residual(z, w), self._accuracy.error(z)
         success = claimed and scaled <= self._accept and not hopeless
-        as_said = residual <= self._accept * float(np.abs(self._problem.q).max()) and not hopeless
+        terms = linalg.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
+        as_said = residual <= self._accept * float(terms.max()) < np.inf and not hopeless
         return Judgement(success, claimed and not success and not as_said, residual, scaled, error)

@@ -107,6 +107,10 @@ SPARSE = (
     *sizes("tridiagonal", 1000, 10_000, 100_000),
     *sizes("dominant", 300, 1000, 3000),  # its factors fill in: no time limit ends a factorization
 )
+SPEED = (
+    *(case("harker-pang", n, **kind) for n in (300, 1000, 2000) for kind in ({"symmetric": True}, {})),
+    *sizes("obstacle", 10_000, 90_000),
+)
 STIFF = (
     *(case("diagonal", 100, decades=decades) for decades in (4, 8, 12, 16)),
     *(case("near-singular", 100, epsilon=epsilon) for epsilon in (1e-4, 1e-8, 1e-12)),
@@ -131,6 +135,7 @@ SUITES = {
     "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
+    "speed": Suite("what README says of speed: large dense and sparse problems", SPEED),
     "stiff": Suite("badly conditioned, badly scaled and nearly degenerate problems", STIFF),
     "extreme": Suite("problems made to defeat a method, and problems without a solution", EXTREME),
 }
