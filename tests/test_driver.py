@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 
@@ -329,3 +330,13 @@ def test_tolerance_is_what_the_relative_residual_comes_down_to() -> None:
 def test_limits_out_of_range_are_refused(name: str, value: float) -> None:
     with pytest.raises(OptionError, match=name.replace("_", "-")):
         Limits(**{name: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("method", ["fixed-point", "shi", "newton", "lemke"])
+def test_seconds_of_the_iterates_add_up_to_those_of_the_solve(method: str) -> None:
+    ticks = itertools.count()
+    trace = Trace()
+    result = run(EXAMPLE, method, trace=trace, clock=lambda: float(next(ticks)))
+    spent = [later.seconds - earlier.seconds for earlier, later in itertools.pairwise(trace.rows)]
+    assert spent == [1.0] * result.iterations
+    assert sum(spent) == result.solve_seconds
