@@ -118,7 +118,7 @@ class _Loop:
         setup_seconds: float,
     ) -> None:
         self.problem, self.method, self.limits, self.traces, self.clock = problem, method, limits, traces, clock
-        self.accuracy = Accuracy(problem)
+        self.accuracy = Accuracy(problem, limits.tol)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
         self.k, self.evaluations = -1, 0
         self.last = self.best = x0
@@ -137,7 +137,7 @@ class _Loop:
         if self.best is not best and self._relative_residual(best) > self.limits.tol:
             best = min((best, self.best), key=self._relative_residual)
         z = z_of(best)
-        w = self.problem.w(z)
+        w = self.accuracy.w(z)
         relative = self.accuracy.relative_residual(z, w)
         if relative <= self.limits.tol:
             status, reason = Status.SOLVED, ""
@@ -259,13 +259,13 @@ class _Loop:
         if x is self._measured[0]:
             return self._measured[1] <= self.limits.tol
         z = z_of(x)
-        return self.accuracy.passes(z, self.problem.w(z), self.limits.tol)
+        return self.accuracy.passes(z, self.limits.tol)
 
     def _relative_residual(self, x: Vector) -> float:
         """The relative residual at x; that of the x asked for last is remembered."""
         if x is not self._measured[0]:
             z = z_of(x)
-            self._measured = x, self.accuracy.relative_residual(z, self.problem.w(z))
+            self._measured = x, self.accuracy.relative_residual(z, self.accuracy.w(z))
         return self._measured[1]
 
     def _keep(self, iterate: Iterate) -> None:

@@ -83,7 +83,8 @@ def judge(problem: Problem, z: Vector, tol: float) -> Judgement:
 
     Violations are those components whose own relative residual is above tol, the largest first.
     """
-    w, accuracy = problem.w(z), Accuracy(problem)
+    accuracy = Accuracy(problem, tol)
+    w = accuracy.w(z)
     each = accuracy.relative_residuals(z, w)
     relative = accuracy.relative_residual(z, w)
     accepted = relative <= tol

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 
@@ -23,6 +24,19 @@ def sign_of_product(a: Vector, y: Vector) -> int:
     power = a_power + y_power
     shifts: list[int] = (power - power.min()).tolist()
     return sum((i * j) << shift for i, j, shift in zip(a_whole, y_whole, shifts, strict=True))
+
+
+def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
+    """a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number."""
+    a_whole, a_power = _whole(np.append(a, constant))
+    y_whole, y_power = _whole(np.append(y, 1.0))
+    powers = (a_power + y_power).tolist()
+    least = min(powers)
+    total = sum((i * j) << power - least for i, j, power in zip(a_whole, y_whole, powers, strict=True) if i and j)
+    try:
+        return float(Fraction(total << max(least, 0), 1 << max(-least, 0)))
+    except OverflowError:
+        return math.inf if total > 0 else -math.inf
 
 
 def product(a: Vector, y: Sequence[Fraction]) -> Fraction:

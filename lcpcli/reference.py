@@ -105,7 +105,7 @@ def refined(problem: Problem, z: Vector) -> Vector:
     better = np.zeros_like(z)
     better[inside] = np.maximum(values, 0) * units.C[inside]
     accuracy = Accuracy(problem)
-    as_good = accuracy.relative_residual(better, problem.w(better)) <= 2 * accuracy.relative_residual(z, problem.w(z))
+    as_good = accuracy.relative_residual(better, accuracy.w(better)) <= 2 * accuracy.relative_residual(z, accuracy.w(z))
     return better if as_good or _at_rounding(problem, better) else z
 
 

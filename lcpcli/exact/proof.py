@@ -90,7 +90,8 @@ def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) ->
     if exact.z is None or not np.isfinite(rounded(exact.z)).all():
         return result
     z = rounded(exact.z)
-    w, accuracy = data.problem.w(z), Accuracy(data.problem)
+    accuracy = Accuracy(data.problem)
+    w = accuracy.w(z)
     return replace(
         result,
         z=z,

@@ -30,8 +30,8 @@ def name(result: Result) -> str:
 @np.errstate(over="ignore", invalid="ignore")
 def is_true(result: Result) -> bool:
     """Whether a claim of success holds, by the relative residual of z itself, computed from M and q once more."""
-    problem = result.problem
-    return Accuracy(problem).relative_residual(result.z, problem.w(result.z)) <= result.tol
+    accuracy = Accuracy(result.problem, result.tol)
+    return accuracy.relative_residual(result.z, accuracy.w(result.z)) <= result.tol
 
 
 def doubt(result: Result) -> str:
