@@ -25,6 +25,7 @@ from lcpcli.trace import Passing, Trace
 from lcpcli.typing import Vector
 
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
+LARGEST = float(np.finfo(np.float64).max) / 2  # |x| up to which z and w are finite
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
 
 
@@ -99,9 +100,11 @@ def _start(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None) -> Vect
             raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
         z = as_vector("z0", z0, problem.n)
         return as_vector("M z0 + q", x_of(z, problem.w(z)))
-    if x0 is not None:
-        return as_vector("x0", x0, problem.n)
-    return np.zeros(problem.n) if problem.x0 is None else problem.x0
+    start = problem.x0 if x0 is None else as_vector("x0", x0, problem.n)
+    if start is None:
+        return np.zeros(problem.n)
+    as_vector("2 x0", 2 * start)
+    return start
 
 
 class _Loop:
@@ -226,14 +229,16 @@ class _Loop:
         self.k += 1
         self.evaluations = iterate.evaluations
         self._takes_part(iterate.method)
-        level = self._level(iterate)
-        self.last = iterate.x
+        in_range = bool(np.abs(iterate.x).max() <= LARGEST)
+        level = self._level(iterate) if in_range else math.inf
+        if in_range:
+            self.last = iterate.x
+            self._keep(iterate)
         if level < self.best_level:
             self.best_level, self.best = level, iterate.x
         if not self.first_level < math.inf:
             self.first_level = level
-        self._keep(iterate)
-        if self._worth_measuring(level) and self._passes(iterate.x):
+        if in_range and self._worth_measuring(level) and self._passes(iterate.x):
             self.best = iterate.x
             return Status.SOLVED
         if self.method in methods.ITERATIVE and not level <= DIVERGED * self.first_level:

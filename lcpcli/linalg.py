@@ -16,6 +16,7 @@ from lcpcli.typing import Indices, Matrix, Vector
 
 SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
 BLOCK_BYTES = 1 << 20
+MODERATE = 2.0**100  # factors between this and its inverse over- or underflow only with what is out of range anyway
 
 
 class SingularMatrix(Exception):
@@ -31,32 +32,44 @@ def norm_inf(M: Matrix) -> float:
 
 def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vector]:
     """The largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,)."""
-    n = R.size
-    rows, columns = np.zeros(n), np.zeros(n)
+    rows, columns, scale = np.zeros(R.size), np.zeros(R.size), _scaler(R, C)
     if is_sparse(M):
-        entries = np.abs(M.data) * C[M.indices]
-        entries *= np.repeat(R, np.diff(M.indptr))
+        entries = scale(np.abs(M.data), np.repeat(R, np.diff(M.indptr)), C[M.indices])
         filled = np.flatnonzero(np.diff(M.indptr))
         if filled.size:
             rows[filled] = np.maximum.reduceat(entries, M.indptr[filled])
         np.maximum.at(columns, M.indices, entries)
         return rows, columns
     for part, block in _row_blocks(M):
-        block *= C
-        block *= R[part, np.newaxis]
-        rows[part] = block.max(axis=1)
-        np.maximum(columns, block.max(axis=0), out=columns)
+        entries = scale(block, R[part, np.newaxis], C)
+        rows[part] = entries.max(axis=1)
+        np.maximum(columns, entries.max(axis=0), out=columns)
     return rows, columns
 
 
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
-    """R M C for diagonals R, C of shape (n,), as a new matrix; rounds nothing if they are powers of two."""
+    """R M C for diagonals R, C > 0 of shape (n,), as a new matrix; rounds nothing if they are powers of two.
+
+    Entries over- and underflow only where R M C itself does.
+    """
     if not is_sparse(M):
-        return R[:, np.newaxis] * M * C
+        return _scaler(R, C)(M, R[:, np.newaxis], C)
     result = M.copy()
-    result.data *= C[M.indices]
-    result.data *= np.repeat(R, np.diff(M.indptr))
+    result.data = _scaler(R, C)(M.data, np.repeat(R, np.diff(M.indptr)), C[M.indices])
     return result
+
+
+def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
+    """What multiplies entries by their R and C, given as arrays, so that no part of the product leaves the range."""
+    if all(diagonal.min() >= 1 / MODERATE and diagonal.max() <= MODERATE for diagonal in (R, C)):
+        return lambda entries, left, right: left * entries * right
+
+    def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
+        (left, left_power), (right, right_power) = np.frexp(left), np.frexp(right)
+        product: Vector = np.ldexp(2 * left * entries * (2 * right), left_power + right_power - 2)
+        return product
+
+    return multiply
 
 
 def absolute_product(M: Matrix, z: Vector) -> Vector:

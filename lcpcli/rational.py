@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from lcpcli.typing import Vector
 
 MANTISSA = 53
+SUBNORMAL = 1074  # the smallest positive number is 2 to the minus this
+TINY = float(np.finfo(np.float64).smallest_normal)
 
 
 def sign_of_product(a: Vector, y: Vector) -> int:
@@ -27,16 +29,23 @@ def sign_of_product(a: Vector, y: Vector) -> int:
 
 
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
-    """a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number."""
+    """a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
+
+    Where it is subnormal it is rounded away from 0, so that nothing but 0 becomes 0.
+    """
     a_whole, a_power = _whole(np.append(a, constant))
     y_whole, y_power = _whole(np.append(y, 1.0))
     powers = (a_power + y_power).tolist()
     least = min(powers)
     total = sum((i * j) << power - least for i, j, power in zip(a_whole, y_whole, powers, strict=True) if i and j)
+    exact = Fraction(total << max(least, 0), 1 << max(-least, 0))
     try:
-        return float(Fraction(total << max(least, 0), 1 << max(-least, 0)))
+        rounded = float(exact)
     except OverflowError:
         return math.inf if total > 0 else -math.inf
+    if abs(rounded) >= TINY:
+        return rounded
+    return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), total)
 
 
 def product(a: Vector, y: Sequence[Fraction]) -> Fraction:

@@ -14,6 +14,7 @@ from itertools import islice
 
 import numpy as np
 
+from lcpcli.errors import ProblemError
 from lcpcli.finish import finish
 from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, Stalled
 from lcpcli.methods.lemke import lemke
@@ -39,7 +40,7 @@ def restarts(problem: Problem, x0: Vector) -> Iterator[Iterate]:
         try:
             exchanged = _exchanged(M, problem.q, pair)
             last = deque(islice(lemke(exchanged, np.zeros(problem.n)), PIVOTS * problem.n), maxlen=1)[-1]
-        except (Breakdown, Stalled, NoSolution, FloatingPointError, np.linalg.LinAlgError):
+        except (Breakdown, Stalled, NoSolution, ProblemError, FloatingPointError, np.linalg.LinAlgError):
             continue
         if last.F is None or np.abs(last.F).max() > 1e-6 * np.abs(problem.q).max():
             continue
@@ -50,7 +51,7 @@ def restarts(problem: Problem, x0: Vector) -> Iterator[Iterate]:
 
 
 def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:
-    """The principal pivot transform: z_i and w_i exchanged for the indices of the pair."""
+    """The principal pivot transform, z_i and w_i exchanged for the pair's indices; ProblemError where it overflows."""
     inverse = np.linalg.inv(M[np.ix_(pair, pair)])
     columns = M[:, pair] @ inverse
     T = M - columns @ M[pair]

@@ -10,8 +10,10 @@ import numpy as np
 from lcpcli import linalg
 from lcpcli.methods.iterate import Iterate
 from lcpcli.problem import Problem
-from lcpcli.scaling import equilibrate
+from lcpcli.scaling import LARGEST_POWER, equilibrate
 from lcpcli.typing import Vector
+
+MODERATE = 300  # the power of two up to which R q is left as it is
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,14 +32,38 @@ class Scaled:
         return np.maximum(x, 0) / self.C + np.minimum(x, 0) * self.R
 
     def iterates(self, scaled: Iterator[Iterate]) -> Iterator[Iterate]:
-        """The iterates of a method on the scaled problem in the units of the original one."""
+        """The iterates of a method on the scaled problem in the units of the original one, infinite where these end."""
         for iterate in scaled:
-            x = np.maximum(iterate.x, 0) * self.C
-            x += np.minimum(iterate.x, 0) / self.R
-            yield replace(iterate, x=x, F=None if iterate.F is None else iterate.F / self.R)
+            with np.errstate(over="ignore"):
+                x = np.maximum(iterate.x, 0) * self.C
+                x += np.minimum(iterate.x, 0) / self.R
+                F = None if iterate.F is None else iterate.F / self.R
+            yield replace(iterate, x=x, F=F)
 
 
 def scale(problem: Problem) -> Scaled:
-    """The equilibrated problem; M is copied once."""
+    """The equilibrated problem; M is copied once. Where R q would be out of all proportion, it is made of size one.
+
+    The problem as it is, where no powers of two in range can do that.
+    """
     R, C = equilibrate(problem.M, problem.q)
-    return Scaled(Problem(linalg.scaled(problem.M, R, C), R * problem.q), R, C)
+    t = np.exp2(_common_power(problem.q, R, C))
+    with np.errstate(over="ignore"):
+        R, C = R * t, C / t
+        q = R * problem.q
+    if not np.isfinite(q).all():
+        return Scaled(problem, np.ones(q.size), np.ones(q.size))
+    return Scaled(Problem(linalg.scaled(problem.M, R, C), q), R, C)
+
+
+def _common_power(q: Vector, R: Vector, C: Vector) -> float:
+    """The power of two for R, and its inverse for C, that brings R q into range, as far as R and C allow."""
+    if not q.any():
+        return 0.0
+    rows, columns = np.log2(R), np.log2(C)
+    size = float((np.frexp(q)[1] + rows).max(where=q != 0, initial=-np.inf))
+    if abs(size) <= MODERATE:
+        return 0.0
+    low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
+    high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)
+    return float(np.clip(-size, low, high)) if low <= high else 0.0
