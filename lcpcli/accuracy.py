@@ -49,7 +49,7 @@ class Accuracy:
 
     @np.errstate(over="ignore", invalid="ignore")
     def w(self, z: Vector) -> Vector:
-        """w = M z + q for finite z >= 0 of shape (n,), rounded only once in rows where rounding errors could matter."""
+        """w = M z + q for finite z of shape (n,), rounded only once in rows where rounding errors could matter."""
         w = self.problem.w(z)
         doubtful = self._doubtful(z, w)
         if doubtful.size:
@@ -61,15 +61,18 @@ class Accuracy:
 
         These are rows with |M| z far above s, as where M is ill-conditioned, and with numbers out of range.
         """
+        if not z.any():
+            return np.empty(0, dtype=np.intp)
+        s = self._scale
+        if not s:
+            return np.flatnonzero(~np.isfinite(w) | (not np.minimum(z, w).any()))
         inner, outer = _times(z, self._to_columns), _times(w, self._to_rows)
         residual = np.abs(np.minimum(inner, outer))
-        largest, s = _largest(residual), self._scale
-        if not z.any() or not s:
-            return np.flatnonzero(~np.isfinite(w) | (bool(z.any()) and not largest))
-        bound = 3 * ROUNDING * max(1.0, 2 * float(inner.sum()) / s)  # as no entry of R |M| C is above 2
+        largest = _largest(residual)
+        bound = 3 * ROUNDING * max(1.0, 2 * float(np.abs(inner).sum()) / s)  # as no entry of R |M| C is above 2
         if bound + self._underflow / (FLOOR * s) <= HARMLESS * max(self.tol, PRECISION, largest / s) < math.inf:
             return np.empty(0, dtype=np.intp)
-        terms = _times(linalg.absolute_product(self.problem.M, z), self._to_rows)
+        terms = _times(linalg.absolute_product(self.problem.M, np.abs(z)), self._to_rows)
         lost, own = ROUNDING * (terms + self._Rq) + self._underflow, self._own(terms)
         certain = float(np.nan_to_num((residual - lost) / own, nan=0.0, posinf=0.0).max())
         harmless = (lost <= HARMLESS * max(self.tol, PRECISION, certain) * own) | (outer - lost >= inner)
@@ -98,7 +101,7 @@ class Accuracy:
 
     def relative_residuals(self, z: Vector, w: Vector) -> Vector:
         """The relative residual of each component, of which the largest one is that of z."""
-        residual = self._scaled(z, w)
+        residual = self._scaled(z, w) if self._scale else np.minimum(z, w)
         if not residual.any():
             return residual
         if not self._scale or not np.isfinite(residual).all():
@@ -119,10 +122,9 @@ class Accuracy:
         min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise, scaled or not:
         where it is small, the relative residual is at most 1 / FLOOR times as large.
         """
-        largest = _largest(_times(F, self._to_rows))
-        if largest == 0:
+        if not F.any():
             return 0.0
-        return largest / self._scale if self._scale else math.inf
+        return _largest(_times(F, self._to_rows)) / self._scale if self._scale else math.inf
 
     def error(self, z: Vector) -> float | None:
         return min((_largest(z - solution) for solution in self.problem.solutions), default=None)

@@ -20,12 +20,14 @@ from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stall
 from lcpcli.modulus import x_of, z_of
 from lcpcli.options import OPTIONS, flag
 from lcpcli.problem import Problem, as_vector
+from lcpcli.refinement import is_rounded_solution
 from lcpcli.result import Result, Status
 from lcpcli.trace import Passing, Trace
 from lcpcli.typing import Vector
 
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
 LARGEST = float(np.finfo(np.float64).max) / 2  # |x| up to which z and w are finite
+ROUNDED = "z is the exact solution but for the rounding of its last digits"
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
 
 
@@ -58,7 +60,8 @@ def run(
 ) -> Result:
     """Run a method on a problem from x0, or from z0 (by default the problem's own start, else the origin).
 
-    "solved" is said only if the relative residual, recomputed from the original M and q, is at most limits.tol.
+    "solved" is said only if the relative residual, recomputed from the original M and q, is at most limits.tol, or if
+    exact arithmetic shows that z is the solution but for its last digits.
     `scale` has an iterative method work on the equilibrated problem, `finish` has it end on its active set as soon as
     that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace`
     and `curve` keep iterates, each what it was made for. The clock is read around the method's own work alone.
@@ -100,11 +103,9 @@ def _start(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None) -> Vect
             raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
         z = as_vector("z0", z0, problem.n)
         return as_vector("M z0 + q", x_of(z, problem.w(z)))
-    start = problem.x0 if x0 is None else as_vector("x0", x0, problem.n)
-    if start is None:
-        return np.zeros(problem.n)
-    as_vector("2 x0", 2 * start)
-    return start
+    if x0 is not None:
+        return as_vector("x0", x0, problem.n)
+    return np.zeros(problem.n) if problem.x0 is None else problem.x0
 
 
 class _Loop:
@@ -124,7 +125,7 @@ class _Loop:
         self.accuracy = Accuracy(problem, limits.tol)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
         self.k, self.evaluations = -1, 0
-        self.last = self.best = x0
+        self.last = self.best = np.clip(x0, -LARGEST, LARGEST)
         self.best_level = self.first_level = math.inf
         self.route: list[str] = []
         self.certificate: Certificate | None = None
@@ -137,13 +138,16 @@ class _Loop:
             if trace is not None:
                 trace.close(self.accuracy)
         best = self.last
-        if self.best is not best and self._relative_residual(best) > self.limits.tol:
+        rounded = self._relative_residual(best) > self.limits.tol and is_rounded_solution(self.problem, z_of(best))
+        if self.best is not best and not rounded and self._relative_residual(best) > self.limits.tol:
             best = min((best, self.best), key=self._relative_residual)
         z = z_of(best)
         w = self.accuracy.w(z)
         relative = self.accuracy.relative_residual(z, w)
         if relative <= self.limits.tol:
             status, reason = Status.SOLVED, ""
+        elif rounded:
+            status, reason = Status.SOLVED, f"{ROUNDED}, which leaves a relative residual of {relative:.1e}"
         elif best is not self.last:
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return Result(

@@ -45,7 +45,7 @@ def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
         return math.inf if total > 0 else -math.inf
     if abs(rounded) >= TINY:
         return rounded
-    return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), total)
+    return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), 1 if total > 0 else -1)
 
 
 def product(a: Vector, y: Sequence[Fraction]) -> Fraction:

@@ -121,3 +121,15 @@ def relative_residual(problem: Problem, z: np.ndarray) -> Fraction:
     terms = [r * sum(abs(a) * b for a, b in zip(row, exact_z, strict=True)) for r, row in zip(R, M, strict=True)]
     sizes = [min(max(abs(a), b, scale / 100_000), scale) for a, b in zip(scaled, terms, strict=True)]
     return max(a / b for a, b in zip(residuals, sizes, strict=True))
+
+
+def is_solution_rounded(problem: Problem, z: np.ndarray) -> bool:
+    """Whether z is an exact solution, each component of it to within a few units of the last digit."""
+    M, q = exact._rational(problem)
+    inside = np.flatnonzero(z > 0).tolist()
+    z_P = exact._regular([[M[i][j] for j in inside] for i in inside], [-q[i] for i in inside])
+    if z_P is None:
+        return False
+    right = dict(zip(inside, z_P, strict=True))
+    near = all(abs(Fraction(z[i].item()) - value) <= abs(value) / 2**50 for i, value in right.items())
+    return near and exact.solves(problem, [right.get(i, Fraction(0)) for i in range(z.size)])

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem, read, reference, run, shipped
-from lcpcli.reference import accurate_residual, refined, with_reference
+from lcpcli.reference import with_reference
+from lcpcli.refinement import accurate_residual, refined
 
 from . import exact
 

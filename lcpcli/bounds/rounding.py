@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from lcpcli.problem import Problem, is_sparse
-from lcpcli.reference import accurate_residual
+from lcpcli.refinement import accurate_residual
 from lcpcli.typing import Matrix, Vector
 
 EPS = float(np.finfo(np.float64).eps)

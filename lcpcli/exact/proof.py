@@ -83,6 +83,7 @@ def _exact(data: ExactProblem, run: Result, own: bool, deadline: float) -> Exact
     return Exact(Status.SOLVED, SOLVED, z=z, w=data.w(z)) if z is not None and data.is_solution(z) else None
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
 def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) -> Result:
     result = replace(
         result, status=status, message=f"{status.value}: {exact.proof}", certificate=_certificate(exact), exact=exact

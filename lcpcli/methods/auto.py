@@ -8,13 +8,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 
+import numpy as np
+
 from lcpcli import linalg, methods
 from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stalled
 from lcpcli.methods.newton import LEAST_INDEX
+from lcpcli.modulus import z_of
 from lcpcli.problem import Problem, is_sparse
+from lcpcli.refinement import is_near, is_rounded_solution, refined
 from lcpcli.typing import Vector
 
 LEAST_INDEX_STEPS = 60  # of newton where M is dense: its block steps advance, these may need 2^n
+REFINED = "refined"
 LEMKE_PIVOTS = 20  # an unknown
 
 
@@ -56,11 +61,16 @@ def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Itera
                 last = replace(iterate, method=iterate.method or name, evaluations=evaluations)
                 yield last
         except (Breakdown, Stalled, FloatingPointError):
-            continue
+            pass
         except NoSolution as ending:
             if ending.certificate.kind != "ray":
                 ending.method = name
                 raise
+        if is_near(problem, z_of(last.x)):
+            last = _refined(problem, last)
+            yield last
+            if is_rounded_solution(problem, z_of(last.x)):
+                return
     seconds = max(deadline - time.perf_counter(), 1e-3)
     try:
         for iterate in islice(methods.load("milp")(problem, x0, time_limit=seconds), 1, None):
@@ -68,6 +78,15 @@ def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Itera
     except Ending as ending:
         ending.method = "milp"
         raise
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _refined(problem: Problem, last: Iterate) -> Iterate:
+    """The iterate with z made right to its last digits."""
+    inside = last.x > 0
+    z = refined(problem, z_of(last.x), inside)
+    x = np.where(inside, z, -np.maximum(problem.w(z), 0)) / 2
+    return replace(last, x=x, F=None, step=REFINED)
 
 
 def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Iterator[Iterate]]]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lcpcli.accuracy import Accuracy, size_of_solutions
+from lcpcli.refinement import is_rounded_solution
 from lcpcli.report import LEVELS, numbers
 from lcpcli.result import Result
 from lcpcli.trace import Milestone
@@ -29,9 +30,10 @@ def name(result: Result) -> str:
 
 @np.errstate(over="ignore", invalid="ignore")
 def is_true(result: Result) -> bool:
-    """Whether a claim of success holds, by the relative residual of z itself, computed from M and q once more."""
+    """Whether a claim of success holds: by the relative residual of z, computed once more, or by exact arithmetic."""
     accuracy = Accuracy(result.problem, result.tol)
-    return accuracy.relative_residual(result.z, accuracy.w(result.z)) <= result.tol
+    small = accuracy.relative_residual(result.z, accuracy.w(result.z)) <= result.tol
+    return small or is_rounded_solution(result.problem, result.z)
 
 
 def doubt(result: Result) -> str:
