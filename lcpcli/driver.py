@@ -17,7 +17,7 @@ from lcpcli.accuracy import Accuracy
 from lcpcli.certificate import Certificate, proves_infeasible
 from lcpcli.errors import OptionError
 from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
-from lcpcli.modulus import x_of, z_of
+from lcpcli.modulus import LARGEST, x_of, z_of
 from lcpcli.options import OPTIONS, flag
 from lcpcli.problem import Problem, as_vector
 from lcpcli.refinement import is_rounded_solution
@@ -26,7 +26,6 @@ from lcpcli.trace import Passing, Trace
 from lcpcli.typing import Vector
 
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
-LARGEST = float(np.finfo(np.float64).max) / 2  # |x| up to which z and w are finite
 ROUNDED = "z is the exact solution but for the rounding of its last digits"
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
 

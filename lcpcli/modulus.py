@@ -6,6 +6,8 @@ import numpy as np
 
 from lcpcli.typing import Vector
 
+LARGEST = float(np.finfo(np.float64).max) / 2  # |x| up to which z and w are finite
+
 
 def z_of(x: Vector) -> Vector:
     """z = |x| + x = 2 max(x, 0)."""

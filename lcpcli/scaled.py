@@ -9,10 +9,12 @@ import numpy as np
 
 from lcpcli import linalg
 from lcpcli.methods.iterate import Iterate
-from lcpcli.problem import Problem
+from lcpcli.modulus import LARGEST
+from lcpcli.problem import Problem, is_sparse
 from lcpcli.scaling import LARGEST_POWER, equilibrate
 from lcpcli.typing import Vector
 
+FAR = 200  # the power of two from which on a number is far from one
 MODERATE = 300  # the power of two up to which R q is left as it is
 
 
@@ -32,11 +34,14 @@ class Scaled:
         return np.maximum(x, 0) / self.C + np.minimum(x, 0) * self.R
 
     def iterates(self, scaled: Iterator[Iterate]) -> Iterator[Iterate]:
-        """The iterates of a method on the scaled problem in the units of the original one, infinite where these end."""
+        """The iterates of a method on the scaled problem in the units of the original one.
+
+        Where z is too large for these, x is infinite; where w is, x is as far below 0 as it can be.
+        """
         for iterate in scaled:
             with np.errstate(over="ignore"):
                 x = np.maximum(iterate.x, 0) * self.C
-                x += np.minimum(iterate.x, 0) / self.R
+                x += np.maximum(np.minimum(iterate.x, 0) / self.R, -LARGEST)
                 F = None if iterate.F is None else iterate.F / self.R
             yield replace(iterate, x=x, F=F)
 
@@ -54,6 +59,15 @@ def scale(problem: Problem) -> Scaled:
     if not np.isfinite(q).all():
         return Scaled(problem, np.ones(q.size), np.ones(q.size))
     return Scaled(Problem(linalg.scaled(problem.M, R, C), q), R, C)
+
+
+def is_far_from_one(problem: Problem) -> bool:
+    """Whether numbers of the problem are so large or small that products of a few of them are out of range."""
+    for values in (problem.M.data if is_sparse(problem.M) else problem.M, problem.q):
+        sizes = np.abs(values)
+        if sizes.max(initial=0.0) > 2.0**FAR or sizes.min(where=sizes > 0, initial=1.0) < 2.0**-FAR:
+            return True
+    return False
 
 
 def _common_power(q: Vector, R: Vector, C: Vector) -> float:

@@ -10,12 +10,14 @@ from itertools import islice
 
 import numpy as np
 
-from lcpcli import linalg, methods
+from lcpcli import linalg, methods, scaled
+from lcpcli.certificate import proof_in_units
 from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stalled
 from lcpcli.methods.newton import LEAST_INDEX
 from lcpcli.modulus import z_of
 from lcpcli.problem import Problem, is_sparse
 from lcpcli.refinement import is_near, is_rounded_solution, refined
+from lcpcli.scaled import Scaled
 from lcpcli.typing import Vector
 
 LEAST_INDEX_STEPS = 60  # of newton where M is dense: its block steps advance, these may need 2^n
@@ -97,6 +99,8 @@ def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[s
         yield "sparse", sparse_route(problem, x0)
     patience = problem.n if is_sparse(problem.M) else LEAST_INDEX_STEPS
     yield "newton", _while_blocks_advance(methods.load("newton")(problem, x0), patience)
+    if scaled.is_far_from_one(problem):
+        yield from _in_scaled_units(problem, x0)
     if is_sparse(problem.M) and problem.n > linalg.SMALL:
         from lcpcli.linear import linear
 
@@ -105,6 +109,27 @@ def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[s
     from lcpcli.restarts import restarts
 
     yield "lemke", restarts(problem, x0)
+
+
+def _in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Iterator[Iterate]]]:
+    """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
+    units = scaled.scale(problem)
+    start, pivots = np.sign(x0), LEMKE_PIVOTS * problem.n
+    newton = _while_blocks_advance(methods.load("newton")(units.problem, start), LEAST_INDEX_STEPS)
+    yield "newton", units.iterates(newton)
+    yield "lemke", _proving(problem, units, islice(methods.load("lemke")(units.problem, start), pivots))
+
+
+def _proving(problem: Problem, units: Scaled, iterates: Iterator[Iterate]) -> Iterator[Iterate]:
+    """The iterates in the problem's own units, and so a proof with which they end."""
+    try:
+        yield from units.iterates(iterates)
+    except NoSolution as ending:
+        proof = ending.certificate
+        y = None if proof.kind == "ray" or proof.vector is None else proof_in_units(problem, units.R, proof.vector)
+        if y is None:
+            raise Breakdown(proof.statement) from None
+        raise NoSolution(replace(proof, vector=y)) from None
 
 
 def _while_blocks_advance(iterates: Iterator[Iterate], patience: int) -> Iterator[Iterate]:
