@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lcpcli import farkas
-from lcpcli.problem import is_sparse
 from lcpcli.typing import Matrix, Vector
 
 OPEN, INSIDE, OUTSIDE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
@@ -97,20 +96,9 @@ def _point(M: Matrix, q: Vector, decided: Decisions, point: Vector | None) -> tu
 
 def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
     """Whether M_PP z_P = -q_P has no solution, or but one, which has z_P >= 0 or M_NP z_P + q_N >= 0 violated."""
-    from fractions import Fraction
-
-    from lcpcli import rational
-
-    inside = np.flatnonzero(P)
-    if inside.size > farkas.SIDE:
+    if np.count_nonzero(P) > farkas.SIDE:
         return False
-    columns: Vector = M[:, inside].toarray() if is_sparse(M) else M[:, inside]
-    constant = [Fraction(value) for value in q.tolist()]
-    solved = rational.solve(columns[inside], [-constant[i] for i in inside])
-    if solved is None:
-        return True
-    z, unique = solved
-    if not unique:
-        return False
-    w = (rational.product(row, z) + value for row, value in zip(columns, constant, strict=True))
-    return min(z, default=0) < 0 or any(value < 0 for value in w)
+    from lcpcli.basis import exact_basis
+
+    found = exact_basis(M, q, P)
+    return found is None or (found.unique and not found.solves)

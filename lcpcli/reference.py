@@ -54,7 +54,8 @@ def _exact(problem: Problem, z: Vector) -> Vector | None:
     from lcpcli.exact.solution import exact_solution
 
     solution = exact_solution(problem, z)
-    return None if solution is None else numbers.rounded(solution)
+    rounded = None if solution is None else numbers.rounded(solution)
+    return rounded if rounded is not None and np.isfinite(rounded).all() else None
 
 
 def near(problem: Problem, size: float) -> Vector:

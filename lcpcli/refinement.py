@@ -115,22 +115,14 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     differs from it by more than LAST_DIGITS of itself. So it never says yes of a problem that has no solution. It says
     no where P is larger than `farkas.SIDE`, or M_PP is singular.
     """
-    inside = np.flatnonzero(z > 0)
-    if inside.size > farkas.SIDE or not np.isfinite(z).all() or not is_near(problem, z):
+    if np.count_nonzero(z > 0) > farkas.SIDE or not np.isfinite(z).all() or not is_near(problem, z):
         return False
     from fractions import Fraction
 
-    from lcpcli import rational
+    from lcpcli.basis import exact_basis
 
-    columns = linalg.dense_columns(problem.M, inside)
-    constant = [Fraction(value) for value in problem.q.tolist()]
-    solved = rational.solve(columns[inside], [-constant[i] for i in inside])
-    if solved is None or not solved[1]:
+    found = exact_basis(problem.M, problem.q, z > 0)
+    if found is None or not (found.unique and found.solves):
         return False
-    exact = solved[0]
-    near = (
-        abs(Fraction(value) - right) <= Fraction(LAST_DIGITS) * right
-        for value, right in zip(z[inside].tolist(), exact, strict=True)
-    )
-    w = (rational.product(row, exact) + value for row, value in zip(columns, constant, strict=True))
-    return all(near) and all(value >= 0 for value in w)
+    last_digits = Fraction(LAST_DIGITS)
+    return all(abs(Fraction(a) - b) <= last_digits * b for a, b in zip(z.tolist(), found.z, strict=True))

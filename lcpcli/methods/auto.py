@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli import linalg, methods, scaled
 from lcpcli.certificate import proof_in_units
-from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stalled
+from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, OutOfTime, Stalled
 from lcpcli.methods.newton import LEAST_INDEX
 from lcpcli.modulus import z_of
 from lcpcli.problem import Problem, is_sparse
@@ -32,7 +32,8 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Itera
     `sparse_route`, which needs products with M alone where they do, then newton, then `linear`, which proves most
     infeasible problems to be so. Where these break down, stall or use up their budget, lemke takes over, which solves
     what has a copositive-plus or otherwise well-behaved M, then `restarts` of it, which solve games, and then milp,
-    which settles what is left: by a solution, by a proof that there is none, or not at all within the time limit.
+    which settles what is left: by a solution, by a proof that there is none, or not at all within the time limit. What
+    its tolerances leave open of a small problem is settled by `exhaustion`.
 
     Parameters
     ----------
@@ -75,10 +76,22 @@ def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Itera
                 return
     seconds = max(deadline - time.perf_counter(), 1e-3)
     try:
-        for iterate in islice(methods.load("milp")(problem, x0, time_limit=seconds), 1, None):
-            yield replace(iterate, method="milp", evaluations=last.evaluations + iterate.evaluations)
+        yield from _taking_part("milp", methods.load("milp")(problem, x0, time_limit=seconds), last.evaluations)
+    except Stalled as ending:
+        from lcpcli import exhaustion
+
+        if problem.n > exhaustion.LARGEST or isinstance(ending, OutOfTime):
+            raise
+        yield from _taking_part("exhaustion", exhaustion.exhaustion(problem, x0), last.evaluations)
+
+
+def _taking_part(method: str, iterates: Iterator[Iterate], done: int) -> Iterator[Iterate]:
+    """The iterates but the first, the start, and the ending of a method, with its name."""
+    try:
+        for iterate in islice(iterates, 1, None):
+            yield replace(iterate, method=method, evaluations=done + iterate.evaluations)
     except Ending as ending:
-        ending.method = "milp"
+        ending.method = method
         raise
 
 
