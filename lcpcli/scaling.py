@@ -12,6 +12,8 @@ from lcpcli import linalg
 from lcpcli.typing import Matrix, Vector
 
 SWEEPS = 30
+BALANCING_SWEEPS = 200
+FAR = 40.0  # the power of two between units from which on logarithms are balanced before largest entries are
 LARGEST_POWER = 1000.0  # of two: R and C, and what they divide, stay finite
 
 
@@ -25,9 +27,11 @@ def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
     largest other one; a column of zeros, which has no scale, not at all. Blocks of M that do not touch each other keep
     what units they have in common.
     """
-    row_power, column_power = np.zeros(q.size), np.zeros(q.size)
+    row_power, column_power = _balance(M, q) if _is_far_from_one(M) else np.zeros((2, q.size))
     for _ in range(SWEEPS):
-        rows, columns = linalg.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
+        with np.errstate(over="ignore"):
+            maxima = linalg.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
+        rows, columns = (np.minimum(each, np.finfo(np.float64).max) for each in maxima)
         row_change, column_change = _half_power(rows), _half_power(columns)
         if not row_change.any() and not column_change.any():
             break
@@ -40,6 +44,38 @@ def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
         own = 2 * _half_power(np.abs(q[empty]))
         row_power[empty] = np.clip((largest if largest > -LARGEST_POWER else 0.0) - own, -LARGEST_POWER, LARGEST_POWER)
     return np.exp2(row_power), np.exp2(column_power)
+
+
+def _is_far_from_one(M: Matrix) -> bool:
+    """Whether the largest entries of rows, or of columns, lie further apart than units in common use do."""
+    ones = np.ones(M.shape[0])
+    sizes = [maxima[maxima > 0] for maxima in linalg.row_and_column_maxima(M, ones, ones)]
+    return any(each.size and np.log2(each.max()) - np.log2(each.min()) > FAR for each in sizes)
+
+
+def _balance(M: Matrix, q: Vector) -> Vector:
+    """Powers of two for rows and columns, shape (2, n): the logarithms of all entries of M and q become least squares.
+
+    A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
+    Mathematics 10 (1972) 118-124, with q for one more column. Largest entries alone can be brought to 1 in many ways,
+    of which units far apart lead to bad ones; least squares have one end, wherever one begins.
+    """
+    n, loads = q.size, np.flatnonzero(q)
+    (rows, columns), own = M.nonzero(), np.full(loads.size, q.size)
+    entries = [np.asarray(M[rows, columns]).ravel(), q[loads]]
+    rows, columns = np.append(rows, loads), np.append(columns, own)
+    if linalg.is_symmetric(M):  # with q for a row as well, so that it stays so
+        entries.append(q[loads])
+        rows, columns = np.append(rows, own), np.append(columns, loads)
+    sizes = np.log2(np.abs(np.concatenate(entries)))
+    ends = ((0, rows), (1, columns))
+    counts = [np.maximum(np.bincount(indices, minlength=n + 1), 1) for _, indices in ends]
+    powers = np.zeros((2, n + 1))
+    for _ in range(BALANCING_SWEEPS):
+        changes = [np.bincount(indices, sizes, n + 1) / (2 * counts[k]) for k, indices in ends]
+        powers -= changes
+        sizes -= changes[0][rows] + changes[1][columns]
+    return np.clip(np.rint(powers[:, :n]), -LARGEST_POWER, LARGEST_POWER)
 
 
 def _half_power(sizes: Vector) -> Vector:
