@@ -16,7 +16,9 @@ from lcpcli.basis import Basis, exact_basis
 from lcpcli.certificate import Certificate
 from lcpcli.exact.numbers import rounded
 from lcpcli.methods.iterate import Iterate, NoSolution, Stalled
+from lcpcli.modulus import z_of
 from lcpcli.problem import Problem
+from lcpcli.refinement import is_rounded_solution
 from lcpcli.typing import Mask, Vector
 
 LARGEST = 8  # unknowns: 256 sets, a fraction of a second
@@ -26,7 +28,7 @@ SINGULAR = "no solution is found, and none is excluded: the submatrix of one com
 
 
 def exhaustion(problem: Problem, x0: Vector) -> Iterator[Iterate]:
-    """Yield x0 and (z - w) / 2 for the rounded solutions of all complementary sets, for n <= LARGEST.
+    """Yield x0 and (z - w) / 2 for the rounded solutions of complementary sets, for n <= LARGEST.
 
     Raises
     ------
@@ -39,8 +41,10 @@ def exhaustion(problem: Problem, x0: Vector) -> Iterator[Iterate]:
         P = np.array(inside)
         found = exact_basis(problem.M, problem.q, P)
         if found is not None and found.solves:
-            solvable = True
-            yield Iterate(_x(problem, found, P), None, "exact", k)
+            solvable, x = True, _x(problem, found, P)
+            yield Iterate(x, None, "exact", k)
+            if is_rounded_solution(problem, z_of(x)):
+                return
         elif found is not None and not found.unique:
             singular = True
     if solvable or singular:
