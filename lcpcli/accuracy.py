@@ -80,7 +80,7 @@ class Accuracy:
 
     def _own(self, terms: Vector) -> Vector:
         """s_i for |M| z in the units of the rows."""
-        own: Vector = np.clip(np.maximum(self._Rq, terms), FLOOR * self._scale, self._scale)
+        own: Vector = np.minimum(np.maximum(np.maximum(self._Rq, terms), FLOOR * self._scale), self._scale)
         return own
 
     def natural_residual(self, z: Vector, w: Vector) -> float:
@@ -142,13 +142,10 @@ def _largest(v: Vector) -> float:
 
 def _factors(powers: Indices) -> tuple[Vector, ...]:
     """The powers of two as factors, all above or all below 1, each of which is in range."""
-    factors = []
-    while True:
-        within = np.clip(powers, -LARGEST_POWER, LARGEST_POWER)
-        factors.append(np.exp2(within.astype(np.float64)))
-        powers = powers - within
-        if not powers.any():
-            return tuple(factors)
+    if max(int(powers.max()), -int(powers.min())) <= LARGEST_POWER:
+        return (np.ldexp(1.0, powers),)
+    within = np.clip(powers, -LARGEST_POWER, LARGEST_POWER)
+    return np.ldexp(1.0, within), *_factors(powers - within)
 
 
 def _times(v: Vector, factors: tuple[Vector, ...]) -> Vector:

@@ -16,6 +16,7 @@ from lcpcli.typing import Indices, Matrix, Vector
 
 SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
 BLOCK_BYTES = 1 << 20
+LARGEST = float(np.finfo(np.float64).max)
 MODERATE = 2.0**100  # factors between this and its inverse over- or underflow only with what is out of range anyway
 
 
@@ -50,7 +51,7 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
     """R M C for diagonals R, C > 0 of shape (n,), as a new matrix; rounds nothing if they are powers of two.
 
-    Entries over- and underflow only where R M C itself does.
+    Entries underflow only where R M C itself does, and are the largest number where that is larger.
     """
     if not is_sparse(M):
         return _scaler(R, C)(M, R[:, np.newaxis], C)
@@ -60,16 +61,26 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
 
 
 def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
-    """What multiplies entries by their R and C, given as arrays, so that no part of the product leaves the range."""
-    if all(diagonal.min() >= 1 / MODERATE and diagonal.max() <= MODERATE for diagonal in (R, C)):
-        return lambda entries, left, right: left * entries * right
+    """What multiplies entries by their R and C, given as arrays, so that no part of the product leaves the range.
+
+    Where the product itself is beyond the largest number, that stands in its place.
+    """
+    if min(R.min(), C.min()) >= 1 / MODERATE and max(R.max(), C.max()) <= MODERATE:
+        return _plain_product
 
     def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
         (left, left_power), (right, right_power) = np.frexp(left), np.frexp(right)
-        product: Vector = np.ldexp(2 * left * entries * (2 * right), left_power + right_power - 2)
-        return product
+        with np.errstate(over="ignore"):
+            result: Vector = np.ldexp(2 * left * entries * (2 * right), left_power + right_power - 2)
+        return np.clip(result, -LARGEST, LARGEST, out=result)
 
     return multiply
+
+
+def _plain_product(entries: Vector, left: Vector, right: Vector) -> Vector:
+    result: Vector = left * entries
+    result *= right
+    return result
 
 
 def absolute_product(M: Matrix, z: Vector) -> Vector:

@@ -6,6 +6,8 @@ matrix itself, what is measured in scaled units hardly depends on the units in w
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from lcpcli import linalg
@@ -27,11 +29,12 @@ def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
     largest other one; a column of zeros, which has no scale, not at all. Blocks of M that do not touch each other keep
     what units they have in common.
     """
-    row_power, column_power = _balance(M, q) if _is_far_from_one(M) else np.zeros((2, q.size))
-    for _ in range(SWEEPS):
-        with np.errstate(over="ignore"):
-            maxima = linalg.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
-        rows, columns = (np.minimum(each, np.finfo(np.float64).max) for each in maxima)
+    row_power, column_power = np.zeros(q.size), np.zeros(q.size)
+    for sweep in range(SWEEPS):
+        rows, columns = linalg.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
+        if sweep == 0 and (_are_far_apart(rows) or _are_far_apart(columns)):
+            row_power, column_power = _balance(M, q)
+            continue
         row_change, column_change = _half_power(rows), _half_power(columns)
         if not row_change.any() and not column_change.any():
             break
@@ -46,11 +49,10 @@ def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
     return np.exp2(row_power), np.exp2(column_power)
 
 
-def _is_far_from_one(M: Matrix) -> bool:
-    """Whether the largest entries of rows, or of columns, lie further apart than units in common use do."""
-    ones = np.ones(M.shape[0])
-    sizes = [maxima[maxima > 0] for maxima in linalg.row_and_column_maxima(M, ones, ones)]
-    return any(each.size and np.log2(each.max()) - np.log2(each.min()) > FAR for each in sizes)
+def _are_far_apart(sizes: Vector) -> bool:
+    """Whether sizes differ by more than those of units in common use do."""
+    used = sizes[sizes > 0]
+    return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > FAR)
 
 
 def _balance(M: Matrix, q: Vector) -> Vector:
