@@ -25,6 +25,7 @@ from lcpcli.trace import Passing, Trace
 from lcpcli.typing import Vector
 
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
+EXTRA = 3  # iterations after the tolerance is reached, where the method knows that signs are still wrong
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
 
 
@@ -123,6 +124,7 @@ class _Loop:
         self.k, self.evaluations = -1, 0
         self.last = self.best = x0
         self.best_level = self.first_level = math.inf
+        self.extra = 0
         self.route: list[str] = []
         self.certificate: Certificate | None = None
         self._measured: tuple[Vector | None, float] = None, math.inf
@@ -235,7 +237,9 @@ class _Loop:
         self._keep(iterate)
         if self._worth_measuring(level) and self._passes(iterate.x):
             self.best = iterate.x
-            return Status.SOLVED
+            self.extra += 1
+            if iterate.settled or self.extra > EXTRA:
+                return Status.SOLVED
         if self.method in methods.ITERATIVE and not level <= DIVERGED * self.first_level:
             return Status.DIVERGED
         if self.k >= self.limits.max_iterations:

@@ -49,6 +49,13 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
     return rows, columns
 
 
+def row_maxima(M: Matrix) -> Vector:
+    """The largest |entry| of every row of M, of shape (m, n)."""
+    largest = abs(M).max(axis=1)
+    maxima: Vector = largest.toarray().ravel() if is_sparse(M) else largest
+    return maxima
+
+
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
     """R M C for diagonals R, C of shape (n,), as a new matrix; rounds nothing if they are powers of two."""
     if not is_sparse(M):

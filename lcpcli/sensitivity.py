@@ -18,7 +18,7 @@ from lcpcli.problem import Problem, is_sparse
 from lcpcli.typing import Indices, Matrix, Vector
 
 LARGEST = 400  # of P, for which an inverse is formed
-LARGEST_EXACT = 40  # the same in rational arithmetic
+LARGEST_EXACT = 64  # the same in rational arithmetic
 BELIEVED = 1e-3 / float(np.finfo(np.float64).eps)  # condition up to which an inverse in doubles has correct digits
 ROUNDING = 8 * float(np.finfo(np.float64).eps)
 
