@@ -15,6 +15,7 @@ from lcpcli import finish as finishing
 from lcpcli import methods, options, scaled
 from lcpcli.accuracy import Accuracy
 from lcpcli.certificate import Certificate, proves_infeasible
+from lcpcli.compiled import TimeIsUp, within
 from lcpcli.errors import OptionError
 from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
 from lcpcli.modulus import x_of, z_of
@@ -88,7 +89,8 @@ def run(
         iterates = function(target, start, **in_force)
     if finish:
         iterates = finishing.finish(target, iterates, clock)
-    status, reason = loop.run(units.iterates(iterates) if units else iterates)
+    with within(limits.time_limit):
+        status, reason = loop.run(units.iterates(iterates) if units else iterates)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     return loop.result(in_force | additions, status, reason)
 
@@ -182,6 +184,8 @@ class _Loop:
             return self._ended(ending)
         except FloatingPointError as reason:
             return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
+        except TimeIsUp:
+            return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
             return Status.INTERRUPTED, ""
 

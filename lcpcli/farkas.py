@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.compiled import interruptibly
 from lcpcli.problem import is_sparse
-from lcpcli.silence import interruptibly
 from lcpcli.typing import Indices, Matrix, Vector
 
 if TYPE_CHECKING:
