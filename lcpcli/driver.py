@@ -15,6 +15,7 @@ from lcpcli import finish as finishing
 from lcpcli import methods, options, scaled
 from lcpcli.accuracy import Accuracy
 from lcpcli.certificate import Certificate, proves_infeasible
+from lcpcli.compiled import TimeIsUp, within
 from lcpcli.errors import OptionError
 from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
 from lcpcli.modulus import LARGEST, x_of, z_of
@@ -27,6 +28,7 @@ from lcpcli.typing import Vector
 
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
 ROUNDED = "z is the exact solution but for the rounding of its last digits"
+EXTRA = 3  # iterations after the tolerance is reached, where the method knows that signs are still wrong
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
 
 
@@ -90,7 +92,8 @@ def run(
         iterates = function(target, start, **in_force)
     if finish:
         iterates = finishing.finish(target, iterates, clock)
-    status, reason = loop.run(units.iterates(iterates) if units else iterates)
+    with within(limits.time_limit):
+        status, reason = loop.run(units.iterates(iterates) if units else iterates)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     return loop.result(in_force | additions, status, reason)
 
@@ -126,6 +129,7 @@ class _Loop:
         self.k, self.evaluations = -1, 0
         self.last = self.best = np.clip(x0, -LARGEST, LARGEST)
         self.best_level = self.first_level = math.inf
+        self.extra = 0
         self.route: list[str] = []
         self.certificate: Certificate | None = None
         self._measured: tuple[Vector | None, float] = None, math.inf
@@ -186,6 +190,8 @@ class _Loop:
             return self._ended(ending)
         except FloatingPointError as reason:
             return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
+        except TimeIsUp:
+            return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
             return Status.INTERRUPTED, ""
 
@@ -243,7 +249,9 @@ class _Loop:
             self.first_level = level
         if in_range and self._worth_measuring(level) and self._passes(iterate.x):
             self.best = iterate.x
-            return Status.SOLVED
+            self.extra += 1
+            if iterate.settled or self.extra > EXTRA:
+                return Status.SOLVED
         if self.method in methods.ITERATIVE and not level <= DIVERGED * self.first_level:
             return Status.DIVERGED
         if self.k >= self.limits.max_iterations:

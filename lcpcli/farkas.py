@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.compiled import interruptibly, silence
 from lcpcli.problem import is_sparse
-from lcpcli.silence import interruptibly
 from lcpcli.typing import Indices, Matrix, Vector
 
 if TYPE_CHECKING:
@@ -164,7 +164,8 @@ def linprog(
         with np.errstate(all="ignore"):
             return solve(objective, A, b, *equal, bounds=bounds, method="highs-ds", options=options)
 
-    found = interruptibly(solved)
+    with silence():  # the solver prints where numbers are far from 1
+        found = interruptibly(solved)
     return found if found.status == 0 else None
 
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from lcpcli import linalg
 from lcpcli.accuracy import Accuracy
+from lcpcli.bounds import Bound, error_bound
 from lcpcli.certificate import proves_infeasible
 from lcpcli.exact.numbers import brief, rounded
 from lcpcli.exact.problem import ExactProblem
@@ -54,7 +55,8 @@ class Judgement:
     residual, relative_residual, error : as in `accuracy.Accuracy`; None for a vector y; error None where no solution is
         known.
     backward_error : the componentwise backward error; infinity where some z_i < 0, None for a vector y.
-    error_bound : a bound of the distance to the nearest solution; None, as nothing computes it yet.
+    bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None for what is judged
+        exactly, for a vector y and where M is of no class for which a bound is known.
     violations, violated : the worst of the components that were found wrong, and how many there are.
     """
 
@@ -67,7 +69,7 @@ class Judgement:
     relative_residual: float | None = None
     error: float | None = None
     backward_error: float | None = None
-    error_bound: float | None = None
+    bound: Bound | None = None
     violations: Sequence[Violation[float] | Violation[Fraction]] = ()
     violated: int = 0
 
@@ -100,6 +102,7 @@ def judge(problem: Problem, z: Vector, tol: float) -> Judgement:
         relative_residual=relative,
         error=accuracy.error(z),
         backward_error=_backward_error(z, w, linalg.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)),
+        bound=error_bound(problem, z),
         violations=[_violation(i, float(z[i]), float(w[i])) for i in wrong[:MOST]],
         violated=len(wrong),
     )

@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.compiled import interruptibly
 from lcpcli.problem import is_sparse
 from lcpcli.products import product
 from lcpcli.typing import Indices, Matrix, Vector
 
 SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
+QUICK = 10_000  # entries up to which a sparse factorization is not worth a thread that can be left
 BLOCK_BYTES = 1 << 20
 LARGEST = float(np.finfo(np.float64).max)
 MODERATE = 2.0**100  # factors between this and its inverse over- or underflow only with what is out of range anyway
@@ -46,6 +48,13 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
         rows[part] = entries.max(axis=1)
         np.maximum(columns, entries.max(axis=0), out=columns)
     return rows, columns
+
+
+def row_maxima(M: Matrix) -> Vector:
+    """The largest |entry| of every row of M, of shape (m, n)."""
+    largest = abs(M).max(axis=1)
+    maxima: Vector = largest.toarray().ravel() if is_sparse(M) else largest
+    return maxima
 
 
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
@@ -183,8 +192,9 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
             if structural_rank(pattern) < A.shape[0]:
                 raise SingularMatrix
         # a symmetric csr_array is a csc_array with the same three arrays
+        columns = A.T if symmetric else A.tocsc()
         try:
-            return splu(A.T if symmetric else A.tocsc(), **chosen)
+            return interruptibly(lambda: splu(columns, **chosen)) if A.nnz > QUICK else splu(columns, **chosen)
         except RuntimeError as error:
             if "singular" not in str(error) and "failed to factorize" not in str(error):
                 raise

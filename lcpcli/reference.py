@@ -6,6 +6,7 @@ right to its last digits by `refinement.refined`, as far as that can be.
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from importlib.util import find_spec
 
@@ -20,6 +21,7 @@ from lcpcli.refinement import refined
 from lcpcli.typing import Vector
 
 SECONDS = 10.0  # that the search for a solution may take
+PROVED_TO_HAVE_NONE = 3  # as an exit code
 LARGEST_EXACT = 200  # n up to which a solution is made exact: in a second
 
 
@@ -38,22 +40,26 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
     result = driver.run(problem, "auto", limits=driver.Limits(time_limit=seconds))
     if result.interrupted:
         raise KeyboardInterrupt
-    if not result.solved:
+    if result.status.exit_code == PROVED_TO_HAVE_NONE:
         return problem
-    exact = _exact(problem, result.z)
+    exact = _exact(problem, result.z, seconds)
     if exact is not None:
         return replace(problem, solutions=(exact,), reference="exact")
+    if not result.solved:
+        return problem
     return replace(problem, solutions=(refined(problem, result.z),), reference="computed")
 
 
-def _exact(problem: Problem, z: Vector) -> Vector | None:
-    """The exact solution near z, rounded, where the problem is small and the extra `exact` is installed."""
+def _exact(problem: Problem, z: Vector, seconds: float) -> Vector | None:
+    """An exact solution, rounded, where the problem is small and the extra `exact` is installed: near z, or Lemke's."""
     if problem.n > LARGEST_EXACT or find_spec("flint") is None:
         return None
-    from lcpcli.exact import numbers
-    from lcpcli.exact.solution import exact_solution
+    from lcpcli.exact import lemke, numbers
+    from lcpcli.exact.problem import ExactProblem
+    from lcpcli.exact.solution import from_point
 
-    solution = exact_solution(problem, z)
+    data, deadline = ExactProblem.of_floats(problem), time.perf_counter() + seconds
+    solution = from_point(data, z, deadline) or lemke.solve(data, deadline)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None
 

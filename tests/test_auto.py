@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from lcpcli import Limits, Problem, Status, Trace, read, run, shipped, solve, write
+from lcpcli import Limits, Problem, Status, Trace, gallery, read, run, shipped, solve, write
 from lcpcli.certificate import proves_infeasible
 
 from . import exact
@@ -275,3 +275,14 @@ def test_scale_and_finish_have_no_effect_on_pivoting_methods(flag: str, lcp: Cal
     outcome = lcp("solve", shipped.path("paper-example-1.json"), "--method", "lemke", flag)
     assert outcome.code == 2
     assert f"{flag}: has no effect" in outcome.err
+
+
+def test_time_limit_ends_a_sparse_factorization_that_fills_in(tmp_path: Path) -> None:
+    file = str(tmp_path / "dominant.npz")
+    write(gallery.make("dominant", 5000), file)
+    command = [sys.executable, "-m", "lcpcli", "solve", file, "--method", "newton", "--format", "json"]
+    done = subprocess.run([*command, "--time-limit", "0.2"], capture_output=True, text=True, check=False, timeout=30)
+    assert (done.returncode, done.stderr) == (1, "")
+    record = json.loads(done.stdout)
+    assert record["status"] == "time_limit"
+    assert record["setup_seconds"] + record["solve_seconds"] < 3

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from lcpcli import Limits, Problem, Result, Status, enumeration, read, run, shipped
 from lcpcli.certificate import proves_infeasible
-from lcpcli.silence import silence
+from lcpcli.compiled import silence
 
 from . import exact
 from .test_certificate import nearly_infeasible

@@ -13,6 +13,7 @@ from lcpcli import gallery, options, result
 from lcpcli.bench import rate, suites
 from lcpcli.bench.answer import Method
 from lcpcli.cli.options import OF_METHODS
+from lcpcli.report.bench import stability
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
@@ -39,6 +40,24 @@ def test_output_of_compare_is_the_programs(lcp: Callable[..., Any]) -> None:
     shown = blocks("console")[0].removeprefix("$ lcp compare\n")
     assert without_times(shown) == without_times(lcp("compare").out)
     assert len(without_times(shown)) > 40
+
+
+def test_exact_answer_is_the_programs(lcp: Callable[..., Any]) -> None:
+    command, *shown = blocks("console")[1].splitlines()
+    arguments = command.removeprefix("$ lcp ").split()
+    printed = lcp(arguments[0], str(ROOT / arguments[1]), *arguments[2:]).out.splitlines()
+    assert shown[-3:] == printed[-3:]
+    assert shown[-3] == "exact z = (0, 15/29, 17/29, 0)"
+
+
+LADDER = r"^\| ([a-z-]+) \| (\w+) = (\S+) \| (all|-|[\d.e-]+) \| .* \| ([\d.e+-]*) \| ([\d.e+-]*) \|$"
+
+
+def test_table_of_stability_names_the_ladders_of_the_suites() -> None:
+    """What auto does on them, test_stability holds; here it is that the table is about the same ladders."""
+    shown = {row[0]: row[1:3] for row in re.findall(LADDER, README, re.MULTILINE)}
+    cases = [*suites.STIFF, *suites.EXTREME]
+    assert shown == {each.family: (each.axis, each.values[-1]) for each in stability.ladders(cases)}
 
 
 def test_there_are_two_commands_and_ci_runs_exactly_these() -> None:

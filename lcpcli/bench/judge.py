@@ -10,6 +10,9 @@ from lcpcli import linalg
 from lcpcli.accuracy import Accuracy
 from lcpcli.bench.answer import NONE, SOLUTION, Answer
 from lcpcli.problem import WITHOUT_SOLUTION, Problem
+from lcpcli.sensitivity import LARGEST, sensitivity
+
+EPS = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -17,6 +20,7 @@ class Judgement:
     """success : claimed, and accepted. false_success : claimed, and wrong by any measure. What is neither is inexact.
 
     residual, scaled_residual, error : as in `accuracy.Accuracy`; None where there is no z, or nothing to compare with.
+    condition, forward_error : as in `record.Measurement`.
     """
 
     success: bool
@@ -24,6 +28,8 @@ class Judgement:
     residual: float | None
     scaled_residual: float | None
     error: float | None
+    condition: float | None = None
+    forward_error: float | None = None
 
 
 class Judge:
@@ -39,6 +45,8 @@ class Judge:
     def __init__(self, problem: Problem, accept: float) -> None:
         self._problem, self._accept = problem, accept
         self._accuracy = Accuracy(problem)
+        one = len(problem.solutions) == 1 and problem.n <= LARGEST
+        self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None
 
     @np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
     def judge(self, answer: Answer) -> Judgement:
@@ -53,4 +61,11 @@ class Judge:
         success = claimed and scaled <= self._accept and not hopeless
         terms = linalg.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
         as_said = residual <= self._accept * float(terms.max()) < np.inf and not hopeless
-        return Judgement(success, claimed and not success and not as_said, residual, scaled, error)
+        false = claimed and not success and not as_said
+        return Judgement(success, false, residual, scaled, error, *self._stability(error))
+
+    def _stability(self, error: float | None) -> tuple[float | None, float | None]:
+        """The condition of the solution, and the error in units of what rounding the data may cause."""
+        if not self._sensitivity or error is None:
+            return None, None
+        return self._sensitivity / self._accuracy.size, error / EPS / self._sensitivity

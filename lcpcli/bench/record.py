@@ -40,6 +40,8 @@ class Measurement:
     seconds : of each repeat, set-up included; empty if excluded. setup_seconds : of the run that made the curve.
     curve : (k, seconds, error) of the iterates; curve_of tells whether that is the "error" or the "residual".
     milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
+    condition : of the solution: `sensitivity` over the largest component; None where it is not known.
+    forward_error : the error in units of eps times the sensitivity; None where one of them is not known.
     rate : of fixed-point, by what factor an iteration shrinks the error: "measured", and by `contraction` the "local"
         factor and its "bound"; None where that was not measured.
     """
@@ -66,6 +68,8 @@ class Measurement:
     curve_of: str | None = None
     curve: list[tuple[int, float, float | None]] | None = None
     milestones: list[tuple[float, int, float]] | None = None
+    condition: float | None = None
+    forward_error: float | None = None
     rate: dict[str, float] | None = None
 
     @property

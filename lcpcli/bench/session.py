@@ -106,5 +106,7 @@ def _measured(
         curve_of=("error" if problem.solutions else "residual") if curve else None,
         curve=curve,
         milestones=answer.milestones,
+        condition=finite(judgement.condition),
+        forward_error=finite(judgement.forward_error),
         rate=rate.of(problem, curve) if solver.name == rate.METHOD and curve else None,
     )

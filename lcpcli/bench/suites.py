@@ -36,11 +36,16 @@ class Case:
 
 @dataclass(frozen=True)
 class Suite:
-    """Cases under one name. `budget` is how many seconds a measurement may take unless the user says otherwise."""
+    """Cases under one name.
+
+    budget : how many seconds a measurement may take unless the user says otherwise.
+    ladders : whether the cases of each family stand in order of stiffness, for a report on stability.
+    """
 
     meaning: str
     cases: tuple[Case, ...]
     budget: float = 2.0
+    ladders: bool = False
 
 
 def _words(parameters: dict[str, Any]) -> list[str]:
@@ -112,23 +117,29 @@ SPEED = (
     *sizes("obstacle", 10_000, 90_000),
 )
 STIFF = (
-    *(case("diagonal", 100, decades=decades) for decades in (4, 8, 12, 16)),
-    *(case("near-singular", 100, epsilon=epsilon) for epsilon in (1e-4, 1e-8, 1e-12)),
-    *(case("near-degenerate", 100, epsilon=epsilon) for epsilon in (1e-4, 1e-8, 1e-12)),
-    *(case("ill-scaled", 100, decades=decades) for decades in (4, 8, 12)),
-    *sizes("hilbert", 4, 8, 12),
+    *(case("diagonal", 50, decades=decades) for decades in (1, 2, 4, 8, 16, 50, 100, 150)),
+    *(case("near-singular", 50, epsilon=epsilon) for epsilon in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)),
+    *(case("near-degenerate", 50, epsilon=epsilon) for epsilon in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)),
+    *(case("ill-scaled", 50, decades=decades) for decades in (1, 2, 4, 8, 16, 32, 50)),
+    *sizes("hilbert", 2, 4, 6, 8, 10, 12, 14, 16, 20),
+    *sizes("obstacle", 25, 100, 400, 2500, 10_000),
+    *sizes("journal-bearing", 25, 100, 400, 2500),
+    *sizes("american-put", 25, 100, 400, 3000),
 )
 EXTREME = (
-    *sizes("murty", 10, 20, 40),
-    *sizes("fathi", 10, 14, 18),
-    *sizes("growth", 10, 30, 50),
-    *sizes("hilbert", 16, 24, 32),
-    *sizes("ben-gharbia-gilbert", 51, 101, 201),
+    *sizes("growth", 10, 20, 30, 40, 50, 60),
+    *sizes("murty", 5, 10, 20, 40, 100),
+    *sizes("fathi", 5, 10, 15, 20, 100),
+    *sizes("ben-gharbia-gilbert", 5, 51, 201),
+    *sizes("kostreva", 3, 51),
     case("curtis-han-robinson", 3),
-    case("kostreva", 3),
-    case("infeasible", 100),
-    case("unsolvable", 20),
-    case("ray", 20),
+    *sizes("degenerate", 10, 50, 100),
+    *sizes("bimatrix", 4, 10, 20, 40),
+    *sizes("contact", 10, 50, 100),
+    *sizes("lp", 10, 50, 100),
+    *sizes("infeasible", 10, 50, 100),
+    *sizes("unsolvable", 4, 10, 20),
+    *sizes("ray", 4, 10, 20),
 )
 SUITES = {
     "quick": Suite("under a minute: a little of everything", QUICK, budget=0.5),
@@ -136,8 +147,8 @@ SUITES = {
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
     "speed": Suite("what README says of speed: large dense and sparse problems", SPEED),
-    "stiff": Suite("badly conditioned, badly scaled and nearly degenerate problems", STIFF),
-    "extreme": Suite("problems made to defeat a method, and problems without a solution", EXTREME),
+    "stiff": Suite("badly conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
+    "extreme": Suite("problems made to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }
 ALL = "all"
 

@@ -15,6 +15,7 @@ from lcpcli.cli.compare import compare
 from lcpcli.cli.inspect import inspect
 from lcpcli.cli.make import make
 from lcpcli.cli.solve import solve
+from lcpcli.compiled import leave
 from lcpcli.errors import LCPError
 
 INTERRUPTED = 130
@@ -57,7 +58,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
-    sys.exit(_run())
+    leave(_run())
 
 
 def _run() -> int:

@@ -70,7 +70,7 @@ def hints(
 
 
 def _by_rounding(ends: Spectrum, n: int) -> bool:
-    return ends.smallest < 0 and -ends.smallest <= 4 * n * EPS * ends.largest
+    return abs(ends.smallest) <= 4 * n * EPS * ends.largest
 
 
 def _transposed(problem: Problem, classes: dict[str, Verdict], check: Callable[[], None]) -> list[str]:

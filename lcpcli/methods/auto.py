@@ -101,7 +101,7 @@ def _refined(problem: Problem, last: Iterate) -> Iterate:
     inside = last.x > 0
     z = refined(problem, z_of(last.x), inside)
     x = np.where(inside, z, -np.maximum(problem.w(z), 0)) / 2
-    return replace(last, x=x, F=None, step=REFINED)
+    return replace(last, x=x, F=None, step=REFINED, settled=True)
 
 
 def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Iterator[Iterate]]]:

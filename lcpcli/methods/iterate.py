@@ -18,6 +18,8 @@ class Iterate:
     step : the step of the published algorithm that made this iterate, as numbered there; "" if it has but one.
     evaluations : evaluations of F (or of its smoothed form) so far; principal systems solved for pivoting methods.
     method : which method made it, where several take turns; "" if there is but one.
+    settled : False where the method knows that a next step would mend signs that are wrong beyond rounding: an iterate
+        within the tolerance may then not be the solution to the last digits.
     """
 
     x: Vector
@@ -25,6 +27,7 @@ class Iterate:
     step: str
     evaluations: int
     method: str = ""
+    settled: bool = True
 
 
 class Ending(Exception):

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from lcpcli import enumeration, linalg
 from lcpcli import farkas as systems
 from lcpcli.certificate import Certificate, proof_in_units
+from lcpcli.compiled import interruptibly, silence
 from lcpcli.enumeration import Mask
 from lcpcli.farkas import linprog, stack
 from lcpcli.methods.iterate import Iterate, NoSolution, OutOfTime, Stalled
 from lcpcli.problem import Problem, is_sparse
 from lcpcli.scaling import equilibrate
-from lcpcli.silence import interruptibly, silence
 from lcpcli.typing import Matrix, Vector
 
 GAP = 1e3  # any alpha > 0 will do: the solver may stop at one that is 1 / GAP of the largest

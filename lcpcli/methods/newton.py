@@ -18,9 +18,11 @@ from lcpcli import linalg
 from lcpcli.methods.iterate import Breakdown, Iterate
 from lcpcli.principal import PrincipalSolver
 from lcpcli.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import Indices, Vector
 
 LEAST_INDEX = "least index"
+FEW = 0.05  # of all signs may be wrong where it is worth asking whether that is more than rounding
+ROUNDING = 8 * float(np.finfo(np.float64).eps)
 PATIENCE = 10  # steps that exchange all infeasible indices without a new least number of them, before one at a time
 
 
@@ -61,8 +63,10 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Iterator
         w = problem.w(z)
         w[inside] = 0.0
         evaluations += 1
-        yield Iterate(0.5 * (z - w), None, step, evaluations)
         infeasible = np.flatnonzero((z < 0) | (w < 0))
+        few = infeasible.size <= FEW * problem.n
+        settled = few and not (infeasible.size and _beyond_rounding(problem, z, w, infeasible))
+        yield Iterate(0.5 * (z - w), None, step, evaluations, settled=settled)
         if not infeasible.size:
             return
         if infeasible.size < fewest:
@@ -73,3 +77,12 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Iterator
             step = LEAST_INDEX
         exchanged = infeasible if step == "block" else infeasible[:1]
         inside[exchanged] = ~inside[exchanged]
+
+
+def _beyond_rounding(problem: Problem, z: Vector, w: Vector, infeasible: Indices) -> bool:
+    """Whether a negative z_i or w_i is more than what rounding leaves of zero in its row."""
+    rows = problem.M[infeasible]
+    terms = linalg.absolute_product(rows, np.abs(z)) + np.abs(problem.q[infeasible])
+    sizes = linalg.row_maxima(rows)
+    violations = -np.minimum(z[infeasible] * sizes, w[infeasible])
+    return bool((violations > ROUNDING * terms).any())

@@ -10,9 +10,9 @@ import time
 
 import numpy as np
 
+from lcpcli.compiled import silence
 from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
 from lcpcli.problem import Problem
-from lcpcli.silence import silence
 
 PACKAGE = "osqp"
 NO_LIMIT = 2 * 10**9  # iterations

@@ -15,7 +15,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -52,11 +53,15 @@ def version() -> str | None:
     return _version(_python())
 
 
-def solve(problem: Problem, solver: str, tol: float, time_limit: float, iterations: int = 0) -> Claim:
-    """What a solver of Siconos, by the name of its constant, makes of the problem.
+def solver(name: str, iterations: int = 0) -> Callable[[Problem, float, float], Claim]:
+    """`solve` of a peer that is one of Siconos' solvers.
 
-    iterations : its limit; 0 for the solver's own.
+    name : its constant. iterations : its limit; 0 for the solver's own.
     """
+    return partial(_solve, name, iterations)
+
+
+def _solve(solver: str, iterations: int, problem: Problem, tol: float, time_limit: float) -> Claim:
     if version() is None:
         raise OptionError("--peer", "Siconos is not installed", f"let {PYTHON} name an interpreter that has it")
     with tempfile.TemporaryDirectory() as folder:

@@ -5,19 +5,7 @@ It has no tolerance; the driver's check of its answer has.
 
 from __future__ import annotations
 
-from lcpcli.peers import Claim, siconos, storage
-from lcpcli.problem import Problem
+from lcpcli.peers import siconos, storage
 
-PACKAGE = siconos.PACKAGE
-
-
-def version() -> str | None:
-    return siconos.version()
-
-
-def excludes(problem: Problem) -> str:
-    return storage.not_dense(problem)
-
-
-def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
-    return siconos.solve(problem, "SICONOS_LCP_LEMKE", tol, time_limit)
+PACKAGE, version, excludes = siconos.PACKAGE, siconos.version, storage.not_dense
+solve = siconos.solver("SICONOS_LCP_LEMKE")

@@ -6,20 +6,8 @@ The time limit is the one that counts: its own limit of 1000 sweeps is too small
 
 from __future__ import annotations
 
-from lcpcli.peers import Claim, siconos, storage
-from lcpcli.problem import Problem
+from lcpcli.peers import siconos, storage
 
-PACKAGE = siconos.PACKAGE
+PACKAGE, version, excludes = siconos.PACKAGE, siconos.version, storage.not_dense
 SWEEPS = 10**9
-
-
-def version() -> str | None:
-    return siconos.version()
-
-
-def excludes(problem: Problem) -> str:
-    return storage.not_dense(problem)
-
-
-def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
-    return siconos.solve(problem, "SICONOS_LCP_PGS", tol, time_limit, SWEEPS)
+solve = siconos.solver("SICONOS_LCP_PGS", SWEEPS)

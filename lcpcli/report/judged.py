@@ -7,7 +7,7 @@ import math
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.report.numbers import short
+from lcpcli.report.numbers import above, short
 
 if TYPE_CHECKING:
     from lcpcli.judgement import Judgement, Violation
@@ -28,9 +28,10 @@ def _lines(judgement: Judgement) -> str:
         "relative residual": judgement.relative_residual,
         "componentwise backward error": judgement.backward_error,
         "error": judgement.error,
-        "error bound": judgement.error_bound,
     }
     lines += [f"{measure:<30}{short(value)}" for measure, value in measures.items() if value is not None]
+    if judgement.bound:
+        lines.append(f"{'proved bound of the error':<30}{above(judgement.bound.value)} ({judgement.bound.source})")
     if judgement.violations:
         rows = [["component", "violated", "z", "w"], *map(_cells, judgement.violations)]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -65,7 +66,8 @@ def _json(judgement: Judgement) -> str:
         "relative_residual": _number(judgement.relative_residual),
         "backward_error": _number(judgement.backward_error),
         "error": _number(judgement.error),
-        "error_bound": _number(judgement.error_bound),
+        "error_bound": _number(judgement.bound.value) if judgement.bound else None,
+        "error_bound_source": judgement.bound.source if judgement.bound else None,
         "violated": judgement.violated,
         "violations": [
             {"index": v.index, "kind": v.kind, "z": _number(v.z), "w": _number(v.w)} for v in judgement.violations

@@ -27,6 +27,8 @@ COPIED = (
     "residual",
     "scaled_residual",
     "error",
+    "condition",
+    "forward_error",
     "iterations",
     "evaluations",
     "setup_seconds",

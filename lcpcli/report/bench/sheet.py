@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-LEFT = ("solver", "problem", "family", "how it ended", "why", "in")
+LEFT = ("solver", "problem", "family", "how it ended", "why", "in", "up", "then")
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.statistics import SHIFT, summary
 from lcpcli.problem import count
 from lcpcli.report import numbers
-from lcpcli.report.bench import convergence
+from lcpcli.report.bench import convergence, stability
 from lcpcli.report.bench.sheet import Sheet
 
 MOST_SOLVERS = 6  # side by side where no width is given
@@ -31,7 +31,7 @@ class Report:
 def build(record: Record, width: int | None) -> Report:
     """The report on a bench, in so many columns of text; None sets no limit."""
     sheets = [_solvers(record), _times(record, width), convergence.reached(record), convergence.rates(record)]
-    sheets += [_failures(record, width), _exclusions(record), _growth(record)]
+    sheets += [stability.build(record), _failures(record, width), _exclusions(record), _growth(record)]
     return Report(_title(record), _lines(record), [sheet for sheet in sheets if sheet.groups])
 
 
