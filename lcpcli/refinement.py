@@ -58,6 +58,8 @@ def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
         return z
     better = np.zeros_like(z)
     better[inside] = np.maximum(values, 0) * units.C[inside]
+    if not np.isfinite(better).all():
+        return z
     accuracy = Accuracy(problem)
     as_good = accuracy.relative_residual(better, accuracy.w(better)) <= 2 * accuracy.relative_residual(z, accuracy.w(z))
     return better if as_good or _at_rounding(problem, better) else z
