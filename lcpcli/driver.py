@@ -19,6 +19,7 @@ from lcpcli.compiled import TimeIsUp, within
 from lcpcli.errors import OptionError
 from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
 from lcpcli.modulus import x_of, z_of
+from lcpcli.observer import Observe, Observer
 from lcpcli.options import OPTIONS, flag
 from lcpcli.problem import Problem, as_vector
 from lcpcli.result import Result, Status
@@ -52,6 +53,7 @@ def run(
     limits: Limits | None = None,
     trace: Trace | None = None,
     curve: Trace | None = None,
+    observe: Observe | None = None,
     clock: Callable[[], float] = time.perf_counter,
     scale: bool = False,
     finish: bool = False,
@@ -62,7 +64,8 @@ def run(
     "solved" is said only if the relative residual, recomputed from the original M and q, is at most limits.tol.
     `scale` has an iterative method work on the equilibrated problem, `finish` has it end on its active set as soon as
     that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace`
-    and `curve` keep iterates, each what it was made for. The clock is read around the method's own work alone.
+    and `curve` keep iterates, each what it was made for. `observe` is told now and then how the run goes, as in
+    `observer.Observer`. The clock is read around the method's own work alone.
     """
     function = methods.load(method)
     for addition, wanted in (("scale", scale), ("finish", finish)):
@@ -81,7 +84,8 @@ def run(
     target = units.problem if units else problem
     in_force = methods.options_in_force(function, target, chosen)
     setup_seconds = clock() - began
-    loop = _Loop(problem, method, limits, (trace, curve), clock, start, setup_seconds)
+    observer = None if observe is None else Observer(observe, method)
+    loop = _Loop(problem, method, limits, (trace, curve), clock, observer, start, setup_seconds)
     if units:
         moved = {name: units.start(in_force[name]) for name in ("x1",) if in_force.get(name) is not None}
         iterates = function(target, units.start(start), **(in_force | moved))
@@ -89,7 +93,7 @@ def run(
         iterates = function(target, start, **in_force)
     if finish:
         iterates = finishing.finish(target, iterates, clock)
-    with within(limits.time_limit):
+    with within(limits.time_limit, observer.look if observer else None):
         status, reason = loop.run(units.iterates(iterates) if units else iterates)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     return loop.result(in_force | additions, status, reason)
@@ -117,11 +121,12 @@ class _Loop:
         limits: Limits,
         traces: tuple[Trace | None, Trace | None],
         clock: Callable[[], float],
+        observer: Observer | None,
         x0: Vector,
         setup_seconds: float,
     ) -> None:
         self.problem, self.method, self.limits, self.traces, self.clock = problem, method, limits, traces, clock
-        self.accuracy = Accuracy(problem)
+        self.observer, self.accuracy = observer, Accuracy(problem)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
         self.k, self.evaluations = -1, 0
         self.last = self.best = x0
@@ -239,6 +244,8 @@ class _Loop:
         if not self.first_level < math.inf:
             self.first_level = level
         self._keep(iterate)
+        if self.observer:
+            self.observer.saw(iterate.method or self.method, self.k, level)
         if self._worth_measuring(level) and self._passes(iterate.x):
             self.best = iterate.x
             self.extra += 1

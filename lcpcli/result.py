@@ -109,6 +109,13 @@ class Result:
         return 1 if unproved and not self.interrupted else self.status.exit_code
 
     @property
+    def advice(self) -> str:
+        """What to try next where this has not solved the problem, as by `advice.advice`; "" where nothing is known."""
+        from lcpcli.advice import advice
+
+        return advice(self)
+
+    @property
     def solved(self) -> bool:
         return self.status is Status.SOLVED
 

@@ -22,6 +22,21 @@ def build(results: Sequence[Result]) -> Cells:
     return _milestones(results) if noted else _counts(results)
 
 
+def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
+    """The cells of `build`, by row and column, with the shortest time to each level of error, among several runs."""
+    firsts = set()
+    for j, level in enumerate(LEVELS, start=1):
+        seconds = {
+            i: result.setup_seconds + milestone.seconds
+            for i, result in enumerate(results)
+            for milestone in (result.curve.milestones if result.curve else ())
+            if milestone.level == level
+        }
+        if len(results) > 1 and seconds:
+            firsts.add((min(seconds, key=lambda i: seconds[i]), j))
+    return firsts
+
+
 def name(result: Result) -> str:
     """What a run is called: its method, and that it started near the solution if it did."""
     return f"{result.method} warm" if result.warm else result.method
