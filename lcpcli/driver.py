@@ -5,22 +5,22 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lcpcli import finish as finishing
-from lcpcli import methods, options, scaled
+from lcpcli import methods, scaled
 from lcpcli.accuracy import Accuracy
 from lcpcli.certificate import Certificate, proves_infeasible
 from lcpcli.compiled import TimeIsUp, within
 from lcpcli.errors import OptionError
+from lcpcli.limits import Limits
 from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
 from lcpcli.modulus import x_of, z_of
 from lcpcli.observer import Observe, Observer
-from lcpcli.options import OPTIONS, flag
+from lcpcli.options import flag
 from lcpcli.problem import Problem, as_vector
 from lcpcli.result import Result, Status
 from lcpcli.trace import Passing, Trace
@@ -29,18 +29,6 @@ from lcpcli.typing import Vector
 NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
 EXTRA = 3  # iterations after the tolerance is reached, where the method knows that signs are still wrong
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
-
-
-@dataclass(frozen=True)
-class Limits:
-    """When to stop: at a relative residual of tol, after max_iterations, after time_limit seconds."""
-
-    tol: float = float(OPTIONS["tol"].default or 0)
-    max_iterations: int = int(OPTIONS["max_iterations"].default or 0)
-    time_limit: float = float(OPTIONS["time_limit"].default or 0)
-
-    def __post_init__(self) -> None:
-        options.check(tol=self.tol, max_iterations=self.max_iterations, time_limit=self.time_limit)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
@@ -66,6 +54,11 @@ def run(
     that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace`
     and `curve` keep iterates, each what it was made for. `observe` is told now and then how the run goes, as in
     `observer.Observer`. The clock is read around the method's own work alone.
+
+    >>> from lcpcli import Limits, Problem, run
+    >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
+    >>> run(problem, "newton", limits=Limits(tol=1e-12)).error < 1e-12
+    True
     """
     function = methods.load(method)
     for addition, wanted in (("scale", scale), ("finish", finish)):

@@ -20,6 +20,7 @@ import numpy as np
 from lcpcli import driver, linalg, scaled
 from lcpcli.accuracy import Accuracy
 from lcpcli.errors import OptionError
+from lcpcli.limits import Limits
 from lcpcli.linalg import SingularMatrix
 from lcpcli.modulus import x_of
 from lcpcli.principal import PrincipalSolver
@@ -45,7 +46,7 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
     """
     if problem.solutions:
         return problem
-    result = driver.run(problem, "auto", limits=driver.Limits(time_limit=seconds))
+    result = driver.run(problem, "auto", limits=Limits(time_limit=seconds))
     if result.interrupted:
         raise KeyboardInterrupt
     if result.status.exit_code == PROVED_TO_HAVE_NONE:

@@ -16,7 +16,7 @@ from lcpcli.options import AUTO, OPTIONS, flag
 from lcpcli.report import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.driver import Limits
+    from lcpcli.limits import Limits
     from lcpcli.problem import Problem
     from lcpcli.typing import Vector
 
@@ -65,7 +65,7 @@ def solving(command: Command) -> Command:
 
 def limits(given: dict[str, Any]) -> Limits:
     """The limits among the given options; a default for each that is not given."""
-    from lcpcli.driver import Limits
+    from lcpcli.limits import Limits
 
     return Limits(**{name: given[name] for name in LIMITS if given[name] is not None})
 

@@ -14,8 +14,8 @@ from lcpcli.cli.progress import Line, wanted
 from lcpcli.errors import OptionError
 
 if TYPE_CHECKING:
-    from lcpcli.driver import Limits
     from lcpcli.exact.problem import ExactProblem
+    from lcpcli.limits import Limits
     from lcpcli.problem import Problem
     from lcpcli.result import Result
     from lcpcli.typing import Vector

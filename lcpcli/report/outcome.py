@@ -38,23 +38,28 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     return [*work, ", ".join(measures), *_vector("z" if result.solved else "best z", result, width or PAGE, whole)]
 
 
-def _vector(name: str, result: Result, width: int, whole: bool) -> list[str]:
-    """z in one line, in aligned lines that each begin with the name of their first component, or with a gap."""
-    if whole:
-        cells = _cells(result, result.problem.n)
-        line = _line(name, cells)
-        return [line] if len(line) <= width else _rows(name, cells, width)
+def short_vector(result: Result, width: int) -> str:
+    """z in so many columns: all components, or the first ones and the last."""
     room = min(result.problem.n, width // 3)
     while True:
         gap = [] if room == result.problem.n else [ELLIPSIS]
-        line = _line(name, [*_cells(result, room - len(gap)), *gap, *_cells(result, -1)[: len(gap)]])
+        line = _line([*_cells(result, room - len(gap)), *gap, *_cells(result, -1)[: len(gap)]])
         if len(line) <= width or room <= 2:
-            return [line]
+            return line
         room -= 1
 
 
-def _line(name: str, cells: list[str]) -> str:
-    return f"{name} = ({', '.join(cells)})"
+def _vector(name: str, result: Result, width: int, whole: bool) -> list[str]:
+    """z in one line, if need be elided; or the whole in aligned lines, each with the name of its first component."""
+    if not whole:
+        return [f"{name} = {short_vector(result, width - len(name) - 3)}"]
+    cells = _cells(result, result.problem.n)
+    line = f"{name} = {_line(cells)}"
+    return [line] if len(line) <= width else _rows(name, cells, width)
+
+
+def _line(cells: list[str]) -> str:
+    return f"({', '.join(cells)})"
 
 
 def _rows(name: str, cells: list[str], width: int) -> list[str]:
