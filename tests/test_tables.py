@@ -6,7 +6,6 @@ import csv
 import json
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -16,23 +15,13 @@ import pytest
 
 from lcpcli import Problem, Trace, files, read, run, shipped
 from lcpcli.cli import session
-from lcpcli.report import LEVELS, iterations, numbers, outcome, summary
+from lcpcli.report import iterations, numbers
 
 EXAMPLE = shipped.path("paper-example-1.json")
 TRIDIAGONAL = shipped.path("tridiagonal-100.json")
 ESCAPE = "\x1b["
 
 Lcp = Callable[..., Any]
-
-
-@pytest.fixture
-def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
-    """Make standard output a terminal of that width, with or without colour."""
-
-    def become(width: int, color: bool) -> None:
-        monkeypatch.setattr(session, "terminal", lambda: (width, color))
-
-    return become
 
 
 def iterates(out: str) -> list[str]:
@@ -48,10 +37,10 @@ def body(out: str, method: str) -> list[list[str]]:
 
 
 def test_compare_prints_one_table_an_example_and_a_line_a_method(lcp: Lcp) -> None:
-    answer = lcp("compare")
-    assert answer.code == 0
-    assert answer.err == ""
-    tables = answer.out.split("\n\n")
+    outcome = lcp("compare")
+    assert outcome.code == 0
+    assert outcome.err == ""
+    tables = outcome.out.split("\n\n")
     assert [table.splitlines()[0].split(":")[0] for table in tables] == ["paper-example-1", "paper-example-2"]
     for table in tables:
         lines = table.splitlines()
@@ -78,73 +67,11 @@ def test_components_have_seven_decimals_and_the_method_stands_at_the_left(lcp: L
     assert lines[4].startswith("  ")
 
 
-def test_result_stands_above_its_iterates(lcp: Lcp) -> None:
-    head, table = lcp("solve", EXAMPLE, "--method", "fixed-point").out.split("\n\n")
-    lines = head.splitlines()
-    assert lines[0] == "paper-example-1: n = 4, solution (1, 0, 1, 0)"
-    assert re.fullmatch(r"solved by fixed-point: 47 iterations, \d+ evaluations, [\d.]+ [mu]?s", lines[1])
-    assert re.fullmatch(r"residual \d\.\de-\d+, relative \d\.\de-\d+, error 8\.2e-11", lines[2])
-    assert lines[3:] == ["z = (1, 0, 1, 0)"]
-    assert table.startswith("method")
-
-
-def test_long_z_fits_the_terminal_and_is_whole_in_a_file(
-    lcp: Lcp, terminal: Callable[[int, bool], None], tmp_path: Path
-) -> None:
-    terminal(60, False)
-    head, _ = lcp("solve", TRIDIAGONAL).out.split("\n\n")
-    (line,) = (line for line in head.splitlines() if line.startswith("z = "))
-    assert line.endswith(", ..., 0)")
-    assert 50 < len(line) <= 60
-    file = tmp_path / "result.txt"
-    lcp("solve", TRIDIAGONAL, "-o", str(file))
-    rows = re.findall(r"^z(\d+) +(.*)$", file.read_text(), flags=re.MULTILINE)
-    assert [float(cell) for _, row in rows for cell in row.split()] == [1.0, 0.0] * 50
-    assert rows[1][0] == str(1 + len(rows[0][1].split()))
-
-
-@pytest.mark.parametrize(
-    ("error", "shown"), [(None, "0.3333333"), (2e-3, "0.333"), (0.4, "0.3"), (2.0, "0"), (1e-12, "0.3333333")]
-)
-def test_z_is_rounded_to_what_is_known(error: float | None, shown: str) -> None:
-    result = replace(run(Problem([[3.0]], [-1.0]), "newton"), error=error)
-    assert outcome.facts(result, 80, False)[-1] == f"z = ({shown})"
-
-
-def test_no_z_is_shown_where_there_is_no_solution(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "own.json"
-    file.write_text('{"M": [[0, -1], [1, 0]], "q": [-1, -1]}')
-    head, _ = lcp("solve", str(file)).out.split("\n\n")
-    assert "z = (" not in head
-    assert "proved to have no solution" in head.splitlines()[1]
-    assert head.splitlines()[-1].startswith("certificate: farkas (")
-
-
-def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
-    results = [run(read(EXAMPLE), method, curve=Trace(levels=LEVELS)) for method in ("newton", "shi")]
-    assert {column for _, column in summary.leaders(results)} == {1, 2, 3}
-    assert summary.leaders(results[:1]) == set()
-    plain = lcp("compare", EXAMPLE).out
-    terminal(80, True)
-    colored = lcp("compare", EXAMPLE).out
-    assert f"{ESCAPE}1m" in colored.splitlines()[-1] + colored.splitlines()[-2]
-    assert ESCAPE not in plain
-
-
-def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
-    """Only red, green and magenta, which stand out on both; yellow, white, black and the bright ones do not."""
-    terminal(80, True)
-    runs = [lcp("solve", EXAMPLE), lcp("solve", EXAMPLE, "--max-iterations", "1"), lcp("compare")]
-    used = {code for run in runs for codes in re.findall(r"\x1b\[([\d;]*)m", run.out) for code in codes.split(";")}
-    assert used <= {"0", "1", "31", "32", "35"}
-    assert {"1", "31", "32", "35"} <= used
-
-
 @pytest.mark.parametrize("file", [EXAMPLE, shipped.path("paper-example-2.json"), TRIDIAGONAL])
 def test_eighty_columns_are_enough(file: str, lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
     terminal(80, False)
-    answer = lcp("compare", file)
-    assert max(len(line) for line in answer.out.splitlines()) <= 80
+    outcome = lcp("compare", file)
+    assert max(len(line) for line in outcome.out.splitlines()) <= 80
 
 
 @pytest.mark.parametrize(("width", "shown"), [(80, 4), (120, 7), (200, 15), (40, 3)])
@@ -200,10 +127,10 @@ def test_without_a_known_solution_the_residual_is_shown(lcp: Lcp, tmp_path: Path
 
 
 def test_unsolved_run_says_why_and_exits_with_one(lcp: Lcp) -> None:
-    answer = lcp("solve", EXAMPLE, "--method", "fixed-point", "--max-iterations", "2")
-    assert answer.code == 1
-    assert answer.out.splitlines()[1] == "fixed-point stopped at the iteration limit"
-    assert answer.out.splitlines()[5].startswith("try --method auto, or --scale ")
+    outcome = lcp("solve", EXAMPLE, "--method", "fixed-point", "--max-iterations", "2")
+    assert outcome.code == 1
+    assert outcome.out.splitlines()[1] == "fixed-point stopped at the iteration limit"
+    assert outcome.out.splitlines()[5].startswith("try --method auto, or --scale ")
 
 
 def test_quiet_prints_nothing_and_the_exit_code_tells(lcp: Lcp) -> None:
@@ -232,8 +159,8 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
 def test_json_has_null_where_a_number_is_not_finite(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "own.json"
     file.write_text('{"M": [[1e300]], "q": [-1e300], "x0": [1e300]}')
-    answer = lcp("solve", str(file), "--format", "json", "--trace", "--max-iterations", "0")
-    record = json.loads(answer.out, parse_constant=lambda name: pytest.fail(name))
+    outcome = lcp("solve", str(file), "--format", "json", "--trace", "--max-iterations", "0")
+    record = json.loads(outcome.out, parse_constant=lambda name: pytest.fail(name))
     assert record["residual"] == 2e300
     assert record["w"] == [None]
 
@@ -253,8 +180,8 @@ def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
 
 
 def test_csv_of_problems_of_different_sizes_is_one_table(lcp: Lcp) -> None:
-    answer = lcp("compare", EXAMPLE, shipped.path("bimatrix.json"), "--format", "csv", "--max-iterations", "3")
-    rows = list(csv.reader(StringIO(answer.out)))
+    outcome = lcp("compare", EXAMPLE, shipped.path("bimatrix.json"), "--format", "csv", "--max-iterations", "3")
+    rows = list(csv.reader(StringIO(outcome.out)))
     assert {len(row) for row in rows} == {len(rows[0])}
     assert rows[1][rows[0].index("z5")] == ""
 
@@ -297,8 +224,8 @@ def test_latex_and_markdown_escape_what_they_must(lcp: Lcp, tmp_path: Path) -> N
 )
 def test_format_follows_the_ending_of_the_output_file(ending: str, begins: str, lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / f"result.{ending}"
-    answer = lcp("solve", EXAMPLE, "-o", str(file))
-    assert (answer.code, answer.out) == (0, "")
+    outcome = lcp("solve", EXAMPLE, "-o", str(file))
+    assert (outcome.code, outcome.out) == (0, "")
     assert file.read_text().startswith(begins)
 
 
@@ -374,10 +301,10 @@ def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytes
         return real(problem, method, **options)
 
     monkeypatch.setattr(driver, "run", interrupted)
-    answer = lcp("compare")
-    assert answer.code == 130
+    outcome = lcp("compare")
+    assert outcome.code == 130
     assert begun == ["fixed-point", "shi"]
-    assert "shi interrupted" in answer.out
+    assert "shi interrupted" in outcome.out
 
 
 def test_shown_components_always_include_the_last() -> None:

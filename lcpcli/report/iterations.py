@@ -107,10 +107,10 @@ def _rows(result: Result) -> list[TraceRow]:
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[str]:
     remarks = [f"{summary.name(result)} {result.message}" for result in results if compared and not result.solved]
-    remarks += [f"{summary.name(r)}: {r.advice}" if compared else r.advice for r in results if r.advice]
-    remarks += [f"{summary.name(r)}: by {', '.join(r.route)}" for r in results if compared and r.route != (r.method,)]
-    remarks += [doubt for result in results if (doubt := summary.doubt(result))]
-    remarks += [bound for result in results if (bound := summary.bound(result))]
+    for result in results:
+        by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
+        told = (result.advice, by, summary.doubt(result), summary.bound(result))
+        remarks += [f"{summary.name(result)}: " * compared + text for text in told if text]
     remarks += [_vector(result.certificate) for result in results if result.certificate and not result.exact]
     remarks += [line for result in results if result.exact for line in _exact(result.exact)]
     if elided:

@@ -55,7 +55,7 @@ def doubt(result: Result) -> str:
     if near or not result.solved:
         return ""
     return (
-        f"{name(result)}: the residual is small and yet z is far from the {result.problem.reference} solution: "
+        f"the residual is small and yet z is far from the {result.problem.reference} solution: "
         "either it is another solution, or M is so ill-conditioned that the residual tells little"
     )
 
@@ -65,8 +65,8 @@ def bound(result: Result) -> str:
     if result.bound is None:
         return ""
     if not result.bound.proved:
-        return f"{name(result)}: no bound: {result.bound.source}"
-    return f"{name(result)}: |z - z*| <= {numbers.above(result.bound.value)} ({result.bound.source})"
+        return f"no bound: {result.bound.source}"
+    return f"|z - z*| <= {numbers.above(result.bound.value)} ({result.bound.source})"
 
 
 def _counts(results: Sequence[Result]) -> Cells:

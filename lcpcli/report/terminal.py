@@ -49,10 +49,13 @@ def _print_outcome(console: Console, table: IterationTable, width: int | None) -
 
 def _print_lines(console: Console, lines: Sequence[str], width: int | None, style: str) -> None:
     """Lines of words, folded to the width of a terminal; in a pipe each stays one line."""
-    for line in lines:
-        folded = [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
-        for part in folded:
-            console.print(Text(part, style=style))
+    folded = lines if width is None else [part for line in lines for part in _folded(line, width)]
+    if folded:
+        console.print(Text("\n".join(folded), style=style))
+
+
+def _folded(line: str, width: int) -> list[str]:
+    return [line] if len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
