@@ -38,6 +38,8 @@ def test_long_z_fits_the_terminal_and_is_whole_in_a_file(
     (line,) = (line for line in head.splitlines() if line.startswith("z = "))
     assert line.endswith(", ..., 0)")
     assert 50 < len(line) <= 60
+    assert "all 100 components of z" in head
+    assert "all 5 components of z" not in lcp("solve", shipped.path("bimatrix.json")).out
     file = tmp_path / "result.txt"
     lcp("solve", TRIDIAGONAL, "-o", str(file))
     rows = re.findall(r"^z(\d+) +(.*)$", file.read_text(), flags=re.MULTILINE)

@@ -78,7 +78,8 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     lines = summary.build(results)
     head = "" if compared else outcome.verdict(results[0])
     facts = [] if compared else outcome.facts(results[0], width, whole)
-    remarks = _remarks(results, compared, components is not None and not whole)
+    elided = components is not None if compared else ELLIPSIS in "".join(facts)
+    remarks = _remarks(results, compared, elided)
     return IterationTable(_title(problem), header, groups, *lines, summary.leaders(results), head, facts, remarks)
 
 
