@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import Any
 
 from numpy.typing import ArrayLike
 
 from lcpcli import driver, methods
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, likely
 from lcpcli.limits import Limits
 from lcpcli.options import OPTIONS
 from lcpcli.problem import Problem
@@ -75,8 +74,7 @@ def solve(
     known = [name for name in methods.options_of(methods.load(method)) if name not in OF_ALL]
     for name in options:
         if name not in known and name not in OPTIONS and name not in methods.ADDITIONS:
-            close = get_close_matches(name.casefold(), (*known, *OF_ALL), n=1)
-            mend = f"did you mean {close[0]}?" if close else f"it has {', '.join((*known, *OF_ALL))}"
+            mend = likely(name, (*known, *OF_ALL), f"it has {', '.join((*known, *OF_ALL))}")
             raise OptionError(name, f"is no option of {method}", mend)
     stops: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     limits = Limits(**{name: value for name, value in stops.items() if value is not None})

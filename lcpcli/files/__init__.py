@@ -1,4 +1,5 @@
-"""Problems in files: which format a file has. One format, one module, imported when it is met, one line in FORMATS."""
+"""Problems in files: which format a file has. One format, one module, imported when it is met, one line in
+`lcpcli.endings`."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar, cast
 
+from lcpcli.endings import COMPRESSED, FORMATS
 from lcpcli.errors import ProblemError
 from lcpcli.files.whole import refuse_unwritable as refuse_unwritable
 from lcpcli.files.whole import write_together
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
 
 STANDARD_INPUT = "-"
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # mends for an empty file
-FORMATS = {".json": "json", ".csv": "csv", ".mtx": "matrix_market", ".npz": "npz"}
 
 T = TypeVar("T")
 
@@ -184,7 +185,7 @@ def _load(name: str) -> Format:
 
 
 def _uncompressed(path: str) -> str:
-    return path[:-3] if path.casefold().endswith(".mtx.gz") else path
+    return path[:-3] if path.casefold().endswith(COMPRESSED) else path
 
 
 def _name(path: str) -> str:
