@@ -22,16 +22,21 @@ class TimeIsUp(Exception):
 
 abandoned: list[threading.Event] = []  # the ends of calls that nobody waits for any more
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by time.monotonic()
+_watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
 
 @contextmanager
-def within(seconds: float) -> Iterator[None]:
-    """Let what is called `interruptibly` meanwhile end with TimeIsUp once so many seconds have passed."""
-    token = _deadline.set(time.monotonic() + seconds)
+def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
+    """Let what is called `interruptibly` meanwhile end with TimeIsUp once so many seconds have passed.
+
+    watch : called every now and then during the wait.
+    """
+    deadline, watching = _deadline.set(time.monotonic() + seconds), _watch.set(watch)
     try:
         yield
     finally:
-        _deadline.reset(token)
+        _deadline.reset(deadline)
+        _watch.reset(watching)
 
 
 @contextmanager
@@ -70,7 +75,7 @@ def interruptibly(call: Callable[[], Any]) -> Any:
     """
     if threading.current_thread() is not threading.main_thread():
         return call()
-    deadline = _deadline.get()
+    deadline, watch = _deadline.get(), _watch.get()
     outcome: list[Any] = []
     failure: list[BaseException] = []
 
@@ -88,6 +93,8 @@ def interruptibly(call: Callable[[], Any]) -> Any:
         while not done.wait(min(WAIT, max(deadline - time.monotonic(), 0.0))):
             if time.monotonic() >= deadline:
                 raise TimeIsUp
+            if watch is not None:
+                watch()
     except BaseException:
         abandoned.append(done)
         raise

@@ -5,21 +5,22 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lcpcli import finish as finishing
-from lcpcli import methods, options, scaled
+from lcpcli import methods, scaled
 from lcpcli.accuracy import Accuracy
 from lcpcli.certificate import Certificate, proves_infeasible
 from lcpcli.compiled import TimeIsUp, within
 from lcpcli.errors import OptionError
+from lcpcli.limits import Limits
 from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
 from lcpcli.modulus import LARGEST, x_of, z_of
-from lcpcli.options import OPTIONS, flag
+from lcpcli.observer import Observe, Observer
+from lcpcli.options import flag
 from lcpcli.problem import Problem, as_vector
 from lcpcli.refinement import is_rounded_solution
 from lcpcli.result import Result, Status
@@ -32,18 +33,6 @@ EXTRA = 3  # iterations after the tolerance is reached, where the method knows t
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
 
 
-@dataclass(frozen=True)
-class Limits:
-    """When to stop: at a relative residual of tol, after max_iterations, after time_limit seconds."""
-
-    tol: float = float(OPTIONS["tol"].default or 0)
-    max_iterations: int = int(OPTIONS["max_iterations"].default or 0)
-    time_limit: float = float(OPTIONS["time_limit"].default or 0)
-
-    def __post_init__(self) -> None:
-        options.check(tol=self.tol, max_iterations=self.max_iterations, time_limit=self.time_limit)
-
-
 @np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
 def run(
     problem: Problem,
@@ -54,6 +43,7 @@ def run(
     limits: Limits | None = None,
     trace: Trace | None = None,
     curve: Trace | None = None,
+    observe: Observe | None = None,
     clock: Callable[[], float] = time.perf_counter,
     scale: bool = False,
     finish: bool = False,
@@ -65,7 +55,13 @@ def run(
     exact arithmetic shows that z is the solution but for its last digits.
     `scale` has an iterative method work on the equilibrated problem, `finish` has it end on its active set as soon as
     that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace`
-    and `curve` keep iterates, each what it was made for. The clock is read around the method's own work alone.
+    and `curve` keep iterates, each what it was made for. `observe` is told now and then how the run goes, as in
+    `observer.Observer`. The clock is read around the method's own work alone.
+
+    >>> from lcpcli import Limits, Problem, run
+    >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
+    >>> run(problem, "newton", limits=Limits(tol=1e-12)).error < 1e-12
+    True
     """
     function = methods.load(method)
     for addition, wanted in (("scale", scale), ("finish", finish)):
@@ -84,7 +80,8 @@ def run(
     target = units.problem if units else problem
     in_force = methods.options_in_force(function, target, chosen)
     setup_seconds = clock() - began
-    loop = _Loop(problem, method, limits, (trace, curve), clock, start, setup_seconds)
+    observer = None if observe is None else Observer(observe, method)
+    loop = _Loop(problem, method, limits, (trace, curve), clock, observer, start, setup_seconds)
     if units:
         moved = {name: units.start(in_force[name]) for name in ("x1",) if in_force.get(name) is not None}
         iterates = function(target, units.start(start), **(in_force | moved))
@@ -92,7 +89,7 @@ def run(
         iterates = function(target, start, **in_force)
     if finish:
         iterates = finishing.finish(target, iterates, clock)
-    with within(limits.time_limit):
+    with within(limits.time_limit, observer.look if observer else None):
         status, reason = loop.run(units.iterates(iterates) if units else iterates)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     return loop.result(in_force | additions, status, reason)
@@ -120,11 +117,12 @@ class _Loop:
         limits: Limits,
         traces: tuple[Trace | None, Trace | None],
         clock: Callable[[], float],
+        observer: Observer | None,
         x0: Vector,
         setup_seconds: float,
     ) -> None:
         self.problem, self.method, self.limits, self.traces, self.clock = problem, method, limits, traces, clock
-        self.accuracy = Accuracy(problem, limits.tol)
+        self.observer, self.accuracy = observer, Accuracy(problem, limits.tol)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
         self.k, self.evaluations = -1, 0
         self.last = self.best = np.clip(x0, -LARGEST, LARGEST)
@@ -247,6 +245,8 @@ class _Loop:
             self.best_level, self.best = level, iterate.x
         if not self.first_level < math.inf:
             self.first_level = level
+        if self.observer:
+            self.observer.saw(iterate.method or self.method, self.k, level)
         if in_range and self._worth_measuring(level) and self._passes(iterate.x):
             self.best = iterate.x
             self.extra += 1

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 SHOWN = 40  # characters of a text from a file that a message quotes at most
 
 
 def quoted(text: str) -> str:
     """A text as a message quotes it: in quotes, on one line, and not longer than is of use."""
     return repr(text if len(text) <= SHOWN else text[:SHOWN] + "...")
+
+
+def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
+    """The mend for an unknown word: the known one that is likely meant; where none is, `otherwise`, or all of them."""
+    from difflib import get_close_matches
+
+    known = list(known)
+    folded = given.casefold()
+    begun = [word for word in known if folded and word.startswith(folded)]
+    close = begun or get_close_matches(folded, known, n=1)
+    return f"did you mean {close[0]}?" if close else otherwise or f"choose one of {', '.join(known)}"
 
 
 class LCPError(Exception):

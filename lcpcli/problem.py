@@ -33,6 +33,13 @@ class Problem:
     verdict : "infeasible", "unsolvable" or "ray" where it is known that there is no solution or none is found; else "".
 
     Raises ProblemError, which names the field.
+
+    >>> from lcpcli import Problem
+    >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], name="small")
+    >>> problem
+    <Problem small: n = 2, dense>
+    >>> problem.w([0.0, 3.0]).tolist()
+    [-2.0, 0.0]
     """
 
     M: Matrix
@@ -77,6 +84,16 @@ class Problem:
         keep("reference", reference)
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
+
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import problem_text
+
+        return problem_text(self)
+
+    def _repr_html_(self) -> str:
+        from lcpcli.report.notebook import problem_html
+
+        return problem_html(self)
 
     @property
     def n(self) -> int:

@@ -15,6 +15,7 @@ import numpy as np
 from lcpcli import driver
 from lcpcli.accuracy import Accuracy
 from lcpcli.errors import OptionError
+from lcpcli.limits import Limits
 from lcpcli.modulus import x_of
 from lcpcli.problem import Problem
 from lcpcli.refinement import refined
@@ -37,7 +38,7 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
     """
     if problem.solutions:
         return problem
-    result = driver.run(problem, "auto", limits=driver.Limits(time_limit=seconds))
+    result = driver.run(problem, "auto", limits=Limits(time_limit=seconds))
     if result.interrupted:
         raise KeyboardInterrupt
     if result.status.exit_code == PROVED_TO_HAVE_NONE:

@@ -18,7 +18,22 @@ if TYPE_CHECKING:
 
 
 class Status(Enum):
-    """How a solve ended. The value is what the user reads; `word` is what JSON and scripts read."""
+    """How a solve ended. The value is what the user reads; `word` is what JSON and scripts read.
+
+    SOLVED : the relative residual, recomputed from M and q, is at most the tolerance.
+    ITERATION_LIMIT, TIME_LIMIT : stopped by a limit.
+    STALLED : the method makes no further progress in double precision.
+    DIVERGED : the iterates run off.
+    BREAKDOWN : the method cannot go on, for instance as a matrix is singular.
+    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0; the certificate holds the Farkas vector.
+    UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
+    RAY : Lemke's method ended on a ray, which proves nothing for this M.
+    INTERRUPTED : by Ctrl-C.
+
+    >>> from lcpcli import Status
+    >>> [status.word for status in Status if status.exit_code == 3]
+    ['infeasible', 'unsolvable']
+    """
 
     SOLVED = "solved"
     ITERATION_LIMIT = "stopped at the iteration limit"
@@ -33,6 +48,7 @@ class Status(Enum):
 
     @property
     def word(self) -> str:
+        """The name in small letters, as in JSON."""
         return self.name.lower()
 
     @property
@@ -77,6 +93,15 @@ class Result:
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if that was not asked for.
     bound : what is proved about |z - z*|_inf, with an infinite value where nothing is; None where that was not asked.
+
+    >>> import lcpcli
+    >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    >>> result.solved, result.z.round(3).tolist(), result.residual < 1e-9
+    (True, [1.333, 2.333], True)
+    >>> result
+    <Result: solved by newton, n = 2, residual ..., in ..., z = (1.333333, 2.333333)>
+    >>> lcpcli.solve([[0, 1], [1, 0]], [-1, 1]).status.word
+    'unsolvable'
     """
 
     problem: Problem
@@ -102,6 +127,16 @@ class Result:
     bound: Bound | None = None
     exact: Exact | None = None
 
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import result_text
+
+        return result_text(self)
+
+    def _repr_html_(self) -> str:
+        from lcpcli.report.notebook import result_html
+
+        return result_html(self)
+
     @property
     def exit_code(self) -> int:
         """That of the status, but 1 where an exact proof was asked for and not found."""
@@ -109,9 +144,18 @@ class Result:
         return 1 if unproved and not self.interrupted else self.status.exit_code
 
     @property
+    def advice(self) -> str:
+        """What to try next where this has not solved the problem, as by `advice.advice`; "" where nothing is known."""
+        from lcpcli.advice import advice
+
+        return advice(self)
+
+    @property
     def solved(self) -> bool:
+        """Whether z is a solution, to the tolerance; never said but of a residual recomputed from M and q."""
         return self.status is Status.SOLVED
 
     @property
     def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it."""
         return self.status is Status.INTERRUPTED

@@ -67,6 +67,12 @@ class Trace:
     residuals : whether each row's residual is read by anybody; each costs one product with M.
     levels : errors, falling, relative to the largest component of the solution, to note when they are first reached.
     rows, milestones : what has been kept.
+
+    >>> import lcpcli
+    >>> problem, trace = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]), lcpcli.Trace()
+    >>> result = lcpcli.run(problem, "fixed-point", trace=trace)
+    >>> trace.rows[0].k, trace.rows[0].z.tolist(), trace.rows[-1].k == result.iterations
+    (0, [0.0, 0.0], True)
     """
 
     every: int = 1
@@ -78,6 +84,11 @@ class Trace:
     milestones: list[Milestone] = field(default_factory=list)
     _last: list[Passing] = field(default_factory=list)
     _waiting: list[Passing] = field(default_factory=list)
+
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import trace_text
+
+        return trace_text(self)
 
     def add(self, passing: Passing, accuracy: Accuracy) -> None:
         """Take one more iterate; one that is no longer among the last three is measured if it stays."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import pytest
 
 from lcpcli import Problem, cli, read, shipped
+from lcpcli.cli import session
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,16 @@ def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> C
         return Outcome(int(ending.value.code or 0), out, err)
 
     return run
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
+    """Make standard output a terminal of that width, with or without colour."""
+
+    def become(width: int, color: bool) -> None:
+        monkeypatch.setattr(session, "terminal", lambda: (width, color))
+
+    return become
 
 
 @pytest.fixture(params=[1, 2], ids=["example-1", "example-2"])

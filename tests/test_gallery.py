@@ -229,7 +229,7 @@ def test_auto_comes_to_what_is_known(name: str) -> None:
         ("murty", {"seed": -1}, "is negative"),
         ("murty", {"decades": 3}, "murty has no 'decades'; leave it out"),
         ("curtis-han-robinson", {"n": 4}, "has 3 unknowns"),
-        ("diagonal", {"decade": 3}, "diagonal has no 'decade'; choose one of decades"),
+        ("diagonal", {"decade": 3}, "diagonal has no 'decade'; did you mean decades"),
         ("diagonal", {"decades": 151}, "decades: 151 is out of range"),
         ("diagonal", {"decades": -1}, "0 <= decades <= 150"),
         ("ill-scaled", {"decades": 51}, "0 <= decades <= 50"),

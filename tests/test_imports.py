@@ -40,6 +40,9 @@ def modules_after(*arguments: str) -> set[str]:
         ["make", "--help"],
         ["inspect", "--help"],
         ["bench", "--help"],
+        ["check", "--help"],
+        ["completion", "--help"],
+        ["completion", "bash"],
         [],
     ],
 )

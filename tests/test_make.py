@@ -116,7 +116,7 @@ def test_on_a_wide_terminal_a_family_has_one_line_a_parameter(lcp: Lcp, monkeypa
         ("lp --seed -1", "--seed: is negative; give a whole number >= 0"),
         ("lp --set", "requires an argument"),
         ("lp --set size=3", "lp has no 'size'; leave it out"),
-        ("contact --set frictoin=3", "contact has no 'frictoin'; choose one of friction, compliance"),
+        ("contact --set frictoin=3", "contact has no 'frictoin'; did you mean friction?"),
         ("diagonal --set decades", "--set: 'decades' has no value; write NAME=VALUE"),
         ("diagonal --set decades=", "--set: '' is no value of decades; give a whole number"),
         ("diagonal --set decades=1.5", "--set: '1.5' is no value of decades; give a whole number"),

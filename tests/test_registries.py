@@ -133,7 +133,7 @@ def test_family(package: Path, lcp: Run) -> None:
 
 def test_problem_format(package: Path, lcp: Run) -> None:
     (package / "files" / "toy_format.py").write_text(FORMAT)
-    register(package / "files" / "__init__.py", "FORMATS", '".toy": "toy"')
+    register(package / "endings.py", "FORMATS", '".toy": "toy"')
     lcp("make", "diagonal", "-n", "3", "--set", "decades=0", "-o", "problem.toy")
     assert (package.parent / "problem.toy").read_text() == "1.0 1.0 1.0\n-1.0 1.0 -1.0"
     assert json.loads(lcp("solve", "problem.toy", "--format", "json"))["z"] == [1.0, 0.0, 1.0]

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from lcpcli import driver, peers
+from lcpcli.limits import Limits
 from lcpcli.problem import Problem
 from lcpcli.report import LEVELS
 from lcpcli.result import Result
@@ -76,7 +77,7 @@ class Method:
         known = bool(problem.solutions)
         levels = LEVELS if known else ()
         curve = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
-        result = driver.run(problem, self.name, limits=driver.Limits(tol, time_limit=time_limit), curve=curve)
+        result = driver.run(problem, self.name, limits=Limits(tol, time_limit=time_limit), curve=curve)
         if result.interrupted:
             raise KeyboardInterrupt
         claim = {0: SOLUTION, 3: NONE}.get(result.status.exit_code, "")

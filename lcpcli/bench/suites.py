@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, likely
 
 if TYPE_CHECKING:
     from lcpcli.problem import Problem
@@ -196,10 +196,8 @@ def _existing(path: str) -> str:
         raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
     if os.path.lexists(path) or os.sep in path or Path(path).suffix:  # what is wrong with a file, reading it tells
         return path
-    from difflib import get_close_matches
-
-    close = get_close_matches(path, (*SUITES, ALL), n=1)
-    mend = f"did you mean {close[0]}?" if close else f"choose one of {', '.join((*SUITES, ALL))}, or name a file"
+    known = (*SUITES, ALL)
+    mend = likely(path, known, f"choose one of {', '.join(known)}, or name a file")
     raise OptionError(path, "is neither a suite nor a file", mend)
 
 

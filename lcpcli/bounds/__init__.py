@@ -67,6 +67,15 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
     Raises
     ------
     ProblemError : z has not n numbers.
+
+    Examples
+    --------
+    >>> from lcpcli import Problem, error_bound
+    >>> bound = error_bound(Problem([[2, 1], [1, 2]], [-5, -6]), [1.3333, 2.3333])
+    >>> 3e-5 < bound.value < 1e-3, bound.source
+    (True, 'Chen and Xiang 2006, M is H+')
+    >>> error_bound(Problem([[0, 1], [1, 0]], [-1, 1]), [0, 0]) is None
+    True
     """
     if isinstance(z, np.ndarray) and z.dtype.kind == "f" and not np.isfinite(z).all():
         return None

@@ -11,9 +11,12 @@ import click
 from lcpcli import __version__
 from lcpcli.cli.bench import bench
 from lcpcli.cli.check import check
+from lcpcli.cli.command import Group
 from lcpcli.cli.compare import compare
+from lcpcli.cli.completion import VARIABLE, completion
 from lcpcli.cli.inspect import inspect
 from lcpcli.cli.make import make
+from lcpcli.cli.options import EXITS
 from lcpcli.cli.solve import solve
 from lcpcli.compiled import leave
 from lcpcli.errors import LCPError
@@ -22,33 +25,27 @@ INTERRUPTED = 130
 
 
 @click.group(
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}, invoke_without_command=True
+    cls=Group,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    invoke_without_command=True,
+    examples=(
+        "lcp solve problems/paper-example-1.json",
+        "lcp make obstacle -n 100 | lcp solve -",
+        "lcp compare",
+        "lcp solve --help",
+    ),
+    exits={**EXITS, 141: "the reader of a pipe has closed it"},
 )
 @click.version_option(__version__, prog_name="lcp")
 @click.pass_context
 def lcp(context: click.Context) -> None:
-    """Solve linear complementarity problems: z >= 0, w = Mz + q >= 0, z'w = 0.
-
-    \b
-    lcp solve problem.json      solve one problem
-    lcp compare                 both methods side by side on the paper's examples
-    lcp bench                   methods and other solvers on suites of problems, with statistics
-    lcp check FILE SOLUTION     judge an answer, whoever gave it
-    lcp make obstacle           write a problem of the gallery
-    lcp inspect problem.json    what the problem is, and which methods are guaranteed to solve it
-
-    Exit codes: 0 solved, 1 not solved, 2 bad usage or bad input, 3 proved to have no solution, 130 interrupted.
-    """
+    """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
-lcp.add_command(solve)
-lcp.add_command(compare)
-lcp.add_command(bench)
-lcp.add_command(check)
-lcp.add_command(make)
-lcp.add_command(inspect)
+for command in (solve, compare, bench, check, inspect, make, completion):
+    lcp.add_command(command)
 
 
 def main() -> None:
@@ -62,8 +59,12 @@ def main() -> None:
 
 
 def _run() -> int:
+    if VARIABLE in os.environ:
+        from lcpcli.cli.shells import register
+
+        register()
     try:
-        code = lcp.main(standalone_mode=False)
+        code = lcp.main(standalone_mode=False, complete_var=VARIABLE)
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
     except click.exceptions.Exit as ending:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from lcpcli.bench import session as benching
 from lcpcli.bench import suites
 from lcpcli.bench.record import Record, Settings
 from lcpcli.cli.output import emit, form_of, terminal
-from lcpcli.cli.progress import Progress
+from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file
 from lcpcli.errors import OptionError
 from lcpcli.files import refuse_unwritable, write_whole
@@ -97,7 +96,7 @@ def _measure(record: Record, kept: dict[str, str], quiet: bool) -> bool:
     files = {path: form for path, form in kept.items() if Path(path).is_file() or not Path(path).exists()}
     _keep(record, files)
     left = sum(len(solvers) for _, solvers in record.pending())
-    with Progress(left, shown=not quiet and sys.stderr is not None and sys.stderr.isatty()) as progress:
+    with Progress(left, shown=wanted(quiet)) as progress:
         try:
             for _ in benching.run(record, progress.starting):
                 progress.finished()

@@ -7,31 +7,44 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.cli import output, session
-from lcpcli.cli.options import numeric
+from lcpcli.cli import candidates, output, session
+from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.options import format_option, numeric
 from lcpcli.options import OPTIONS
-from lcpcli.report.judged import FORMS
+from lcpcli.report.judged import FORMATS
 
 if TYPE_CHECKING:
     from lcpcli.judgement import Judgement
 
 
-@click.command(short_help="Judge an answer, whoever gave it.")
-@click.argument("paths", metavar="FILE [Q_FILE] SOLUTION", nargs=-1)
-@numeric("tol")
-@click.option("--exact", is_flag=True, help="Judge in rational arithmetic, decimals taken as written; no tolerance.")
-@click.option("--format", "form", type=click.Choice(FORMS), default="table", show_default=True, help="How to tell it.")
+@click.command(
+    cls=Command,
+    short_help="Judge an answer, whoever gave it.",
+    examples=(
+        "lcp solve problems/bimatrix.json --exact -o result.json",
+        "lcp check problems/bimatrix.json result.json",
+        "lcp check problems/bimatrix.json result.json --exact --format json",
+    ),
+    exits={0: "the answer stands", 1: "it does not", 2: "bad usage or bad input, told in one line"},
+)
+@argument(
+    "Problem and answer",
+    "paths",
+    {
+        "FILE [Q_FILE]": "As for lcp solve.",
+        "SOLUTION": "A result of lcp solve in JSON, of several the first, or z as a list in JSON or one row or column "
+        "of numbers; fractions like 15/29 are read too. A result with exact fractions is judged by these, one with a "
+        "proof that there is no z >= 0 with Mz + q >= 0 by that proof. - is standard input.",
+    },
+    metavar="FILE [Q_FILE] SOLUTION",
+    nargs=-1,
+    shell_complete=candidates.files(*candidates.VECTORS),
+)
+@numeric("Judging", "tol")
+@option("Judging", "--exact", is_flag=True, help="Judge in rational arithmetic, decimals as written; no tolerance.")
+@format_option(FORMATS, "table")
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> int:
-    """Judge the answer in SOLUTION to the problem in FILE, or in FILE and Q_FILE, as lcp solve reads it.
-
-    SOLUTION is a result of lcp solve in JSON (of several the first), or a z as a list in JSON or one row or column of
-    numbers; fractions like 15/29 are read too. A result with exact fractions is judged by these, one with a proof that
-    there is no z >= 0 with Mz + q >= 0 by that proof. Exits with 0 if the answer stands, 1 if not, 2 for bad input.
-
-    \b
-    lcp check problem.json z.txt
-    lcp solve problem.json --exact --format json | lcp check problem.json - --exact
-    """
+    """Judge the answer in SOLUTION to the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give a file of the problem, one of q if it is apart, and one of the solution")
     if exact and tol is not None:

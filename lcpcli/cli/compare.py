@@ -7,36 +7,49 @@ from typing import Any
 import click
 
 from lcpcli import shipped
-from lcpcli.cli import session
-from lcpcli.cli.options import numeric, solving
+from lcpcli.cli import candidates, session
+from lcpcli.cli.command import Choice, Command, argument, option
+from lcpcli.cli.options import EXITS, numeric, solving
 from lcpcli.methods import METHODS
 from lcpcli.report import LEVELS
 
 AS_PUBLISHED = ("fixed-point", "shi")
 
 
-@click.command(short_help="Run methods side by side.")
-@click.argument("files", metavar="[FILE]...", nargs=-1)
-@click.option(
+@click.command(
+    cls=Command,
+    short_help="Run methods side by side.",
+    examples=(
+        "lcp compare",
+        "lcp compare problems/tridiagonal-100.json --every 10",
+        "lcp compare --method newton --method lemke --method shi",
+        "lcp compare --method shi --k-star 1 --format csv",
+        "lcp compare problems/paper-example-1.json --plot errors.svg --warm 0.01",
+    ),
+    lists={"Methods": METHODS},
+    exits={**EXITS, 0: "every method solved every problem"},
+    epilog="An option goes to the methods that have it. Errors are against a known solution, else one found before.",
+)
+@argument(
+    "Problem",
+    "files",
+    {"FILE": "As for lcp solve, M and q in one; - is standard input.  [default: the paper's two examples]"},
+    metavar="[FILE]...",
+    nargs=-1,
+    shell_complete=candidates.files(*candidates.PROBLEMS),
+)
+@option(
+    "Method",
     "--method",
     "methods",
+    metavar="NAME",
     multiple=True,
-    type=click.Choice(list(METHODS)),
-    help=f"A method to compare; repeat it for more. Default: {' and '.join(AS_PUBLISHED)}.",
+    type=Choice(METHODS),
+    help=f"A method to compare, of those below; repeat it for more.  [default: {' and '.join(AS_PUBLISHED)}]",
 )
-@numeric("warm")
+@numeric("Method", "warm")
 @solving
 def compare(files: tuple[str, ...], methods: tuple[str, ...], **given: Any) -> int:
-    """Run methods side by side on the problem in each FILE, by default on the paper's two examples.
-
-    An option goes to the methods that have it. Errors are against the known solution, or one computed beforehand. Exits
-    with 0 if every method solved every problem, with 1 if not.
-
-    \b
-    lcp compare
-    lcp compare problem.json --every 10
-    lcp compare problem.json --plot errors.svg --warm 0.01
-    lcp compare --method shi --k-star 1 --format csv
-    """
+    """Run methods side by side on the problem in each FILE."""
     paths = files or tuple(shipped.path(name) for name in shipped.PAPER_EXAMPLES)
     return session.run([(path, None) for path in paths], methods or AS_PUBLISHED, given, levels=LEVELS)

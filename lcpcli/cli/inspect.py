@@ -7,6 +7,8 @@ from pathlib import Path
 import click
 
 from lcpcli import options
+from lcpcli.cli.command import Command, option
+from lcpcli.cli.options import format_option, output_file, problem_file
 from lcpcli.cli.output import emit
 from lcpcli.cli.session import refuse_clashes
 from lcpcli.errors import OptionError
@@ -15,36 +17,30 @@ FORMATS = {"table": "for people", "json": "one object, for scripts"}
 SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 
 
-@click.command(short_help="Say what a problem is.")
-@click.argument("file")
-@click.argument("q_file", required=False)
-@click.option(
+@click.command(
+    cls=Command,
+    short_help="Say what a problem is.",
+    examples=(
+        "lcp inspect problems/paper-example-2.json",
+        "lcp make kostreva -n 5 | lcp inspect -",
+        "lcp inspect problems/bimatrix.json --time-limit 10 -o bimatrix-classes.json",
+    ),
+    exits={0: "inspected", 2: "bad usage or bad input, told in one line"},
+    epilog='A class is "yes" or "no" only where rounding cannot have decided it.',
+)
+@problem_file
+@option(
+    "Stopping",
     "--time-limit",
     type=click.FLOAT,
     default=options.INSPECTION_SECONDS,
-    show_default=True,
-    help="Seconds after which nothing further is begun that takes time.",
+    help="Begin nothing further that takes time after this many seconds.  "
+    f"[seconds > 0; default {options.INSPECTION_SECONDS:g}]",
 )
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(list(FORMATS)),
-    help=", ".join(f"{name} ({meaning})" for name, meaning in FORMATS.items())
-    + ".  [default: by the ending of -o, else table]",
-)
-@click.option("-o", "--output", metavar="FILE", help="Write to a file instead, whole or not at all.")
+@format_option(FORMATS)
+@output_file()
 def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None) -> int:
-    """Say what the problem in FILE is: the classes of M, with what shows it, how well M is scaled and conditioned, and
-    which methods are therefore guaranteed to solve it.
-
-    FILE and Q_FILE are as for lcp solve. A class is "yes" or "no" only where rounding cannot have decided it. Exits
-    with 0, or 2 for bad input.
-
-    \b
-    lcp inspect problem.json
-    lcp inspect M.mtx q.mtx --time-limit 60
-    lcp inspect problem.json --format json | jq .classes.p_matrix
-    """
+    """Tell the classes of M, how well it is scaled, and which methods are guaranteed to solve the problem."""
     options.check(time_limit=time_limit)
     output = None if output == "-" else output
     form = form or _form_of(output)

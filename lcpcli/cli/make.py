@@ -7,6 +7,8 @@ from typing import Any
 import click
 
 from lcpcli import gallery
+from lcpcli.cli import candidates
+from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import OptionError, quoted
 
@@ -14,27 +16,48 @@ WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0":
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
-@click.command(short_help="Write a problem of the gallery.")
-@click.argument("family", required=False)
-@click.option("-n", "n", type=int, help="Number of unknowns, about.  [default: 10, or as many as the family has]")
-@click.option("--seed", type=int, help="For families of random numbers: which ones.  [whole number >= 0; default 0]")
-@click.option(
-    "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a parameter of the family. Repeatable."
+@click.command(
+    cls=Command,
+    short_help="Write a problem of the gallery.",
+    examples=(
+        "lcp make --list",
+        "lcp make obstacle -n 100 | lcp solve -",
+        "lcp make murty",
+        "lcp make harker-pang -n 50 --seed 3 --set symmetric=true -o problem.npz",
+    ),
+    exits={0: "written", 2: "bad usage, told in one line"},
+    epilog="The same arguments give the same problem. JSON and NPZ tell its known solutions too.",
 )
-@click.option("-o", "--output", metavar="FILE", help="Write to a .json, .npz, .csv or .mtx file, whole or not at all.")
-@click.option("--list", "listed", is_flag=True, help="List the families with the class of M and their parameters.")
+@argument(
+    "Family",
+    "family",
+    {"FAMILY": "What lcp make --list shows, with the class of M and the parameters."},
+    required=False,
+    shell_complete=candidates.one_of(gallery.FAMILIES),
+)
+@option("Family", "--list", "listed", is_flag=True, help="List the families instead of writing a problem.")
+@option("Problem", "-n", "n", type=int, help="Number of unknowns, about.  [default: 10, or as many as the family has]")
+@option("Problem", "--seed", type=int, help="Which random numbers, if any.  [whole number >= 0; default 0]")
+@option(
+    "Problem",
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Set a parameter of the family; repeat it for more.",
+)
+@option(
+    "Output",
+    "-o",
+    "--output",
+    metavar="FILE",
+    shell_complete=candidates.files(),
+    help="Write to a .json, .npz, .csv or .mtx file, whole or not at all.  [default: JSON to standard output]",
+)
 def make(
     family: str | None, n: int | None, seed: int | None, settings: tuple[str, ...], output: str | None, listed: bool
 ) -> int:
-    """Write a problem of FAMILY as JSON to standard output, or to a file by the ending of its name.
-
-    The same arguments give the same problem. JSON and NPZ tell its known solutions too.
-
-    \b
-    lcp make --list
-    lcp make obstacle -n 100 | lcp solve -
-    lcp make harker-pang -n 50 --seed 3 --set symmetric=true -o problem.npz
-    """
+    """Write a problem of FAMILY, a family of the gallery."""
     if listed:
         _refuse_beside_list(FAMILY=family, **{"-n": n, "--seed": seed, "--set": settings or None, "-o": output})
         return _show_list()

@@ -4,68 +4,138 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from lcpcli import options
+from lcpcli.cli import candidates
+from lcpcli.cli.command import Choice, argument, option
 from lcpcli.errors import OptionError
 from lcpcli.methods import ADDITIONS, ITERATIVE, load, options_of
 from lcpcli.options import AUTO, OPTIONS, flag
 from lcpcli.report import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.driver import Limits
+    from lcpcli.limits import Limits
     from lcpcli.problem import Problem
     from lcpcli.typing import Vector
 
 STARTS = ("x0", "x1", "z0")
-OF_METHODS = ("p", "k_star", "rho", "sigma", "omega", "anderson", *STARTS)
+OWN = {"shi": ("p", "k_star", "rho", "sigma"), "fixed-point": ("omega", "anderson")}  # x1, of shi too, is a start
+OF_METHODS = (*OWN["shi"], *OWN["fixed-point"], *STARTS)
 LIMITS = ("tol", "max_iterations", "time_limit")
 
+EXITS = {
+    0: "solved",
+    1: "not solved",
+    2: "bad usage or bad input, told in one line",
+    3: "proved to have no solution",
+    130: "interrupted; the best iterate is reported",
+}
+
 Command = TypeVar("Command", bound=Callable[..., Any])
+Declaration = Callable[[Any], Any]
 
 
 def solving(command: Command) -> Command:
     """Declare the options of the methods, the limits and the output on a command; it gets them as keywords."""
     declared = [
-        *(numeric(name) for name in OF_METHODS if name not in STARTS),
-        click.option(
-            "--x0",
-            metavar="NUMBERS|FILE",
-            help="Start x = (z - w) / 2, comma-separated, in a file or of a result in JSON.  "
-            "[default: the problem's, else 0]",
+        *(numeric(f"Method {method}", name) for method, names in OWN.items() for name in names),
+        *_additions(),
+        *_starts(),
+        *(numeric("Stopping", name) for name in LIMITS),
+        option(
+            "Proof",
+            "--bound",
+            is_flag=True,
+            help="Prove how far z can be from the solution, at more cost than solving.",
         ),
-        click.option(
-            "--x1", metavar="NUMBERS|FILE", help="Second point of shi.  [default: the problem's, else a descent step]"
+        format_option(FORMATS),
+        option("Output", "--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
+        numeric("Output", "every"),
+        option(
+            "Output",
+            "--plot",
+            metavar="FILE",
+            shell_complete=candidates.files(),
+            help="Draw error against time and iteration: .png, .svg, .pdf, or - for here.",
         ),
-        click.option("--z0", metavar="NUMBERS|FILE", help="Start given as z instead, with w = Mz + q."),
-        click.option(
-            "--scale/--no-scale", default=None, help="Let shi or fixed-point work on the equilibrated problem."
-        ),
-        click.option("--finish/--no-finish", default=None, help="Let shi or fixed-point end on their active set."),
-        *(numeric(name) for name in LIMITS),
-        click.option(
-            "--bound", is_flag=True, help="Prove how far z can be from the solution; costs more than solving."
-        ),
-        click.option("--format", "form", type=click.Choice(list(FORMATS)), help=_formats()),
-        click.option("--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
-        numeric("every"),
-        click.option(
-            "--plot", metavar="FILE", help="Draw error against time and iteration: .png, .svg, .pdf, or - for here."
-        ),
-        click.option("-o", "--output", metavar="FILE", help="Write to a file instead, whole or not at all."),
-        click.option("-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells."),
+        output_file(),
+        option("Output", "-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells."),
     ]
-    for option in reversed(declared):
-        command = option(command)
+    for declare in reversed(declared):
+        command = declare(command)
     return command
+
+
+def problem_file(command: Command) -> Command:
+    """Declare the problem of a command that takes one: its file, and one of q where that is apart."""
+    complete = candidates.files(*candidates.PROBLEMS)
+    file = {
+        "FILE": "M and q as JSON, NPZ or CSV with the columns [M | q], or M alone, also as .mtx; - is standard input."
+    }
+    q_file = {"Q_FILE": "q, where FILE holds M alone; the formats may differ."}
+    command = argument("Problem", "q_file", q_file, required=False, shell_complete=complete)(command)
+    return argument("Problem", "file", file, shell_complete=complete)(command)
+
+
+def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
+    """The declaration of --format, one of these; without a default, None leaves it to the ending of -o."""
+    told = ", ".join(f"{name} ({meaning})" for name, meaning in formats.items())
+    return option(
+        "Output",
+        "--format",
+        "form",
+        metavar="FORMAT",
+        type=Choice(formats),
+        default=default,
+        help=f"{told}.  [default: {default or 'by the ending of -o, else table'}]",
+    )
+
+
+def output_file() -> Declaration:
+    """The declaration of -o."""
+    return option(
+        "Output",
+        "-o",
+        "--output",
+        metavar="FILE",
+        shell_complete=candidates.files(),
+        help="Write to a file instead, whole or not at all.  [default: standard output]",
+    )
+
+
+def _additions() -> list[Declaration]:
+    told = {"scale": "work on the equilibrated problem", "finish": "end on the active set"}
+    return [
+        option(
+            f"Methods {' and '.join(ITERATIVE)}",
+            f"--{name}/--no-{name}",
+            default=None,
+            help=f"Let it {told[name]}.  [default: --no-{name}]",
+        )
+        for name in ADDITIONS
+    ]
+
+
+def _starts() -> list[Declaration]:
+    told = {
+        "x0": "Start x = (z - w) / 2: comma-separated, in a file or from a result.  [default: the problem's, else 0]",
+        "x1": "Second point of shi.  [default: the problem's, else a descent step]",
+        "z0": "Start given as z instead, with w = Mz + q.  [default: see --x0]",
+    }
+    complete = candidates.files(*candidates.VECTORS)
+    return [
+        option("Start", flag(name), metavar="NUMBERS|FILE", shell_complete=complete, help=meaning)
+        for name, meaning in told.items()
+    ]
 
 
 def limits(given: dict[str, Any]) -> Limits:
     """The limits among the given options; a default for each that is not given."""
-    from lcpcli.driver import Limits
+    from lcpcli.limits import Limits
 
     return Limits(**{name: given[name] for name in LIMITS if given[name] is not None})
 
@@ -96,18 +166,17 @@ class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
         return AUTO if value == AUTO else float(click.FLOAT.convert(value, param, ctx))
 
 
-def numeric(name: str) -> Callable[[Command], Command]:
-    """The declaration of one of `lcpcli.options.OPTIONS`; None where it is not given."""
-    option = OPTIONS[name]
-    number = click.INT if option.kind is int else click.FLOAT
-    kind = _NumberOrAuto() if option.auto else number
-    default = f"; default {option.default:g}" if option.default is not None and option.default < math.inf else ""
-    return click.option(flag(name), name, type=kind, help=f"{option.meaning}  [{option.range}{default}]")
+def numeric(heading: str, name: str) -> Declaration:
+    """The declaration of one of `lcpcli.options.OPTIONS` under a heading; None where it is not given."""
+    declared = OPTIONS[name]
+    number = click.INT if declared.kind is int else click.FLOAT
+    kind = _NumberOrAuto() if declared.auto else number
+    default = f"; default {_default(declared.default)}" if declared.default is not None else ""
+    return option(heading, flag(name), name, type=kind, help=f"{declared.meaning}  [{declared.range}{default}]")
 
 
-def _formats() -> str:
-    forms = ", ".join(f"{name} ({meaning})" for name, meaning in FORMATS.items())
-    return f"{forms}.  [default: by the ending of -o, else table]"
+def _default(value: float) -> str:
+    return f"{value:g}" if value < math.inf else "no limit"
 
 
 def _vector(name: str, given: str, n: int) -> Vector:

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 from lcpcli import options
 from lcpcli.cli.options import for_methods, limits
 from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
+from lcpcli.cli.progress import Line, wanted
 from lcpcli.errors import OptionError
 
 if TYPE_CHECKING:
-    from lcpcli.driver import Limits
     from lcpcli.exact.problem import ExactProblem
+    from lcpcli.limits import Limits
     from lcpcli.problem import Problem
     from lcpcli.result import Result
     from lcpcli.typing import Vector
@@ -57,7 +58,7 @@ def run(
         problems = [_referred(problem, bounds) for problem in problems]
     width, color = (None, False) if output.path else terminal()
     results: list[Result] = []
-    for result in _runs(problems, methods, chosen, bounds, warm, (output, plot, width)):
+    for result in _runs(problems, methods, chosen, bounds, warm, (output, plot, width), wanted(given["quiet"])):
         results.append(result)
         if result.interrupted:
             break
@@ -68,7 +69,7 @@ def run(
     if not output.silent:
         from lcpcli import report
 
-        text = report.render(results, output.form, width, color)
+        text = report.render(results, output.form, width, color, compared=bool(levels), whole=output.path is not None)
         if output.path is None:
             emit(text, color)
         else:
@@ -84,6 +85,7 @@ def _runs(
     bounds: Limits,
     warm: float | None,
     shown: tuple[Output, Plot, int | None],
+    watched: bool,
 ) -> Iterator[Result]:
     """One result a problem and method, problem by problem; with `warm`, a second one from near the solution."""
     from lcpcli import driver
@@ -93,7 +95,9 @@ def _runs(
 
     def run_one(problem: Problem, method: str, values: dict[str, Any]) -> Result:
         trace, curve = output.trace(problem, width), plot.curve(problem)
-        return driver.run(problem, method, limits=bounds, trace=trace, curve=curve, **values)
+        with Line() as line:
+            observe = line.tell if watched else None
+            return driver.run(problem, method, limits=bounds, trace=trace, curve=curve, observe=observe, **values)
 
     for problem, own in zip(problems, chosen, strict=True):
         near = None if warm is None else _near(problem, warm)

@@ -7,27 +7,37 @@ from typing import Any
 import click
 
 from lcpcli.cli import session
-from lcpcli.cli.options import solving
+from lcpcli.cli.command import Choice, Command, option
+from lcpcli.cli.options import EXITS, problem_file, solving
 from lcpcli.methods import METHODS
 
 
-@click.command(short_help="Solve one problem.")
-@click.argument("file")
-@click.argument("q_file", required=False)
-@click.option("--method", type=click.Choice(list(METHODS)), default="auto", show_default=True, help="How to solve it.")
-@click.option("--exact", is_flag=True, help="Prove the answer in rational arithmetic, decimals taken as written.")
+@click.command(
+    cls=Command,
+    short_help="Solve one problem.",
+    examples=(
+        "lcp solve problems/paper-example-1.json",
+        "lcp make obstacle -n 100 | lcp solve -",
+        "lcp solve problems/paper-example-2.json --method shi --every 10",
+        "lcp solve problems/paper-example-2.json --exact",
+        "lcp solve problems/tridiagonal-100.json --format json -o result.json",
+        "lcp solve problems/tridiagonal-100.json --z0 result.json --quiet",
+    ),
+    lists={"Methods": METHODS},
+    exits=EXITS,
+)
+@problem_file
+@option(
+    "Method",
+    "--method",
+    metavar="NAME",
+    type=Choice(METHODS),
+    default="auto",
+    show_default=True,
+    help="How to solve it, one of the methods below.",
+)
+@option("Proof", "--exact", is_flag=True, help="Prove the answer in rational arithmetic, decimals taken as written.")
 @solving
 def solve(file: str, q_file: str | None, method: str, exact: bool, **given: Any) -> int:
-    """Solve the problem in FILE: JSON, NPZ, CSV with the columns [M | q], or M alone with q in Q_FILE.
-
-    M and q may also be in Matrix Market files (.mtx). A FILE of "-" is standard input. Exits with 0 if solved, 1 if
-    not, 2 for bad input, 3 if it is proved that there is no solution.
-
-    \b
-    lcp solve problem.json
-    lcp solve M.csv q.csv --method fixed-point
-    lcp solve M.mtx q.mtx --z0 result.json
-    lcp solve problem.json --format json --trace | jq .z
-    lcp solve problem.json --exact
-    """
+    """Solve the problem in FILE, or prove that it has no solution."""
     return session.run([(file, q_file)], [method], given, exact=exact)

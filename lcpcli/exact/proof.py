@@ -26,6 +26,7 @@ from lcpcli.exact.linear import require
 from lcpcli.exact.numbers import rounded
 from lcpcli.exact.problem import ExactProblem
 from lcpcli.exact.solution import from_point
+from lcpcli.limits import Limits
 from lcpcli.result import Exact, Result, Status
 from lcpcli.typing import Vector
 
@@ -63,7 +64,7 @@ def _runs(data: ExactProblem, result: Result, deadline: float) -> Iterator[tuple
     seconds = deadline - time.perf_counter()
     whole = None if own or seconds <= 0 else data.in_integers()
     if whole is not None:
-        yield driver.run(whole, "auto", z0=_finite(result.z), limits=driver.Limits(time_limit=seconds)), True
+        yield driver.run(whole, "auto", z0=_finite(result.z), limits=Limits(time_limit=seconds)), True
 
 
 def _exact(data: ExactProblem, run: Result, own: bool, deadline: float) -> Exact | None:

@@ -1,4 +1,5 @@
-"""Problems in files: which format a file has. One format, one module, imported when it is met, one line in FORMATS."""
+"""Problems in files: which format a file has. One format, one module, imported when it is met, one line in
+`lcpcli.endings`."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar, cast
 
+from lcpcli.endings import COMPRESSED, FORMATS
 from lcpcli.errors import ProblemError
 from lcpcli.files.whole import refuse_unwritable as refuse_unwritable
 from lcpcli.files.whole import write_together
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
 
 STANDARD_INPUT = "-"
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # mends for an empty file
-FORMATS = {".json": "json", ".csv": "csv", ".mtx": "matrix_market", ".npz": "npz"}
 
 T = TypeVar("T")
 
@@ -58,6 +59,14 @@ def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = N
     A file has the format that its name ends with (.mtx.gz is .mtx, compressed). Of the others, and of those called
     .csv, any text that opens a brace or a bracket is JSON, everything else CSV. Raises ProblemError, which names the
     file, the field or line, and the mend.
+
+    >>> from lcpcli import Problem, read, write
+    >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")
+    >>> read("small.json")
+    <Problem small: n = 2, dense>
+    >>> read("missing.json")
+    Traceback (most recent call last):
+    lcpcli.errors.ProblemError: missing.json: ...
     """
     return _problem(os.fspath(path), None if q_path is None else os.fspath(q_path), _read)
 
@@ -145,6 +154,12 @@ def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     """Write a problem in the format that the file's name ends with, whole or not at all.
 
     JSON and NPZ keep everything. CSV and Matrix Market keep M and q alone; p.mtx is M, and q is p.q.mtx beside it.
+    Raises ProblemError where the name has no known ending, or the place cannot be written.
+
+    >>> from lcpcli import Problem, read, write
+    >>> write(Problem([[2, 1], [1, 2]], [-5, -6]), "small.mtx")
+    >>> read("small.mtx", "small.q.mtx").q.tolist()
+    [-5.0, -6.0]
     """
     path = os.fspath(path)
     ending = ending_of(path)
@@ -170,7 +185,7 @@ def _load(name: str) -> Format:
 
 
 def _uncompressed(path: str) -> str:
-    return path[:-3] if path.casefold().endswith(".mtx.gz") else path
+    return path[:-3] if path.casefold().endswith(COMPRESSED) else path
 
 
 def _name(path: str) -> str:

@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from difflib import get_close_matches
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError, quoted
+from lcpcli.errors import OptionError, likely, quoted
 
 if TYPE_CHECKING:
     from lcpcli.problem import Problem
@@ -90,7 +89,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     known = parameters_of(name)
     for parameter in parameters:
         if parameter not in known:
-            mend = f"choose one of {', '.join(known)}" if known else "leave it out"
+            mend = likely(parameter, known) if known else "leave it out"
             raise OptionError("parameter", f"{name} has no {quoted(parameter)}", mend)
     size = fixed_size(name)
     if n is None:
@@ -106,7 +105,5 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 
 def _module(name: str) -> ModuleType:
     if name not in FAMILIES:
-        close = get_close_matches(name.casefold(), FAMILIES, n=1)
-        mend = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(FAMILIES)}"
-        raise OptionError("family", f"{quoted(name)} is unknown", mend)
+        raise OptionError("family", f"{quoted(name)} is unknown", likely(name, FAMILIES))
     return import_module(f"lcpcli.gallery.{name.replace('-', '_')}")

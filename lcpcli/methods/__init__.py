@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, likely
 from lcpcli.options import OPTIONS, flag
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ Method = Callable[..., "Iterator[Iterate]"]
 def load(name: str) -> Method:
     """The method of that name: a function (problem, x0, *, options) that checks its options and returns an iterator."""
     if name not in METHODS:
-        raise OptionError("method", f"{name!r} is unknown", f"choose one of {', '.join(METHODS)}")
+        raise OptionError("method", f"{name!r} is unknown", likely(str(name), METHODS))
     module = name.replace("-", "_")
     method: Method = getattr(import_module(f"lcpcli.methods.{module}"), module)
     return method

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, likely, quoted
 
 if TYPE_CHECKING:
     from lcpcli.problem import Problem
@@ -110,8 +110,4 @@ def library(module: str) -> Any:
 
 
 def _unknown(name: str) -> OptionError:
-    from difflib import get_close_matches
-
-    close = get_close_matches(name.casefold(), PEERS, n=1)
-    mend = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(PEERS)}"
-    return OptionError("--peer", f"{name!r} is unknown", mend)
+    return OptionError("--peer", f"{quoted(name)} is unknown", likely(name, PEERS))

@@ -21,10 +21,14 @@ LEVELS = (1e-3, 1e-6, 1e-9)  # of the error, relative to the solution, of which 
 SUFFIXES = {"": "table", ".txt": "table", ".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
 
 
-def render(results: Sequence[Result], form: str, width: int | None, color: bool) -> str:
+def render(
+    results: Sequence[Result], form: str, width: int | None, color: bool, *, compared: bool = True, whole: bool = False
+) -> str:
     """The results, those on one problem one after the other, as text in a format.
 
     width, color : of the terminal; width is None where there is none.
+    compared : whether the iterates come first and then a line a result; else the result comes first.
+    whole : whether a result that comes first shows all of its z.
     """
     if form == "json":
         from lcpcli.report import json_lines
@@ -37,7 +41,7 @@ def render(results: Sequence[Result], form: str, width: int | None, color: bool)
     from lcpcli.report import iterations
 
     runs = [list(run) for _, run in groupby(results, key=lambda result: id(result.problem))]
-    tables = [iterations.build(run) for run in runs]
+    tables = [iterations.build(run, width, compared, whole) for run in runs]
     if form == "markdown":
         from lcpcli.report import markdown
 

@@ -12,12 +12,12 @@ import numpy as np
 
 from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
-from lcpcli.report import numbers, summary
+from lcpcli.report import numbers, outcome, summary
+from lcpcli.report.outcome import ELLIPSIS
 from lcpcli.result import Exact, Result
 from lcpcli.trace import TraceRow
 from lcpcli.typing import Indices
 
-ELLIPSIS = "..."
 CELL = 11  # the usual width of a component and the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12
@@ -26,13 +26,20 @@ LEFT = ("method", "status")  # the columns that are set flush left
 
 @dataclass(frozen=True)
 class IterationTable:
-    """Cells of text. `header` names the columns; `groups` has one list of rows a method; `summary` one row a method."""
+    """Cells of text. `header` names the columns; `groups` has one list of rows a method; `summary` one row a method.
+
+    leaders : the cells of the summary, by row and column, that nobody undercuts.
+    verdict, facts : of a lone result, which stands above its iterates; "" and none of a comparison.
+    """
 
     title: str
     header: list[str]
     groups: list[list[list[str]]]
     summary_header: list[str]
     summary: list[list[str]]
+    leaders: set[tuple[int, int]]
+    verdict: str
+    facts: list[str]
     remarks: list[str]
 
 
@@ -44,8 +51,13 @@ def shown_components(n: int, width: int | None) -> Indices | None:
     return np.append(np.arange(room - 2 if room > 2 else 1), n - 1)
 
 
-def build(results: Sequence[Result]) -> IterationTable:
-    """The table of several methods' results on one problem, whose traces hold the same components of z."""
+def build(results: Sequence[Result], width: int | None, compared: bool, whole: bool) -> IterationTable:
+    """The table of several methods' results on one problem, whose traces hold the same components of z.
+
+    width : of the terminal; None where there is none.
+    compared : whether the results are told side by side, below the iterates, and not the one result above them.
+    whole : whether to show all of z.
+    """
     problem, trace = results[0].problem, results[0].trace
     components = trace.components if trace else None
     columns = [f"z{i + 1}" for i in (np.arange(problem.n) if components is None else components)]
@@ -63,8 +75,12 @@ def build(results: Sequence[Result]) -> IterationTable:
         tails = [[row.step][: len(steps)] + _measures(row, bool(problem.solutions), length) for row in rows]
         cells = [_components(row, largest, components is not None) for row in rows]
         groups.append([[a, str(row.k), *z, *tail] for a, row, z, tail in zip(labels, rows, cells, tails, strict=False)])
-    remarks = _remarks(results, components is not None)
-    return IterationTable(_title(problem), header, groups, *summary.build(results), remarks)
+    lines = summary.build(results)
+    head = "" if compared else outcome.verdict(results[0])
+    facts = [] if compared else outcome.facts(results[0], width, whole)
+    elided = components is not None if compared else ELLIPSIS in "".join(facts)
+    remarks = _remarks(results, compared, elided)
+    return IterationTable(_title(problem), header, groups, *lines, summary.leaders(results), head, facts, remarks)
 
 
 def _labels(rows: Sequence[TraceRow], start: str) -> list[str]:
@@ -90,15 +106,16 @@ def _rows(result: Result) -> list[TraceRow]:
     return rows[1:] if len(rows) > 1 else rows
 
 
-def _remarks(results: Sequence[Result], elided: bool) -> list[str]:
-    remarks = [f"{summary.name(result)} {result.message}" for result in results if not result.solved]
-    remarks += [f"{summary.name(r)}: by {', '.join(r.route)}" for r in results if r.route != (r.method,)]
-    remarks += [doubt for result in results if (doubt := summary.doubt(result))]
-    remarks += [bound for result in results if (bound := summary.bound(result))]
+def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[str]:
+    remarks = [f"{summary.name(result)} {result.message}" for result in results if compared and not result.solved]
+    for result in results:
+        by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
+        told = (result.advice, by, summary.doubt(result), summary.bound(result))
+        remarks += [f"{summary.name(result)}: " * compared + text for text in told if text]
     remarks += [_vector(result.certificate) for result in results if result.certificate and not result.exact]
     remarks += [line for result in results if result.exact for line in _exact(result.exact)]
     if elided:
-        remarks.append(f"all {results[0].problem.n} components of z: --format json or csv")
+        remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks
 
 

@@ -25,6 +25,7 @@ def _object(result: Result) -> dict[str, Any]:
         "route": list(result.route),
         "status": result.status.word,
         "message": result.message,
+        "advice": result.advice or None,
         "solved": result.solved,
         "z": _numbers(result.z.tolist()),
         "w": _numbers(result.w.tolist()),

@@ -12,11 +12,11 @@ from lcpcli.report.numbers import above, short
 if TYPE_CHECKING:
     from lcpcli.judgement import Judgement, Violation
 
-FORMS = ("table", "json")
+FORMATS = {"table": "for people", "json": "one object, for scripts"}
 
 
 def render(judgement: Judgement, form: str) -> str:
-    """The judgement in one of FORMS."""
+    """The judgement in one of FORMATS."""
     return _json(judgement) if form == "json" else _lines(judgement)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from lcpcli.report.iterations import ELLIPSIS, LEFT, IterationTable
+from lcpcli.report.iterations import LEFT, IterationTable
+from lcpcli.report.outcome import ELLIPSIS
 
 SPECIAL = {
     "\\": r"\textbackslash{}",

@@ -8,14 +8,17 @@ from lcpcli.report.iterations import LEFT, IterationTable
 
 
 def render(tables: Sequence[IterationTable]) -> str:
-    """One section a problem: the iterates, then a line a method."""
+    """One section a problem: a lone result and its iterates, or the iterates and then a line a method."""
     return "\n".join(_section(table) for table in tables)
 
 
 def _section(table: IterationTable) -> str:
-    parts = [f"### {escape(table.title)}", grid(table.header, [row for group in table.groups for row in group], LEFT)]
-    parts.append(grid(table.summary_header, table.summary, LEFT))
-    parts += [escape(remark) for remark in table.remarks]
+    title = f"### {escape(table.title)}"
+    remarks = [escape(line) for line in (*table.facts, *table.remarks)]
+    iterates = grid(table.header, [row for group in table.groups for row in group], LEFT)
+    parts = [title, iterates, grid(table.summary_header, table.summary, LEFT), *remarks]
+    if table.verdict:
+        parts = [title, f"**{escape(table.verdict)}**", *remarks, iterates]
     return "\n\n".join(parts) + "\n"
 
 

@@ -23,6 +23,21 @@ def build(results: Sequence[Result]) -> Cells:
     return _milestones(results) if noted else _counts(results)
 
 
+def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
+    """The cells of `build`, by row and column, with the shortest time to each level of error, among several runs."""
+    firsts = set()
+    for j, level in enumerate(LEVELS, start=1):
+        seconds = {
+            i: result.setup_seconds + milestone.seconds
+            for i, result in enumerate(results)
+            for milestone in (result.curve.milestones if result.curve else ())
+            if milestone.level == level
+        }
+        if len(results) > 1 and seconds:
+            firsts.add((min(seconds, key=lambda i: seconds[i]), j))
+    return firsts
+
+
 def name(result: Result) -> str:
     """What a run is called: its method, and that it started near the solution if it did."""
     return f"{result.method} warm" if result.warm else result.method
@@ -42,7 +57,7 @@ def doubt(result: Result) -> str:
     if near or not result.solved:
         return ""
     return (
-        f"{name(result)}: the residual is small and yet z is far from the {result.problem.reference} solution: "
+        f"the residual is small and yet z is far from the {result.problem.reference} solution: "
         "either it is another solution, or M is so ill-conditioned that the residual tells little"
     )
 
@@ -52,8 +67,8 @@ def bound(result: Result) -> str:
     if result.bound is None:
         return ""
     if not result.bound.proved:
-        return f"{name(result)}: no bound: {result.bound.source}"
-    return f"{name(result)}: |z - z*| <= {numbers.above(result.bound.value)} ({result.bound.source})"
+        return f"no bound: {result.bound.source}"
+    return f"|z - z*| <= {numbers.above(result.bound.value)} ({result.bound.source})"
 
 
 def _counts(results: Sequence[Result]) -> Cells:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from io import StringIO
+from textwrap import wrap
 
 from rich.box import Box
 from rich.console import Console
@@ -15,7 +16,9 @@ from lcpcli.report.iterations import LEFT, IterationTable
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000
 PIPE = 80
-COLORS = {"solved": "green"}
+STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and on dark
+UNSOLVED = "red"
+REMARK = "magenta"
 
 
 def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> str:
@@ -26,11 +29,33 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
         if i:
             console.print()
         console.print(Text(table.title, style="bold"))
+        if table.verdict:
+            _print_outcome(console, table, width)
         console.print(grid(table.header, [_label_down(group) for group in table.groups], width, LEFT))
-        console.print(grid(table.summary_header, [table.summary], width, LEFT))
-        for remark in table.remarks:
-            console.print(Text(remark, style="yellow"))
+        if not table.verdict:
+            console.print(grid(table.summary_header, [table.summary], width, LEFT, table.leaders))
+            _print_lines(console, table.remarks, width, REMARK)
     return trimmed(out)
+
+
+def _print_outcome(console: Console, table: IterationTable, width: int | None) -> None:
+    """The result first: the verdict, what matters, what there is to remark, and a blank line."""
+    style = STYLES["solved"] if table.verdict.startswith("solved") else UNSOLVED
+    _print_lines(console, [table.verdict], width, f"bold {style}")
+    _print_lines(console, table.facts, width, "")
+    _print_lines(console, table.remarks, width, REMARK)
+    console.print()
+
+
+def _print_lines(console: Console, lines: Sequence[str], width: int | None, style: str) -> None:
+    """Lines of words, folded to the width of a terminal; in a pipe each stays one line."""
+    folded = lines if width is None else [part for line in lines for part in _folded(line, width)]
+    if folded:
+        console.print(Text("\n".join(folded), style=style))
+
+
+def _folded(line: str, width: int) -> list[str]:
+    return [line] if len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
@@ -72,8 +97,18 @@ def _label_down(group: list[list[str]]) -> list[list[str]]:
     return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
 
 
-def grid(header: list[str], groups: Sequence[list[list[str]]], width: int | None, left: Collection[str]) -> Table:
-    """A table with a rule between groups; `left` are the names of the columns that are set flush left."""
+def grid(
+    header: list[str],
+    groups: Sequence[list[list[str]]],
+    width: int | None,
+    left: Collection[str],
+    bold: Collection[tuple[int, int]] = (),
+) -> Table:
+    """A table with a rule between groups.
+
+    left : the names of the columns that are set flush left.
+    bold : rows and columns of cells of the last group that are to stand out.
+    """
     rows = [header, *(row for group in groups for row in group)]
     widest = [max(map(len, column)) for column in zip(*rows, strict=True)]
     gap = 2 if sum(widest) + 2 * len(widest) <= (width or PIPE) else 1
@@ -81,6 +116,8 @@ def grid(header: list[str], groups: Sequence[list[list[str]]], width: int | None
     for name in header:
         table.add_column(name, justify="left" if name in left else "right")
     for group in groups:
-        for row in group:
-            table.add_row(*(Text(cell, style=COLORS.get(cell, "")) for cell in row), end_section=row is group[-1])
+        for i, row in enumerate(group):
+            styles = ["bold" if group is groups[-1] and (i, j) in bold else "" for j in range(len(row))]
+            cells = [Text(cell, style=STYLES.get(cell, style)) for cell, style in zip(row, styles, strict=True)]
+            table.add_row(*cells, end_section=row is group[-1])
     return table

@@ -1,0 +1,58 @@
+"""What may be typed next, for the completion of a shell: words, and files with certain endings.
+
+Nothing heavy is imported. A completer is the `shell_complete` of an option or argument; a file among what it offers is
+an item of the type "file".
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping
+
+import click
+from click.shell_completion import CompletionItem
+
+from lcpcli.endings import COMPRESSED, FORMATS
+
+PROBLEMS = (*FORMATS, COMPRESSED)  # the endings of problem files
+VECTORS = (*PROBLEMS, ".txt")  # the endings of files that hold a vector
+
+Completer = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
+
+
+def words(meanings: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
+    """The words that begin so, with what they mean."""
+    return [CompletionItem(word, help=told) for word, told in meanings.items() if word.startswith(incomplete)]
+
+
+def one_of(meanings: Mapping[str, str], endings: Iterable[str] = ()) -> Completer:
+    """Complete one of the words, or a file with one of the endings if there are any."""
+
+    def complete(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return words(meanings, incomplete) + (_paths(incomplete, tuple(endings)) if endings else [])
+
+    return complete
+
+
+def files(*endings: str) -> Completer:
+    """Complete a file with one of the endings, or with any if there are none."""
+    return lambda _, __, incomplete: _paths(incomplete, endings)
+
+
+def _paths(incomplete: str, endings: tuple[str, ...]) -> list[CompletionItem]:
+    """The folders, and files with one of the endings, whose path begins so; hidden ones only if a dot asks for them."""
+    folder, start = os.path.split(incomplete)
+    try:
+        with os.scandir(os.path.expanduser(folder) or ".") as entries:  # noqa: PTH111 (Path drops a leading ./)
+            found = [
+                entry.name
+                for entry in entries
+                if entry.name.startswith(start)
+                and (start or not entry.name.startswith("."))
+                and entry.name.isprintable()  # the answer to a shell is lines
+                and (entry.is_dir() or not endings or entry.name.casefold().endswith(endings))
+            ]
+    except OSError:
+        return []
+    before = incomplete[: len(incomplete) - len(start)]
+    return [CompletionItem(before + name, type="file") for name in sorted(found)]

@@ -1,0 +1,140 @@
+"""What every command of lcp is made of: help in sections, and a likely word for an unknown one.
+
+A command's help opens with one sentence and examples; then come its arguments and options under the headings that
+they are declared with, what it takes by name, and its exit codes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from lcpcli.errors import likely, quoted
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
+HELP = "Help"  # the heading of options that click declares
+WIDEST_TERM = 26  # columns; the meaning of a longer term begins on the next line
+
+Declared = TypeVar("Declared", bound=Callable[..., Any])
+Rows = Sequence[tuple[str, str]]
+
+
+class Option(click.Option):
+    """An option that help shows under a heading."""
+
+    def __init__(self, *names: Any, heading: str, **attributes: Any) -> None:
+        super().__init__(*names, **attributes)
+        self.heading = heading
+
+
+class Argument(click.Argument):
+    """An argument that help shows under a heading: each of its words with what it means."""
+
+    def __init__(self, *names: Any, heading: str, words: Mapping[str, str], **attributes: Any) -> None:
+        super().__init__(*names, **attributes)
+        self.heading, self.words = heading, words
+
+
+def option(heading: str, *names: str, **attributes: Any) -> Callable[[Declared], Declared]:
+    """Declare an option under a heading; the rest is as for `click.option`."""
+    return click.option(*names, cls=Option, heading=heading, **attributes)
+
+
+def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Callable[[Declared], Declared]:
+    """Declare an argument under a heading, with what its words mean; the rest is as for `click.argument`."""
+    return click.argument(name, cls=Argument, heading=heading, words=words, **attributes)
+
+
+class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
+    """One of several words. An unknown one is answered with the likely one.
+
+    meanings : the words with what they mean, which shells show beside them.
+    """
+
+    def __init__(self, meanings: Mapping[str, str]) -> None:
+        super().__init__(list(meanings))
+        self._meanings = meanings
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value not in self._meanings:
+            self.fail(f"{quoted(value)} is unknown; {likely(value, self._meanings)}", param, ctx)
+        return value
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
+        from lcpcli.cli.candidates import words
+
+        return words(self._meanings, incomplete)
+
+
+class Command(click.Command):
+    """A command whose help has sections.
+
+    examples : command lines that run where the shipped problems are.
+    lists : what can be given by name: under each heading, the names with what they mean.
+    exits : the exit codes with what they mean.
+    """
+
+    def __init__(
+        self,
+        *positional: Any,
+        examples: Sequence[str],
+        lists: Mapping[str, Mapping[str, str]] | None = None,
+        exits: Mapping[int, str] | None = None,
+        **attributes: Any,
+    ) -> None:
+        super().__init__(*positional, **attributes)
+        self.examples, self.lists, self.exits = examples, lists or {}, exits or {}
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            # Of -tol, click's parser tells -t alone.
+            name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
+            name = name.partition("=")[0]
+            known = [flag for param in self.get_params(ctx) for flag in param.opts if flag.startswith("--")]
+            raise click.UsageError(f"no option {quoted(name)}; {likely(name, known, 'look them up')}", ctx) from None
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Examples"):
+            for line in self.examples:
+                formatter.write(f"{'':{formatter.current_indent}}{line}\n")
+        tables = self.tables(ctx)
+        terms = [len(term) for rows in tables.values() for term, _ in rows]
+        widest = max(width for width in terms if width <= WIDEST_TERM)
+        for heading, rows in tables.items():
+            with formatter.section(heading):
+                formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
+
+    def tables(self, ctx: click.Context) -> dict[str, Rows]:
+        """What help shows after the examples: under each heading, terms with what they mean."""
+        tables: dict[str, list[tuple[str, str]]] = {}
+        for param in self.get_params(ctx):
+            rows = tables.setdefault(getattr(param, "heading", HELP), [])
+            if isinstance(param, Argument):
+                rows.extend(param.words.items())
+            elif record := param.get_help_record(ctx):
+                rows.append(record)
+        last = {HELP: tables.pop(HELP)}
+        exits = {"Exit codes": [(str(code), meaning) for code, meaning in self.exits.items()]} if self.exits else {}
+        return {**tables, **last, **{heading: list(told.items()) for heading, told in self.lists.items()}, **exits}
+
+
+class Group(Command, click.Group):
+    """A group of commands; an unknown one is answered with the likely one."""
+
+    def tables(self, ctx: click.Context) -> dict[str, Rows]:
+        commands = [(name, command.get_short_help_str(100)) for name, command in self.commands.items()]
+        return {"Commands": commands, **super().tables(ctx)}
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in self.commands and not ctx.resilient_parsing:
+            ctx.fail(f"no command {quoted(args[0])}; {likely(args[0], self.commands)}")
+        return super().resolve_command(ctx, args)

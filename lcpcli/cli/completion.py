@@ -1,0 +1,32 @@
+"""lcp completion: what makes a shell complete the words of lcp."""
+
+from __future__ import annotations
+
+import click
+
+from lcpcli.cli.command import Choice, Command, argument
+from lcpcli.cli.output import emit
+
+VARIABLE = "_LCP_COMPLETE"  # of the environment; holds what a shell asks for, as `bash_complete`
+SHELLS = {
+    "bash": 'eval "$(lcp completion bash)" in ~/.bashrc; bash 4.4 or later',
+    "zsh": 'eval "$(lcp completion zsh)" in ~/.zshrc, after compinit',
+    "fish": "lcp completion fish > ~/.config/fish/completions/lcp.fish, once",
+}
+
+
+@click.command(
+    cls=Command,
+    short_help="Print a script that makes the shell complete commands.",
+    examples=("lcp completion bash", "lcp completion zsh", "lcp completion fish"),
+    lists={"Shells, and where the script belongs": SHELLS},
+    exits={0: "printed", 2: "bad usage, told in one line"},
+)
+@argument("Shell", "shell", {"SHELL": "One of the shells below."}, metavar="SHELL", type=Choice(SHELLS))
+@click.pass_context
+def completion(context: click.Context, shell: str) -> int:
+    """Print a script that makes SHELL complete commands, options, methods, names and problem files."""
+    from lcpcli.cli import shells
+
+    emit(shells.script(shell, context.find_root().command), color=False)
+    return 0

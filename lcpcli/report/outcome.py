@@ -1,0 +1,90 @@
+"""What came out of one run, for the lines above its iterates: the verdict, the numbers that matter, and z."""
+
+from __future__ import annotations
+
+import math
+
+from lcpcli.problem import count
+from lcpcli.report import numbers, summary
+from lcpcli.result import Result
+
+ELLIPSIS = "..."
+PAGE = 80
+DIGITS = 7
+SETTLED = ("infeasible", "unsolvable")  # where no z is worth a look
+
+
+def verdict(result: Result) -> str:
+    """One line: how it ended, by which methods."""
+    by = f"by {', '.join(result.route)}"
+    if result.solved:
+        return f"{result.status.word} {by}: {_work(result)}"
+    return f"{summary.name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
+
+
+def _work(result: Result) -> str:
+    counts = count(result.iterations, "iteration"), count(result.evaluations, "evaluation")
+    return ", ".join([*counts, numbers.duration(result.setup_seconds + result.solve_seconds)])
+
+
+def facts(result: Result, width: int | None, whole: bool) -> list[str]:
+    """The work, the residuals, the error and z; of a long z what fits into one line, unless the whole is wanted."""
+    work = [] if result.solved else [_work(result)]
+    if result.status.word in SETTLED:
+        return work
+    measures = [f"residual {numbers.short(result.residual)}", f"relative {numbers.short(result.relative_residual)}"]
+    if result.error is not None:
+        measures.append(f"error {numbers.short(result.error)}")
+    return [*work, ", ".join(measures), *_vector("z" if result.solved else "best z", result, width or PAGE, whole)]
+
+
+def short_vector(result: Result, width: int) -> str:
+    """z in so many columns: all components, or the first ones and the last."""
+    room = min(result.problem.n, width // 3)
+    while True:
+        gap = [] if room == result.problem.n else [ELLIPSIS]
+        line = _line([*_cells(result, room - len(gap)), *gap, *_cells(result, -1)[: len(gap)]])
+        if len(line) <= width or room <= 2:
+            return line
+        room -= 1
+
+
+def _vector(name: str, result: Result, width: int, whole: bool) -> list[str]:
+    """z in one line, if need be elided; or the whole in aligned lines, each with the name of its first component."""
+    if not whole:
+        return [f"{name} = {short_vector(result, width - len(name) - 3)}"]
+    cells = _cells(result, result.problem.n)
+    line = f"{name} = {_line(cells)}"
+    return [line] if len(line) <= width else _rows(name, cells, width)
+
+
+def _line(cells: list[str]) -> str:
+    return f"({', '.join(cells)})"
+
+
+def _rows(name: str, cells: list[str], width: int) -> list[str]:
+    widest, label = max(map(len, cells)), len(f"z{len(cells)}")
+    a_row = max((width - label) // (widest + 2), 1)
+    rows = [cells[i : i + a_row] for i in range(0, len(cells), a_row)]
+    lines = [
+        f"z{1 + i * a_row}".ljust(label) + "".join(cell.rjust(widest + 2) for cell in row) for i, row in enumerate(rows)
+    ]
+    return [f"{name} =", *lines]
+
+
+def _cells(result: Result, first: int) -> list[str]:
+    """The first components of z, or the last if negative, to the digits that are known: at most 7."""
+    z = result.z[:first] if first >= 0 else result.z[first:]
+    known = result.bound.value if result.bound and result.bound.proved else result.error
+    if not result.solved or known is None or not 0 < known < math.inf:
+        return [f"{v:.{DIGITS}g}" for v in z.tolist()]
+    place = math.floor(math.log10(known))
+    return [_rounded(v, place) for v in z.tolist()]
+
+
+def _rounded(v: float, place: int) -> str:
+    """v to 7 digits, but none below that decimal place."""
+    if v == 0 or not math.isfinite(v):
+        return f"{v:g}"
+    digits = min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
+    return f"{v:.{digits}g}" if digits > 0 else "0"

@@ -1,0 +1,107 @@
+"""What a failed run says to try next works: followed, it leads to a solution or to a proof that there is none."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli import Limits, Problem, Status, files, gallery, read, run, shipped
+from lcpcli.advice import advice
+
+SETTLED = {0, 3}
+FAILING = {
+    "shi, badly scaled": ("ill-scaled", 10, ["--method", "shi", "--max-iterations", "300"]),
+    "shi, no P-matrix": ("bimatrix", 10, ["--method", "shi", "--max-iterations", "200"]),
+    "shi, local minimum": ("growth", 10, ["--method", "shi"]),
+    "shi, rounding": ("curtis-han-robinson", 3, ["--method", "shi", "--tol", "1e-16"]),
+    "fixed-point, few iterations": ("tridiagonal", 100, ["--method", "fixed-point", "--max-iterations", "50"]),
+    "fixed-point, ill-conditioned": ("hilbert", 10, ["--method", "fixed-point", "--max-iterations", "500"]),
+    "fixed-point, badly scaled": ("ill-scaled", 10, ["--method", "fixed-point", "--max-iterations", "500"]),
+    "fixed-point, diverging": ("infeasible", 10, ["--method", "fixed-point"]),
+    "fixed-point, singular": ("unsolvable", 10, ["--method", "fixed-point"]),
+    "newton, singular": ("lp", 10, ["--method", "newton"]),
+    "newton, few steps": ("murty", 20, ["--method", "newton", "--max-iterations", "15"]),
+    "newton, cycling": ("infeasible", 10, ["--method", "newton", "--max-iterations", "300"]),
+    "lemke, ray": ("bimatrix", 10, ["--method", "lemke"]),
+    "lemke, no proof": ("ray", 10, ["--method", "lemke"]),
+    "lemke, rounding": ("hilbert", 10, ["--method", "lemke"]),
+    "auto, few iterations": ("harker-pang", 30, ["--max-iterations", "1"]),
+    "auto, short of time": ("harker-pang", 30, ["--time-limit", "1e-6"]),
+    "auto, rounding": ("growth", 60, []),
+    "auto, small tolerance": ("obstacle", 9, ["--tol", "1e-17"]),
+}
+
+Lcp = Callable[..., Any]
+
+
+def followed(arguments: list[str], way: str) -> list[str]:
+    """The arguments with what the way adds, or puts in place of what they have."""
+    words = way.removeprefix("lcp solve ").split()
+    for word in words:
+        if word.startswith("--") and word in arguments:
+            place = arguments.index(word)
+            arguments = arguments[:place] + arguments[place + 2 :]
+    own = {"shi": ("--k-star", "--p"), "fixed-point": ("--omega",)}
+    assert not any(option in arguments for options in own.values() for option in options)
+    return arguments + words
+
+
+def ways_in(out: str) -> list[str]:
+    """The ways that the line of advice names, each with what goes with all."""
+    lines = [line for line in out.splitlines() if re.match(r"(\S+: )?try ", line)]
+    assert len(lines) == 1
+    assert len(lines[0]) <= 80
+    ways, _, more = lines[0].split("try ", 1)[1].partition(", with ")
+    return [f"{way} {more}" for way in ways.split(", or ")]
+
+
+@pytest.mark.parametrize("name", FAILING)
+def test_following_the_advice_settles_the_problem(name: str, lcp: Lcp, tmp_path: Path) -> None:
+    family, n, arguments = FAILING[name]
+    file = tmp_path / "problem.json"
+    files.write(gallery.make(family, n), str(file))
+    failed = lcp("solve", str(file), *arguments)
+    assert failed.code == 1
+    for way in ways_in(failed.out):
+        assert lcp("solve", str(file), *followed(arguments, way)).code in SETTLED, way
+
+
+def test_advice_stands_in_json(lcp: Lcp) -> None:
+    outcome = lcp("solve", shipped.path("bimatrix.json"), "--method", "lemke", "--format", "json")
+    assert '"advice": "try --method auto"' in outcome.out
+    assert '"advice": null' in lcp("solve", shipped.path("bimatrix.json"), "--format", "json").out
+
+
+@pytest.mark.parametrize(
+    ("M", "q", "status"),
+    [
+        ([[2.0]], [-1.0], Status.SOLVED),
+        ([[0.0, -1.0], [1.0, 0.0]], [-1.0, -1.0], Status.INFEASIBLE),
+        ([[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0], Status.UNSOLVABLE),
+    ],
+)
+def test_what_is_settled_needs_no_advice(M: list[list[float]], q: list[float], status: Status) -> None:
+    result = run(Problem(M, q), "auto")
+    assert result.status is status
+    assert advice(result) == ""
+
+
+def test_interrupted_run_gets_no_advice() -> None:
+    failed = run(read(shipped.path("paper-example-1.json")), "shi", limits=Limits(max_iterations=1))
+    assert advice(failed)
+    assert advice(replace(failed, status=Status.INTERRUPTED)) == ""
+
+
+def test_additions_in_force_are_not_advised_again() -> None:
+    problem = gallery.make("hilbert", 10)
+    limits = Limits(tol=1e-16, max_iterations=3)
+    assert "--scale --finish" in advice(run(gallery.make("harker-pang", 10), "shi", limits=limits))
+    result = run(problem, "shi", limits=limits, scale=True, finish=True)
+    assert not result.solved
+    assert "--scale" not in advice(result)
+    assert "--finish" not in advice(result)

@@ -1,0 +1,100 @@
+"""What came out of a run stands first, rounded to what is known; what matters in a comparison stands out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli import Problem, Trace, read, run, shipped
+from lcpcli.report import LEVELS, outcome, summary
+
+EXAMPLE = shipped.path("paper-example-1.json")
+TRIDIAGONAL = shipped.path("tridiagonal-100.json")
+ESCAPE = "\x1b["
+
+Lcp = Callable[..., Any]
+
+
+def test_result_stands_above_its_iterates(lcp: Lcp) -> None:
+    head, table = lcp("solve", EXAMPLE, "--method", "fixed-point").out.split("\n\n")
+    lines = head.splitlines()
+    assert lines[0] == "paper-example-1: n = 4, solution (1, 0, 1, 0)"
+    assert re.fullmatch(r"solved by fixed-point: 47 iterations, \d+ evaluations, [\d.]+ [mu]?s", lines[1])
+    assert re.fullmatch(r"residual \d\.\de-\d+, relative \d\.\de-\d+, error 8\.2e-11", lines[2])
+    assert lines[3:] == ["z = (1, 0, 1, 0)"]
+    assert table.startswith("method")
+
+
+def test_long_z_fits_the_terminal_and_is_whole_in_a_file(
+    lcp: Lcp, terminal: Callable[[int, bool], None], tmp_path: Path
+) -> None:
+    terminal(60, False)
+    head, _ = lcp("solve", TRIDIAGONAL).out.split("\n\n")
+    (line,) = (line for line in head.splitlines() if line.startswith("z = "))
+    assert line.endswith(", ..., 0)")
+    assert 50 < len(line) <= 60
+    assert "all 100 components of z" in head
+    assert "all 5 components of z" not in lcp("solve", shipped.path("bimatrix.json")).out
+    file = tmp_path / "result.txt"
+    lcp("solve", TRIDIAGONAL, "-o", str(file))
+    rows = re.findall(r"^z(\d+) +(.*)$", file.read_text(), flags=re.MULTILINE)
+    assert [float(cell) for _, row in rows for cell in row.split()] == [1.0, 0.0] * 50
+    assert rows[1][0] == str(1 + len(rows[0][1].split()))
+
+
+@pytest.mark.parametrize(
+    ("error", "shown"), [(None, "0.3333333"), (2e-3, "0.333"), (0.4, "0.3"), (2.0, "0"), (1e-12, "0.3333333")]
+)
+def test_z_is_rounded_to_what_is_known(error: float | None, shown: str) -> None:
+    result = replace(run(Problem([[3.0]], [-1.0]), "newton"), error=error)
+    assert outcome.facts(result, 80, False)[-1] == f"z = ({shown})"
+
+
+def test_no_z_is_shown_where_there_is_no_solution(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    file.write_text('{"M": [[0, -1], [1, 0]], "q": [-1, -1]}')
+    head, _ = lcp("solve", str(file)).out.split("\n\n")
+    assert "z = (" not in head
+    assert "proved to have no solution" in head.splitlines()[1]
+    assert head.splitlines()[-1].startswith("certificate: farkas (")
+
+
+def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    results = [run(read(EXAMPLE), method, curve=Trace(levels=LEVELS)) for method in ("newton", "shi")]
+    assert {column for _, column in summary.leaders(results)} == {1, 2, 3}
+    assert summary.leaders(results[:1]) == set()
+    plain = lcp("compare", EXAMPLE).out
+    terminal(80, True)
+    colored = lcp("compare", EXAMPLE).out
+    assert f"{ESCAPE}1m" in colored.splitlines()[-1] + colored.splitlines()[-2]
+    assert ESCAPE not in plain
+
+
+def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    """Only red, green and magenta, which stand out on both; yellow, white, black and the bright ones do not."""
+    terminal(80, True)
+    runs = [lcp("solve", EXAMPLE), lcp("solve", EXAMPLE, "--max-iterations", "1"), lcp("compare")]
+    used = {code for run in runs for codes in re.findall(r"\x1b\[([\d;]*)m", run.out) for code in codes.split(";")}
+    assert used <= {"0", "1", "31", "32", "35"}
+    assert {"1", "31", "32", "35"} <= used
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [TRIDIAGONAL],
+        [TRIDIAGONAL, "--method", "fixed-point", "--max-iterations", "20"],
+        [shipped.path("bimatrix.json"), "--method", "lemke", "--bound"],
+        [shipped.path("bimatrix.json"), "--method", "shi", "--max-iterations", "300"],
+    ],
+)
+def test_eighty_columns_are_enough_for_a_result(
+    arguments: list[str], lcp: Lcp, terminal: Callable[[int, bool], None]
+) -> None:
+    terminal(80, False)
+    assert max(map(len, lcp("solve", *arguments).out.splitlines())) <= 80

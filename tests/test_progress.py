@@ -1,0 +1,133 @@
+"""A long run shows how it goes, on a terminal only and on one line; a quick one, a pipe and --quiet show nothing."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lcpcli import Limits, Problem, compiled, files, gallery, methods, run
+from lcpcli.cli import progress
+from lcpcli.methods.iterate import Iterate
+from lcpcli.observer import INTERVAL, Observer
+from lcpcli.typing import Vector
+
+pty = pytest.importorskip("pty")  # there is none on Windows
+
+
+class Clock:
+    """A clock that is set forward."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Terminal(StringIO):
+    """A standard error that is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr(time, "monotonic", clock)
+    return clock
+
+
+def test_observer_tells_by_the_clock_and_not_by_the_iterate(clock: Clock) -> None:
+    told: list[tuple[str, int, float, float]] = []
+    observer = Observer(lambda *seen: told.append(seen), "shi")
+    for k in range(1000):
+        clock.now = k * INTERVAL / 100
+        observer.saw("shi", k, 1.0 / (k + 1))
+    assert 9 <= len(told) <= 10
+    assert all(later[3] - earlier[3] >= 0.999 * INTERVAL for earlier, later in itertools.pairwise(told))
+    method, k, level, seconds = told[0]
+    assert (method, level) == ("shi", 1.0 / (k + 1))
+    assert seconds == pytest.approx(k * INTERVAL / 100)
+
+
+def test_driver_tells_the_iterate_and_its_level(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    def method(problem: Problem, x0: Vector) -> Iterator[Iterate]:  # noqa: ARG001
+        for k in range(4):
+            clock.now = float(k)
+            yield Iterate(np.array([9.0]), np.array([4.0 / 2**k]), "", k, method="inner" if k == 2 else "")
+
+    monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
+    told: list[tuple[str, int, float, float]] = []
+    run(Problem([[1.0]], [-1.0]), "shi", observe=lambda *seen: told.append(seen))
+    assert told == [("shi", 1, 2.0, 1.0), ("inner", 2, 1.0, 2.0), ("shi", 3, 0.5, 3.0)]
+
+
+def test_a_long_step_in_compiled_code_is_watched_too() -> None:
+    looks: list[int] = []
+    with compiled.within(10.0, lambda: looks.append(1)):
+        assert compiled.interruptibly(lambda: time.sleep(3.5 * compiled.WAIT) or "done") == "done"
+    assert looks
+    assert compiled.interruptibly(lambda: "unwatched") == "unwatched"
+
+
+def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    with progress.Line() as line:
+        line.tell("shi", 3, 0.5, progress.SILENT / 2)
+    assert stream.getvalue() == ""
+    with progress.Line() as line:
+        line.tell("shi", 1234, 2.5e-5, 1.5)
+        line.tell("shi", 2345, float("inf"), 2.5)
+    shown = stream.getvalue().split(progress.ERASE)
+    assert shown == ["", "shi  k = 1234  relative residual about 2.5e-05  1.5 s", "shi  k = 2345  2.5 s", ""]
+    assert "\n" not in stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("quiet", "term", "shown"), [(False, "xterm", True), (True, "xterm", False), (False, "dumb", False)]
+)
+def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
+    quiet: bool, term: str, shown: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setenv("TERM", term)
+    assert progress.wanted(quiet) is shown
+    monkeypatch.setattr(sys, "stderr", StringIO())
+    assert progress.wanted(quiet) is False
+
+
+def test_long_solve_shows_its_line_on_standard_error_alone(tmp_path: Path) -> None:
+    file = tmp_path / "hard.json"
+    files.write(gallery.make("bimatrix", 10), str(file))
+    command = [sys.executable, "-m", "lcpcli", "solve", str(file), "--method", "shi", "--format", "json"]
+    command += ["--time-limit", "1.4", "--max-iterations", "1000000", "--k-star", "1000000"]
+    theirs, ours = pty.openpty()
+    done = subprocess.run(
+        command, stdout=subprocess.PIPE, stderr=ours, env={**os.environ, "TERM": "xterm"}, check=False
+    )
+    os.close(ours)
+    shown = os.read(theirs, 1 << 16).decode()
+    os.close(theirs)
+    assert done.stdout.startswith(b"{")
+    assert done.stdout.count(b"\n") == 1
+    assert re.search(r"shi  k = \d+  relative residual about \d\.\de[-+]\d+  1\.\d s", shown)
+    assert shown.endswith(progress.ERASE)
+    assert "\n" not in shown
+
+
+def test_observing_changes_nothing_in_the_result() -> None:
+    problem = gallery.make("harker-pang", 20)
+    plain = run(problem, "shi", limits=Limits(max_iterations=50))
+    watched = run(problem, "shi", limits=Limits(max_iterations=50), observe=lambda *seen: None)  # noqa: ARG005
+    assert np.array_equal(plain.z, watched.z)

@@ -1,0 +1,69 @@
+"""An unknown word is answered with the likely one, whatever it was to name, and by any version of click."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import click
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lcpcli import cli
+from lcpcli.bench.suites import SUITES
+from lcpcli.cli.completion import SHELLS
+from lcpcli.errors import likely
+from lcpcli.gallery import FAMILIES
+from lcpcli.methods import METHODS
+from lcpcli.peers import PEERS
+from lcpcli.report import FORMATS
+
+from .conftest import Outcome
+
+KINDS = {
+    "command": list(cli.lcp.commands),
+    "method": list(METHODS),
+    "family": list(FAMILIES),
+    "suite": list(SUITES),
+    "peer": list(PEERS),
+    "format": list(FORMATS),
+    "shell": list(SHELLS),
+    "option": [param.opts[-1] for param in cli.solve.params if isinstance(param, click.Option)],
+}
+
+
+def misspelt(word: str) -> Iterable[str]:
+    """The word with two neighbours exchanged, or with a letter too many."""
+    for k in range(1, len(word)):
+        yield word[: k - 1] + word[k] + word[k - 1] + word[k + 1 :]
+        yield word[:k] + word[k - 1] + word[k:]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_slip_of_the_finger_is_mended(kind: str) -> None:
+    known = KINDS[kind]
+    for word in known:
+        if len(set(word)) >= 4:  # --x0 is as near to --z0
+            wrong = {slip for slip in misspelt(word) if slip not in known}
+            assert {slip: likely(slip, known) for slip in wrong} == dict.fromkeys(wrong, f"did you mean {word}?")
+
+
+@given(st.text(max_size=20), st.sampled_from(sorted(KINDS)))
+def test_what_is_suggested_can_be_given(text: str, kind: str) -> None:
+    mend = likely(text, KINDS[kind])
+    alternatives = [f"did you mean {word}?" for word in KINDS[kind]]
+    assert mend in (*alternatives, f"choose one of {', '.join(KINDS[kind])}")
+
+
+def test_capitals_and_beginnings_are_understood() -> None:
+    assert likely("SHI", METHODS) == "did you mean shi?"
+    assert likely("har", FAMILIES) == "did you mean harker-pang?"
+    assert likely("", METHODS).startswith("choose one of auto")
+    assert likely("zzz", METHODS, "look") == "look"
+
+
+@pytest.mark.parametrize("name", cli.lcp.commands)
+def test_every_command_mends_its_options(name: str, lcp: Callable[..., Outcome]) -> None:
+    outcome = lcp(name, "--hepl")
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert "no option '--hepl'; did you mean --help?" in outcome.err
