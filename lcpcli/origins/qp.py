@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -103,7 +104,7 @@ class QuadraticProgram:
             exact = {
                 name: part.tolist() for name, part in zip("xy", self._parts(np.array(result.exact.z)), strict=True)
             }
-        return Minimum(x, y, objective, _meaning(M[:k, :k]), exact)
+        return Minimum(x, y, objective, _meaning(result.problem, k), exact)
 
     @property
     def _split(self) -> int:
@@ -196,12 +197,13 @@ def bordered(Q: Matrix | None, A: Matrix, sparse: bool) -> Matrix:
     return M if sparse else M.toarray()
 
 
-def _meaning(Q: Matrix) -> str:
-    """What a solution of the first-order conditions is, by what is proved of Q."""
+@lru_cache(maxsize=1)  # several methods on one problem come one after the other
+def _meaning(problem: Problem, k: int) -> str:
+    """What a solution of the first-order conditions is, by what is proved of Q, the first k rows and columns of M."""
     from lcpcli.classes import classify
     from lcpcli.classes.verdict import NO, YES
 
-    verdicts = classify(Q, SECONDS, last="positive_semidefinite")
+    verdicts = classify(problem.M[:k, :k], SECONDS, last="positive_semidefinite")
     if verdicts["positive_definite"].word == YES:
         return "x is the only minimum, as Q is positive definite"
     word = verdicts["positive_semidefinite"].word
@@ -214,9 +216,9 @@ def _meaning(Q: Matrix) -> str:
 
 def _indices(given: Any, k: int) -> tuple[int, ...]:
     """The indices of free variables, or a ProblemError."""
-    if not isinstance(given, (list, tuple, np.ndarray)):
+    if not isinstance(given, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(given)}", "give a list of indices")
-    indices = as_vector("free", given)
+    indices = as_vector("free", list(given))
     wrong = np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))
     if wrong.size:
         i = int(wrong[0])
