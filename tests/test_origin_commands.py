@@ -197,7 +197,7 @@ def test_an_origin_that_is_no_json_is_told_in_one_line(lcp: Lcp, files: Path) ->
     assert outcome.err.startswith("lcp: bad.npz: origin: line 1, column 2: is not JSON")
 
 
-@pytest.mark.parametrize("place", [(0, 0), (0, 1), (0, 2), (2, 1), (2, 2)])
+@pytest.mark.parametrize("place", [(0, 0), (0, 1), (0, 2), (2, 1), (2, 2), (3, 3)])
 @pytest.mark.parametrize(
     "made", [lambda: from_qp(PROGRAM["Q"], [1, 2], [[1, 1]], [1], free=[0]), lambda: game_of(GAME)]
 )
@@ -209,6 +209,11 @@ def test_a_changed_matrix_no_longer_fits_its_origin(made: Callable[[], Problem],
         Problem(M, problem.q, origin=problem.origin)
     with pytest.raises(ProblemError, match="origin: does not lead to this M and q"):
         Problem(problem.M, problem.q + np.eye(problem.n)[2], origin=problem.origin)
+
+
+def test_an_unsymmetric_matrix_comes_from_no_program() -> None:
+    with pytest.raises(ProblemError, match="origin: does not lead to this M and q"):
+        Problem([[1, 2], [0, 1]], [1, 1], origin={"kind": "qp", "variables": 2})
 
 
 def game_of(data: dict[str, Any]) -> Problem:

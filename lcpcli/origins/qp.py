@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from lcpcli.result import Result
 
 SECONDS = 1.0  # for finding out whether Q is positive semidefinite
-INFEASIBLE = "the program is infeasible: no x meets its constraints"
 UNBOUNDED = "the program is unbounded below"
 KEYS = ("kind", "variables", "free")
 
@@ -122,7 +121,7 @@ class QuadraticProgram:
         return x, z[self._split :]
 
     def _unsolved(self, result: Result) -> str:
-        from lcpcli.farkas import alternative, refutes
+        from lcpcli.farkas import alternative
         from lcpcli.result import Status
 
         if result.status not in (Status.INFEASIBLE, Status.UNSOLVABLE):
@@ -131,12 +130,9 @@ class QuadraticProgram:
         K, M, q = self._split, result.problem.M, result.problem.q
         if (q[K:] >= 0).all():  # x = 0 is feasible
             return UNBOUNDED
-        proof = result.certificate.vector if result.certificate else None
-        if proof is not None and refutes(M[K:, :K], q[K:], proof[K:]):
-            return INFEASIBLE
         point, proof = alternative(M[K:, :K], q[K:], SECONDS)
         if proof is not None:
-            return INFEASIBLE
+            return "the program is infeasible: no x meets its constraints"
         if point is not None:
             return f"{UNBOUNDED}: an LP finds its constraints feasible, to its tolerance"
         return "the program has no minimum: it is infeasible or unbounded below"
