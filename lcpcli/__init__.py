@@ -8,6 +8,8 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     run          a method on a Problem, with Limits and a Trace of the iterates
     Result       what came out: its Status, z, w, the residual and more
     error_bound  how far a z can be from the solution, proved
+    from_qp      the Problem of a quadratic program; Result.answer has its minimum
+    from_game    the Problem of a game of two players; Result.answer has its equilibrium
 
 >>> import lcpcli
 >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])

@@ -142,6 +142,11 @@ def from_game(
     z = (x, y); x and y, each divided by its sum, are the strategies. `Result.answer` maps it back. A cost is what the
     payoff lacks to the largest one and the span of payoffs together, so that costs lie within a factor of two. Payoffs
     count as the shortest decimals that they are. Raises ProblemError, which names the field.
+
+    >>> import lcpcli
+    >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer
+    >>> answer.row.round(6).tolist(), answer.column.round(6).tolist()
+    ([0.6, 0.4], [0.4, 0.6])
     """
     return Game.of(A, B, rows, columns).problem(name=name, source=source, note=note)
 

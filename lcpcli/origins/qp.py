@@ -158,6 +158,12 @@ def from_qp(
     free : indices of the x_i that may be negative.
 
     z = (x, y), with the multipliers y; `Result.answer` maps it back. Raises ProblemError, which names the field.
+
+    >>> import lcpcli
+    >>> problem = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], [1])
+    >>> answer = lcpcli.run(problem, "auto").answer
+    >>> answer.x.tolist(), answer.objective
+    ([1.5, 0.0], -2.25)
     """
     linear = as_vector("c", c)
     k = linear.size
