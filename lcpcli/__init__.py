@@ -8,6 +8,8 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     run          a method on a Problem, with Limits and a Trace of the iterates
     Result       what came out: its Status, z, w, the residual and more
     error_bound  how far a z can be from the solution, proved
+    from_qp      the Problem of a quadratic program; Result.answer has its minimum
+    from_game    the Problem of a game of two players; Result.answer has its equilibrium
 
 >>> import lcpcli
 >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
     from lcpcli.files import read as read
     from lcpcli.files import write as write
     from lcpcli.limits import Limits as Limits
+    from lcpcli.origins.game import from_game as from_game
+    from lcpcli.origins.qp import from_qp as from_qp
     from lcpcli.problem import Problem as Problem
     from lcpcli.result import Result as Result
     from lcpcli.result import Status as Status
@@ -44,13 +48,28 @@ _HOMES = {
     "Status": "result",
     "Trace": "trace",
     "error_bound": "bounds",
+    "from_game": "origins.game",
+    "from_qp": "origins.qp",
     "read": "files",
     "run": "driver",
     "solve": "api",
     "write": "files",
 }
 
-__all__ = ["Limits", "Problem", "Result", "Status", "Trace", "error_bound", "read", "run", "solve", "write"]
+__all__ = [
+    "Limits",
+    "Problem",
+    "Result",
+    "Status",
+    "Trace",
+    "error_bound",
+    "from_game",
+    "from_qp",
+    "read",
+    "run",
+    "solve",
+    "write",
+]
 
 
 def __getattr__(name: str) -> Any:

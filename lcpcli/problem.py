@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.products import product
 from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from lcpcli.origins import Origin
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts that say so
@@ -31,6 +34,7 @@ class Problem:
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
     reference : "known", or how solutions that were not have been found: "exact" or "computed", `reference` tells.
     verdict : "infeasible", "unsolvable" or "ray" where it is known that there is no solution or none is found; else "".
+    origin : the quadratic program or the game that the problem comes from, also as the object in a file; or None.
 
     Raises ProblemError, which names the field.
 
@@ -52,6 +56,7 @@ class Problem:
     source: str = ""
     note: str = ""
     reference: str = "known"
+    origin: Origin | None = None
 
     def __init__(
         self,
@@ -65,6 +70,7 @@ class Problem:
         source: str = "",
         note: str = "",
         reference: str = "known",
+        origin: Any = None,
     ) -> None:
         keep = partial(object.__setattr__, self)
         vector_q = as_vector("q", q)
@@ -82,6 +88,7 @@ class Problem:
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
             keep(field, text)
         keep("reference", reference)
+        keep("origin", None if origin is None else _as_origin(origin, self.M, self.q))
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
@@ -125,25 +132,23 @@ def as_vector(field: str, values: Any, n: int | None = None) -> Vector:
     return v
 
 
-def as_square(field: str, values: Any, n: int) -> Matrix:
-    """Values as a float64 matrix of shape (n, n), dense or in compressed sparse rows, or a ProblemError."""
-    if isinstance(values, (list, tuple)):
-        _refuse_other_than_rows(field, values)
-    M: Matrix = values if is_sparse(values) else _as_floats(field, values, ROWS)
-    if M.shape and not M.shape[0]:
-        raise ProblemError(field, "is empty", f"give {ROWS}")
-    if M.ndim != 2:
-        raise ProblemError(field, f"has {count(M.ndim, 'dimension')}", f"give {ROWS}")
+def as_square(field: str, values: Any, n: int, other: str = "q") -> Matrix:
+    """As `as_matrix`, of shape (n, n) as the vector called `other` asks for."""
+    M = _as_rows(field, values)
     if M.shape[0] != M.shape[1]:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
     if M.shape[0] != n:
-        raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]} but q has {count(n, 'entry')}", "make them agree")
-    if is_sparse(M):
-        M = _as_sparse(field, M)
-        _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
-    else:
-        _refuse_infinite(field, M)
-    return M
+        shapes = f"is {M.shape[0]} x {M.shape[1]} but {other} has {count(n, 'entry')}"
+        raise ProblemError(field, shapes, "make them agree")
+    return _as_finite(field, M)
+
+
+def as_matrix(field: str, values: Any) -> Matrix:
+    """Values as a float64 matrix, dense or in compressed sparse rows, or a ProblemError."""
+    M = _as_rows(field, values)
+    if not M.shape[1]:
+        raise ProblemError(field, "has empty rows", f"give {ROWS}")
+    return _as_finite(field, M)
 
 
 def count(n: int, noun: str) -> str:
@@ -160,6 +165,33 @@ def kind(value: Any) -> str:
         return f"the text {quoted(value)}"
     names = {type(None): "null", dict: "an object", list: "a list", tuple: "a list", int: "a number", float: "a number"}
     return names.get(type(value), f"of type {type(value).__name__}")
+
+
+def _as_origin(given: Any, M: Matrix, q: Vector) -> Origin:
+    from lcpcli.origins import as_origin
+
+    return as_origin(given, M, q)
+
+
+def _as_rows(field: str, values: Any) -> Matrix:
+    """Values as a dense array, or the sparse matrix that they are, of two dimensions."""
+    if isinstance(values, (list, tuple)):
+        _refuse_other_than_rows(field, values)
+    M: Matrix = values if is_sparse(values) else _as_floats(field, values, ROWS)
+    if M.shape and not M.shape[0]:
+        raise ProblemError(field, "is empty", f"give {ROWS}")
+    if M.ndim != 2:
+        raise ProblemError(field, f"has {count(M.ndim, 'dimension')}", f"give {ROWS}")
+    return M
+
+
+def _as_finite(field: str, M: Matrix) -> Matrix:
+    if not is_sparse(M):
+        _refuse_infinite(field, M)
+        return M
+    M = _as_sparse(field, M)
+    _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
+    return M
 
 
 def _as_sparse(field: str, M: Any) -> Matrix:

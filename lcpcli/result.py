@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.certificate import Certificate
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.bounds import Bound
+    from lcpcli.origins import Answer
 
 
 class Status(Enum):
@@ -159,3 +161,8 @@ class Result:
     def interrupted(self) -> bool:
         """Whether Ctrl-C ended it."""
         return self.status is Status.INTERRUPTED
+
+    @cached_property
+    def answer(self) -> Answer | None:
+        """What it means for the quadratic program or the game that the problem comes from; None if from neither."""
+        return None if self.problem.origin is None else self.problem.origin.answer(self)

@@ -38,7 +38,7 @@ HEADINGS = {
 WITHOUT_DEFAULT = {  # options that do nothing unless they are given
     **dict.fromkeys(COMMANDS, ("--plot", "--warm")),
     "bench": ("--plot", "--resume", "--output"),
-    "make": ("--set",),
+    "make": ("--set", "--from-qp", "--from-game"),
 }
 Lcp = Callable[..., Outcome]
 

@@ -146,7 +146,7 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
     ]
     keys = """problem n method route status message advice solved z w iterations evaluations residual relative_residual
         error error_bound error_bound_source reference milestones warm setup_seconds solve_seconds certificate exact
-        options trace"""
+        answer options trace"""
     for line in lines:
         assert list(line) == keys.split()
         assert line["trace"] is None

@@ -39,11 +39,12 @@ CLASSES = {
 }
 
 
-def classify(M: Matrix, seconds: float = INSPECTION_SECONDS) -> dict[str, Verdict]:
+def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
     """For each of CLASSES whether M, dense or sparse of shape (n, n) with finite entries, belongs to it.
 
     seconds : after which no further test is begun that takes time; what implications tell is told anyway. A
         factorization that has begun is not interrupted.
+    last : the class after which to stop; "" for none.
     """
     subject = Subject(M, time.perf_counter() + seconds)
     for name, test in CLASSES.items():
@@ -51,4 +52,6 @@ def classify(M: Matrix, seconds: float = INSPECTION_SECONDS) -> dict[str, Verdic
             subject.verdicts[name] = test(subject)
         except Late:
             subject.verdicts[name] = Verdict(OPEN, f"the {seconds:g} s for finding out were used up")
+        if name == last:
+            break
     return subject.verdicts

@@ -1,16 +1,21 @@
-"""lcp make: a problem of the gallery, or what there is in it."""
+"""lcp make: a problem of the gallery, or of a quadratic program or a game, or what there is in the gallery."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lcpcli import gallery
-from lcpcli.cli import candidates
+from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import OptionError, quoted
+
+if TYPE_CHECKING:
+    from lcpcli.problem import Problem
 
 WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
@@ -18,7 +23,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 @click.command(
     cls=Command,
-    short_help="Write a problem of the gallery.",
+    short_help="Write a problem of the gallery, of a program or of a game.",
     examples=(
         "lcp make --list",
         "lcp make obstacle -n 100 | lcp solve -",
@@ -26,7 +31,9 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
         "lcp make harker-pang -n 50 --seed 3 --set symmetric=true -o problem.npz",
     ),
     exits={0: "written", 2: "bad usage, told in one line"},
-    epilog="The same arguments give the same problem. JSON and NPZ tell its known solutions too.",
+    epilog="The same arguments give the same problem. JSON and NPZ tell its known solutions too, and of a program or a "
+    "game what it takes for lcp solve to tell the minimum or the equilibrium. A program has the keys Q and c, "
+    "and A, b and free (indices of unrestricted variables) if need be; a game A and B, and rows and columns (names).",
 )
 @argument(
     "Family",
@@ -47,6 +54,20 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     help="Set a parameter of the family; repeat it for more.",
 )
 @option(
+    "Quadratic program or game, in place of a family",
+    "--from-qp",
+    metavar="FILE",
+    shell_complete=candidates.files(),
+    help="min x'Qx / 2 + c'x subject to Ax >= b, x >= 0, in JSON.",
+)
+@option(
+    "Quadratic program or game, in place of a family",
+    "--from-game",
+    metavar="FILE",
+    shell_complete=candidates.files(),
+    help="The payoffs A and B of two players, in JSON.",
+)
+@option(
     "Output",
     "-o",
     "--output",
@@ -55,29 +76,51 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     help="Write to a .json, .npz, .csv or .mtx file, whole or not at all.  [default: JSON to standard output]",
 )
 def make(
-    family: str | None, n: int | None, seed: int | None, settings: tuple[str, ...], output: str | None, listed: bool
+    family: str | None,
+    n: int | None,
+    seed: int | None,
+    settings: tuple[str, ...],
+    from_qp: str | None,
+    from_game: str | None,
+    output: str | None,
+    listed: bool,
 ) -> int:
-    """Write a problem of FAMILY, a family of the gallery."""
+    """Write a problem of FAMILY, a family of the gallery, or of a quadratic program or a game."""
+    given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings or None}
+    sources = {"--from-qp": from_qp, "--from-game": from_game}
     if listed:
-        _refuse_beside_list(FAMILY=family, **{"-n": n, "--seed": seed, "--set": settings or None, "-o": output})
+        _refuse_beside("--list", **given, **sources, **{"-o": output})
         return _show_list()
+    output = None if output == "-" else output
+    for name, source in sources.items():
+        if source is not None:
+            _refuse_beside(name, **given, **{other: file for other, file in sources.items() if other != name})
+            session.refuse_clashes([source], output)
+            _write(partial(_converted, name, source), output)
+            return 0
     if family is None:
         raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
     parameters = _parameters(family, settings)
     if seed is not None and not gallery.is_random(family):
         raise OptionError("--seed", f"has no effect on {family}, whose numbers are fixed", "leave it out")
-    _write(family, n, seed or 0, parameters, None if output == "-" else output)
+    _write(partial(gallery.make, family, n, seed or 0, **parameters), output)
     return 0
 
 
-def _write(family: str, n: int | None, seed: int, parameters: dict[str, Any], output: str | None) -> None:
+def _converted(option: str, source: str) -> Problem:
+    from lcpcli import files
+
+    return files.read_converted(option.removeprefix("--from-"), source)
+
+
+def _write(made: Callable[[], Problem], output: str | None) -> None:
     from lcpcli import files
     from lcpcli.files import json_format
 
     if output is not None:
         files.ending_of(output)
         files.refuse_unwritable(output)
-    problem = gallery.make(family, n, seed, **parameters)
+    problem = made()
     if output is None:
         emit(json_format.render(problem)[""].decode(), color=False)
     else:
@@ -101,10 +144,10 @@ def _show_list() -> int:
     return 0
 
 
-def _refuse_beside_list(**given: Any) -> None:
+def _refuse_beside(option: str, **given: Any) -> None:
     for name, value in given.items():
         if value is not None:
-            raise OptionError(name, "has no effect with --list", "leave one out")
+            raise OptionError(name, f"has no effect with {option}", "leave one out")
 
 
 def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:

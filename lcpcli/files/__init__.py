@@ -71,6 +71,18 @@ def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = N
     return _problem(os.fspath(path), None if q_path is None else os.fspath(q_path), _read)
 
 
+def read_converted(kind: str, path: str) -> Problem:
+    """The LCP of what is in a JSON file, by its kind: "qp", a quadratic program, or "game", a bimatrix game.
+
+    Raises ProblemError as `read` does.
+    """
+    from lcpcli.files import converted
+
+    content = _read(path, "give a program or a game as a JSON object")
+    problem = _blaming(path, lambda: converted.KINDS[kind](content))
+    return problem if problem.name else replace(problem, name=_name(path))
+
+
 def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
     """As `read`, with the decimal numbers of the files as the rationals that they are; those of NPZ are doubles.
 

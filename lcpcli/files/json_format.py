@@ -1,7 +1,8 @@
-"""Problems in JSON: an object with M, q and, if known, name, x0, x1, solution, verdict, source and note.
+"""Problems in JSON: an object with M, q and, if known, name, x0, x1, solution, verdict, source, note and origin.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
-indices from 0. solution is one z or a list of them. Numbers are decimal; each key stands once.
+indices from 0. solution is one z or a list of them; origin is as `lcpcli.origins` has it. Numbers are decimal; each key
+stands once.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ COO_KEYS = ("format", "shape", "rows", "cols", "values")
 
 def parse(content: bytes) -> Problem:
     """The problem in a JSON text, or a ProblemError that names the field or the line and column."""
-    data = _load(decode(content))
+    data = load(decode(content))
     if not isinstance(data, dict):
         raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q")
     refuse_unknown("", data, KEYS)
     for key in ("M", "q"):
         if key not in data:
             raise ProblemError(key, "is missing", f"add the key {key}")
-    fields = {key: data[key] for key in (*TEXTS, "x0", "x1") if key in data}
+    fields = {key: data[key] for key in (*TEXTS, "x0", "x1", "origin") if key in data}
     for key in ("x0", "x1"):
         if key in fields and not isinstance(fields[key], list):
             raise ProblemError(key, f"is {kind(fields[key])}", "give a list of numbers")
@@ -47,14 +48,14 @@ def parse(content: bytes) -> Problem:
 
 def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     """A vector of length n, any length if None, written as a JSON list."""
-    return as_vector(field, _load(decode(content)), n)
+    return as_vector(field, load(decode(content)), n)
 
 
 def parse_exact(content: bytes) -> tuple[Rows, list[Fraction]]:
     """M and q of a problem that `parse` has accepted, with all decimals."""
     from lcpcli.exact.numbers import fraction
 
-    data = _load(decode(content), fraction)
+    data = load(decode(content), fraction)
     M = data["M"]
     if not isinstance(M, dict):
         return [{j: value for j, value in enumerate(row) if value} for row in M], data["q"]
@@ -69,7 +70,7 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: A
     """A JSON list that `parse_vector` has accepted, with all decimals."""
     from lcpcli.exact.numbers import fraction
 
-    numbers: list[Fraction] = _load(decode(content), fraction)
+    numbers: list[Fraction] = load(decode(content), fraction)
     return numbers
 
 
@@ -89,7 +90,18 @@ def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
 def load_first(text: str, number: Callable[[str], Any] = float) -> Any:
     """What a JSON text holds, its numbers read by `number`; of several objects, one a line, the first."""
     first, _, rest = text.strip().partition("\n")
-    return _load(first if rest.lstrip().startswith("{") else text, number)
+    return load(first if rest.lstrip().startswith("{") else text, number)
+
+
+def load(text: str, number: Callable[[str], Any] = float) -> Any:
+    """What a JSON text holds, its numbers read by `number`."""
+    try:
+        return json.loads(text, parse_int=number, parse_float=number, object_pairs_hook=_object)
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise ProblemError(place, f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})", "correct it there") from None
+    except RecursionError:
+        raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
 
 
 def render(problem: Problem) -> dict[str, bytes]:
@@ -105,18 +117,10 @@ def render(problem: Problem) -> dict[str, bytes]:
         lines.append(f'"solution": {rendered if len(problem.solutions) == 1 else f"[{rendered}]"}')
     if problem.verdict:
         lines.append(f'"verdict": "{problem.verdict}"')
+    if problem.origin is not None:
+        lines.append(f'"origin": {json.dumps(problem.origin.data())}')
     body = ",\n  ".join(lines)
     return {"": f"{{\n  {body}\n}}\n".encode()}
-
-
-def _load(text: str, number: Callable[[str], Any] = float) -> Any:
-    try:
-        return json.loads(text, parse_int=number, parse_float=number, object_pairs_hook=_object)
-    except json.JSONDecodeError as error:
-        place = f"line {error.lineno}, column {error.colno}"
-        raise ProblemError(place, f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})", "correct it there") from None
-    except RecursionError:
-        raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

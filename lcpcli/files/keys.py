@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from lcpcli.errors import SHOWN, ProblemError
 
 TEXTS = ("name", "source", "note", "verdict")
-KEYS = ("name", "source", "note", "M", "q", "x0", "x1", "solution", "verdict")
+KEYS = ("name", "source", "note", "M", "q", "x0", "x1", "solution", "verdict", "origin")
 OTHER_NAMES = {
     "matrix": "M",
     "a": "M",
@@ -19,13 +19,13 @@ OTHER_NAMES = {
 }
 
 
-def refuse_unknown(field: str, given: Iterable[str], known: tuple[str, ...]) -> None:
+def refuse_unknown(field: str, given: Iterable[str], known: tuple[str, ...], whole: str = "a problem") -> None:
     """Raise ProblemError about the first key that is not known, with the one that is likely meant."""
     for key in given:
         if key not in known:
             shown = key if len(key) <= SHOWN else f"{key[:SHOWN]}..."
             where = f"{field}.{shown}" if field else shown
-            raise ProblemError(where, "is no key of a problem", likely(key, known))
+            raise ProblemError(where, f"is no key of {whole}", likely(key, known))
 
 
 def likely(key: str, known: tuple[str, ...]) -> str:

@@ -1,12 +1,14 @@
 """Problems in NPZ, as numpy.savez writes it: arrays called M, q and, if known, x0, x1, solution and the texts.
 
 A sparse M is in parts as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse rows),
-or those of another form with its name as format. solution is one z or has one z a row. Nothing is ever unpickled.
+or those of another form with its name as format. solution is one z or has one z a row. origin is a text, that of JSON.
+Nothing is ever unpickled.
 """
 
 from __future__ import annotations
 
 import io
+import json
 import math
 import zipfile
 import zlib
@@ -16,6 +18,7 @@ import numpy as np
 from numpy.lib import format as npy
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.files.json_format import load
 from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
 from lcpcli.files.memory import refuse_beyond_memory
 from lcpcli.problem import Problem, as_vector, is_sparse
@@ -55,6 +58,8 @@ def parse(content: bytes) -> Problem | Matrix:
         return M
     fields: dict[str, Any] = {key: _text(key, arrays[key]) for key in TEXTS if key in arrays}
     fields |= {key: _flat(arrays[key]) for key in VECTORS if key in arrays}
+    if "origin" in arrays:
+        fields["origin"] = _origin(_text("origin", arrays["origin"]))
     solution = arrays.get("solution", np.empty((0, 0)))
     return Problem(M, _flat(arrays["q"]), solutions=[solution] if solution.ndim < 2 else list(solution), **fields)
 
@@ -96,6 +101,8 @@ def render(problem: Problem) -> dict[str, bytes]:
     arrays |= {key: getattr(problem, key) for key in VECTORS if getattr(problem, key) is not None}
     if problem.solutions:
         arrays["solution"] = np.array(problem.solutions) if len(problem.solutions) > 1 else problem.solutions[0]
+    if problem.origin is not None:
+        arrays["origin"] = json.dumps(problem.origin.data())
     file = io.BytesIO()
     np.savez(file, **arrays)
     return {"": file.getvalue()}
@@ -186,3 +193,10 @@ def _text(key: str, array: Any) -> str:
         raise ProblemError(key, f"is an array of {array.dtype.name}", "give a text")
     text = array.item()
     return text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text)
+
+
+def _origin(text: str) -> Any:
+    try:
+        return load(text)
+    except ProblemError as error:
+        raise error.inside("origin") from None

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
+from lcpcli.origins.qp import bordered
 from lcpcli.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Vector
 
 CLASS = "skew-symmetric"
 SOURCE = "Dantzig and Cottle 1967, random program"
@@ -60,12 +61,3 @@ def pairs(random: Generator, length: int, m: int) -> tuple[Vector, Vector]:
     size = random.integers(1, 10, length).astype(np.float64)
     inside = np.arange(length) < (m + 1) // 2
     return np.where(inside, size, 0), np.where(inside, 0, size)
-
-
-def bordered(Q: Matrix, A: Any, sparse: bool) -> Matrix:
-    """[Q -A'; A 0] for Q of shape (k, k), or None for zero, as a sparse or a dense matrix."""
-    from scipy.sparse import block_array, csr_array
-
-    m, k = A.shape
-    M = block_array([[csr_array((k, k)) if Q is None else csr_array(Q), -A.T], [A, csr_array((m, m))]], format="csr")
-    return M if sparse else M.toarray()

@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.gallery.degenerate import integer_matrix
-from lcpcli.gallery.lp import bordered, constraints, pairs
+from lcpcli.gallery.lp import constraints, pairs
+from lcpcli.origins.qp import bordered
 from lcpcli.problem import Problem
 
 CLASS = "positive semidefinite"

@@ -12,8 +12,8 @@ import numpy as np
 
 from lcpcli.certificate import Certificate
 from lcpcli.problem import Problem
-from lcpcli.report import numbers, outcome, summary
-from lcpcli.report.outcome import ELLIPSIS
+from lcpcli.report import answers, numbers, outcome, summary
+from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.result import Exact, Result
 from lcpcli.trace import TraceRow
 from lcpcli.typing import Indices
@@ -114,6 +114,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[st
         remarks += [f"{summary.name(result)}: " * compared + text for text in told if text]
     remarks += [_vector(result.certificate) for result in results if result.certificate and not result.exact]
     remarks += [line for result in results if result.exact for line in _exact(result.exact)]
+    remarks += [line for result in results for line in answers.lines(result, compared)]
     if elided:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks
@@ -123,9 +124,7 @@ def _vector(certificate: Certificate) -> str:
     """The vector of a certificate, as far as a line has room for it."""
     if certificate.vector is None:
         return f"certificate: {certificate.kind}"
-    entries = [f"{v:.7g}" for v in certificate.vector[:PIPE_COMPONENTS].tolist()]
-    more = [ELLIPSIS] if certificate.vector.size > PIPE_COMPONENTS else []
-    return f"certificate: {certificate.kind} ({', '.join(entries + more)})"
+    return f"certificate: {certificate.kind} {numbers.vector(certificate.vector.tolist())}"
 
 
 def _exact(exact: Exact) -> list[str]:
@@ -133,10 +132,7 @@ def _exact(exact: Exact) -> list[str]:
     from lcpcli.exact.numbers import brief
 
     named = [(name, values) for name, values in (("z", exact.z), ("w", exact.w), ("y", exact.y)) if values]
-    lines = []
-    for name, values in named:
-        more = [ELLIPSIS] if len(values) > PIPE_COMPONENTS else []
-        lines.append(f"exact {name} = ({', '.join([*map(brief, values[:PIPE_COMPONENTS]), *more])})")
+    lines = [f"exact {name} = {numbers.vector(values, brief)}" for name, values in named]
     return [*lines, f"proof: {exact.proof}"] if exact.z else lines
 
 

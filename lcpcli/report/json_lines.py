@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from lcpcli.report import answers
 from lcpcli.result import Result
 
 STARTS = ("x1",)  # vectors among a method's options
@@ -43,6 +44,7 @@ def _object(result: Result) -> dict[str, Any]:
         "solve_seconds": result.solve_seconds,
         "certificate": _certificate(result),
         "exact": _exact(result),
+        "answer": answers.data(result),
         "options": {name: _option(value) for name, value in result.options.items() if name not in STARTS},
         "trace": _trace(result),
     }

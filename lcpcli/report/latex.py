@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from lcpcli.report.iterations import LEFT, IterationTable
-from lcpcli.report.outcome import ELLIPSIS
+from lcpcli.report.numbers import ELLIPSIS
 
 SPECIAL = {
     "\\": r"\textbackslash{}",

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from decimal import ROUND_CEILING, Context
+from typing import Any
 
 LARGEST_FIXED = 1e6
 SMALLEST_FIXED = 1e-3
+ELLIPSIS = "..."
+IN_A_LINE = 12  # entries of a vector
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
@@ -17,6 +20,12 @@ def components(values: Iterable[float], largest: float) -> list[str]:
     """
     scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
     return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{v:.7f}" for v in values]
+
+
+def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format) -> str:
+    """A vector in a line of text, as far as there is room for it."""
+    more = [ELLIPSIS] if len(entries) > IN_A_LINE else []
+    return f"({', '.join([*map(cell, entries[:IN_A_LINE]), *more])})"
 
 
 def short(value: float | None) -> str:

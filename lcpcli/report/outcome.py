@@ -6,9 +6,9 @@ import math
 
 from lcpcli.problem import count
 from lcpcli.report import numbers, summary
+from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.result import Result
 
-ELLIPSIS = "..."
 PAGE = 80
 DIGITS = 7
 SETTLED = ("infeasible", "unsolvable")  # where no z is worth a look

@@ -1,0 +1,43 @@
+"""Quadratic programs and bimatrix games in JSON, as the LCPs that they lead to.
+
+A program is an object with Q and c, and if it has them A and b, and free (indices from 0); a game one with A and B, and
+if they have names rows and columns. Either may have name, source and note.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lcpcli.errors import ProblemError
+from lcpcli.files.json_format import load
+from lcpcli.files.keys import refuse_unknown
+from lcpcli.files.text import decode
+from lcpcli.origins.game import from_game
+from lcpcli.origins.qp import from_qp
+from lcpcli.problem import Problem, kind
+
+TEXTS = ("name", "source", "note")
+
+
+def qp(content: bytes) -> Problem:
+    """The LCP of the program in a JSON text, or a ProblemError that names the field or the line and column."""
+    return from_qp(**_held(content, "a program", ("Q", "c"), ("A", "b", "free")))
+
+
+def game(content: bytes) -> Problem:
+    """The LCP of the game in a JSON text, or a ProblemError that names the field or the line and column."""
+    return from_game(**_held(content, "a game", ("A", "B"), ("rows", "columns")))
+
+
+def _held(content: bytes, whole: str, needed: tuple[str, ...], optional: tuple[str, ...]) -> dict[str, Any]:
+    data = load(decode(content))
+    if not isinstance(data, dict):
+        raise ProblemError("", f"is {kind(data)}", f"give an object with the keys {' and '.join(needed)}")
+    refuse_unknown("", data, (*needed, *optional, *TEXTS), whole)
+    for key in needed:
+        if key not in data:
+            raise ProblemError(key, "is missing", f"add the key {key}")
+    return data
+
+
+KINDS = {"qp": qp, "game": game}
