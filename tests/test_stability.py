@@ -23,14 +23,14 @@ CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
 
 
 @pytest.mark.parametrize("each", CASES, ids=lambda each: each.name)
-def test_auto_is_right_to_a_hundred_times_the_condition_or_refuses(each: Case) -> None:
+def test_auto_is_right_to_a_hundred_times_the_condition(each: Case) -> None:
     problem = prepare(each)
     answer = Method("auto").solve(problem, 1e-10, 20.0, with_curve=False)
     judgement = Judge(problem, 1e-6).judge(answer)
     assert not judgement.false_success
-    if judgement.success and judgement.forward_error is not None:
+    if judgement.forward_error is not None:
         assert judgement.forward_error <= 100
-    assert judgement.success or each.name == "growth 60"
+    assert judgement.success
 
 
 def test_sensitivity_of_a_diagonal_problem_is_its_two_roundings() -> None:

@@ -55,7 +55,7 @@ class Judge:
             false = answer.claim == SOLUTION or (answer.claim == NONE and bool(self._problem.solutions))
             return Judgement(answer.claim == NONE and hopeless, false, None, None, None)
         z = np.asarray(answer.z, dtype=np.float64)
-        w = self._problem.w(z)
+        w = self._accuracy.w(z) if np.isfinite(z).all() else self._problem.w(z)
         claimed, scaled = answer.claim == SOLUTION, self._accuracy.scaled_residual(z, w)
         residual, error = self._accuracy.natural_residual(z, w), self._accuracy.error(z)
         success = claimed and scaled <= self._accept and not hopeless
