@@ -1,9 +1,14 @@
-"""README says what the program does: its output is the program's, its commands run, its snippets work."""
+"""README says what the program does: its commands run and print what it shows, its snippets work, its figures hold."""
 
 from __future__ import annotations
 
+import os
 import re
+import shlex
+import subprocess
+import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,54 +22,100 @@ from lcpcli.report.bench import stability
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
+BLOCKS: list[tuple[str, str]] = re.findall(r"^```(\w+)\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+TIMES = re.compile(r"\d[\d.]*(e[-+]\d+)? ?(us|ms|s)\b|time/\w+")
+
+Lcp = Callable[..., Any]
 
 
 def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+    return [text for kind, text in BLOCKS if kind == language]
 
 
-def without_times(text: str) -> list[list[str]]:
-    """Lines as cells, without times and without the lines of `shi`, whose last digits depend on the machine."""
-    lines = []
-    method = ""
-    for line in text.splitlines():
-        if set(line) == {"-"}:
-            continue
-        cells = re.sub(r"/\d\S*s\b", " TIME", re.sub(r"time/\w+|\s\d+\.\d{3}$", " TIME", line)).split()
-        method = cells[0] if cells and not cells[0][0].isdigit() else method
-        lines.append(cells if method != "shi" else [])
-    return [cells for cells in lines if cells]
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where a reader works, with the shipped problems."""
+    place = tmp_path_factory.mktemp("reader")
+    (place / "problems").symlink_to(ROOT / "problems")
+    return place
 
 
-def test_output_of_compare_is_the_programs(lcp: Callable[..., Any]) -> None:
-    shown = blocks("console")[0].removeprefix("$ lcp compare\n")
-    assert without_times(shown) == without_times(lcp("compare").out)
-    assert len(without_times(shown)) > 40
-
-
-def test_exact_answer_is_the_programs(lcp: Callable[..., Any]) -> None:
-    command, _, shown = blocks("console")[1].partition("\n")
-    arguments = command.removeprefix("$ lcp ").split()
-    printed = lcp(arguments[0], str(ROOT / arguments[1]), *arguments[2:]).out
-    time = r"(?<=, )[\d.]+ [mu]?s$|time/\w+|\d+\.\d{3}$"
-    heads, tables = zip(
-        *(re.sub(time, "TIME", text, flags=re.M).split("\n\n") for text in (shown, printed)), strict=True
+def shell(command: str, folder: Path) -> str:
+    """What a command prints in a shell in which lcp is this program."""
+    own = f'lcp() {{ {shlex.quote(sys.executable)} -m lcpcli "$@"; }}; '
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
+    done = subprocess.run(
+        ["bash", "-c", own + command], capture_output=True, text=True, check=False, cwd=folder, env=environment
     )
-    assert heads[0] == heads[1]
-    assert [line.split() for line in tables[0].splitlines()[2:]] == [
-        line.split() for line in tables[1].splitlines()[2:]
-    ]
-    assert "exact z = (0, 15/29, 17/29, 0)" in heads[0]
+    assert done.stderr == ""
+    return done.stdout
 
 
-LADDER = r"^\| ([a-z-]+) \| (\w+) = (\S+) \| (all|-|[\d.e-]+) \| .* \| ([\d.e+-]*) \| ([\d.e+-]*) \|$"
+def sessions(block: str) -> list[tuple[str, str]]:
+    """The commands of a block, each with what it prints; a line that begins with > continues a command."""
+    found: list[tuple[str, str]] = []
+    for line in block.splitlines():
+        if line.startswith("$ "):
+            found.append((line[2:], ""))
+        elif line.startswith("> ") and not found[-1][1]:
+            found[-1] = (f"{found[-1][0]}\n{line[2:]}", "")
+        else:
+            found[-1] = (found[-1][0], f"{found[-1][1]}{line}\n")
+    return found
 
 
-def test_table_of_stability_names_the_ladders_of_the_suites() -> None:
-    """What auto does on them, test_stability holds; here it is that the table is about the same ladders."""
-    shown = {row[0]: row[1:3] for row in re.findall(LADDER, README, re.MULTILINE)}
-    cases = [*suites.STIFF, *suites.EXTREME]
-    assert shown == {each.family: (each.axis, each.values[-1]) for each in stability.ladders(cases)}
+def settled(text: str) -> list[list[str]]:
+    """Lines as cells, without times and without what `shi` computes, whose last digits depend on the machine."""
+    lines, timed, method = [], False, ""
+    for line in text.splitlines():
+        timed = "time/" in line or (timed and bool(line.strip()))
+        cells = TIMES.sub("TIME", line).split()
+        if not cells or set(line) == {"-"}:
+            continue
+        if timed and re.fullmatch(r"\d+\.\d{3}", cells[-1]):
+            cells[-1] = "TIME"
+        method = cells[0] if not cells[0][0].isdigit() else method
+        lines.append([cells[0]] if method == "shi" else cells)
+    return [cells for cells in lines if not cells[0][0].isdigit() or len(cells) > 1]
+
+
+def test_commands_and_snippets_print_what_is_shown(folder: Path) -> None:
+    """In the order of the page: what one writes, another reads."""
+    for language, text in BLOCKS:
+        if language == "console":
+            for command, shown in sessions(text):
+                assert settled(shell(command, folder)) == settled(shown), command
+        elif language == "python":
+            subprocess.run(
+                [sys.executable, "-c", text], check=True, cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}
+            )
+    assert sum(len(sessions(text)) for text in blocks("console")) >= 10
+
+
+def lines_of_shell() -> list[str]:
+    """The commands of lcp in blocks that show no output, but for those that need a file of the reader's own."""
+    lines = [line for text in blocks("sh") for line in text.splitlines() if line.startswith("lcp ")]
+    return [line for line in lines if "model.json" not in line]
+
+
+@pytest.mark.parametrize("line", [line for line in lines_of_shell() if not line.startswith("lcp bench")])
+def test_command_runs(line: str, folder: Path) -> None:
+    shell(f"set -o pipefail; {line} > /dev/null && true", folder)
+
+
+@pytest.mark.parametrize("line", [line for line in lines_of_shell() if line.startswith("lcp bench")])
+def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
+    line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch, folder: Path
+) -> None:
+    small = (suites.case("diagonal", 3),)
+    held = {name: replace(suite, cases=small, budget=0.0) for name, suite in suites.SUITES.items()}
+    monkeypatch.setattr(suites, "SUITES", held)
+    monkeypatch.chdir(folder)
+    words = shlex.split(line)[1:]
+    if "problems/*.json" in words:
+        place = words.index("problems/*.json")
+        words[place : place + 1] = ["problems/paper-example-1.json"]
+    assert lcp(*words).code == 0
 
 
 def test_there_are_two_commands_and_ci_runs_exactly_these() -> None:
@@ -74,16 +125,10 @@ def test_there_are_two_commands_and_ci_runs_exactly_these() -> None:
 
 
 @pytest.mark.parametrize("text", blocks("json"))
-def test_json_examples_are_solved(text: str, lcp: Callable[..., Any], tmp_path: Path) -> None:
+def test_json_examples_are_solved(text: str, lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "problem.json"
     file.write_text(text)
     assert lcp("solve", str(file), "-q").code == 0
-
-
-def test_python_snippet_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    (snippet,) = blocks("python")
-    exec(compile(snippet, "README.md", "exec"), {})
-    assert capsys.readouterr().out.startswith("solved [1.33")
 
 
 def test_every_status_and_its_exit_code_is_documented() -> None:
@@ -118,3 +163,13 @@ def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) 
 
 def test_rates_are_shown_for_several_families() -> None:
     assert len({row[0] for row in RATES}) >= 8
+
+
+LADDER = r"^\| ([a-z-]+) \| (\w+) = (\S+) \| (all|-|[\d.e-]+) \| .* \| ([\d.e+-]*) \| ([\d.e+-]*) \|$"
+
+
+def test_table_of_stability_names_the_ladders_of_the_suites() -> None:
+    """What auto does on them, test_stability holds; here it is that the table is about the same ladders."""
+    shown = {row[0]: row[1:3] for row in re.findall(LADDER, README, re.MULTILINE)}
+    cases = [*suites.STIFF, *suites.EXTREME]
+    assert shown == {each.family: (each.axis, each.values[-1]) for each in stability.ladders(cases)}
