@@ -88,7 +88,10 @@ def interruptibly(call: Callable[[], Any]) -> Any:
             done.set()
 
     done = threading.Event()
-    threading.Thread(target=work, daemon=True).start()
+    try:
+        threading.Thread(target=work, daemon=True).start()
+    except RuntimeError:  # no memory for one
+        return call()
     try:
         while not done.wait(min(WAIT, max(deadline - time.monotonic(), 0.0))):
             if time.monotonic() >= deadline:

@@ -48,10 +48,14 @@ class Option:
         """Raise OptionError unless the value is of this option's kind and in its range."""
         if self.auto and isinstance(value, str) and value == AUTO:
             return
-        if not isinstance(value, numbers.Real) or isinstance(value, bool) or not self._admits(float(value)):
+        if not isinstance(value, numbers.Real) or isinstance(value, bool) or not self._admits(value):
             raise OptionError(flag(self.name), f"{value} is out of range", f"it must be: {self.range}")
 
-    def _admits(self, value: float) -> bool:
+    def _admits(self, given: numbers.Real) -> bool:
+        try:
+            value = float(given)
+        except OverflowError:
+            raise OptionError(flag(self.name), "is too large", f"it must be: {self.range}") from None
         whole = self.kind is not int or (math.isfinite(value) and value == int(value))
         return whole and not math.isnan(value) and self.admits(value)
 

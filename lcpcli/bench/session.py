@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 
 from lcpcli import peers
@@ -22,9 +22,7 @@ def start(asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], o
     """An empty record; wanted peers are selected as by `peers.select`. Files are read once, so that what is wrong with
     them is told before any work is done."""
     cases = suites.cases_of(asked)
-    for case in cases:
-        if case.file:
-            suites.problem_of(case)
+    _refuse_unreadable(cases)
     chosen = peers.select(wanted)
     missing = [name for name in chosen if peers.load(name).version() is None]
     present = [name for name in chosen if name not in missing]
@@ -40,8 +38,16 @@ def start(asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], o
     )
 
 
+def _refuse_unreadable(cases: Iterable[Case]) -> None:
+    for case in cases:
+        if case.file:
+            suites.problem_of(case)
+
+
 def refuse_elsewhere(record: Record) -> None:
-    """Raise OptionError where what is left cannot be measured on the same machine with the same versions."""
+    """Raise OptionError where what is left cannot be measured on the same machine with the same versions, or
+    ProblemError where its files cannot be read any more."""
+    _refuse_unreadable(case for case, _ in record.pending())
     here = {**asdict(environment.machine()), **environment.versions(record.peers)}
     then = {**asdict(record.machine), **record.versions}
     for name in here | then:

@@ -1,64 +1,54 @@
-"""The command lcp: its commands, and how it ends. Errors become one line on standard error and exit code 2."""
+"""The command lcp: how it starts, and how it ends. Errors become one line on standard error and exit code 2.
+
+Nothing but the standard library is imported before Ctrl-C is taken care of.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
 import sys
-from pathlib import Path
+from collections.abc import Iterator
 
-import click
-
-from lcpcli import __version__
-from lcpcli.cli.bench import bench
-from lcpcli.cli.check import check
-from lcpcli.cli.command import Group
-from lcpcli.cli.compare import compare
-from lcpcli.cli.completion import VARIABLE, completion
-from lcpcli.cli.inspect import inspect
-from lcpcli.cli.make import make
-from lcpcli.cli.options import EXITS
-from lcpcli.cli.solve import solve
-from lcpcli.compiled import leave
-from lcpcli.errors import LCPError
-
-INTERRUPTED = 130
-
-
-@click.group(
-    cls=Group,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    invoke_without_command=True,
-    examples=(
-        "lcp solve problems/paper-example-1.json",
-        "lcp make obstacle -n 100 | lcp solve -",
-        "lcp compare",
-        "lcp solve --help",
-    ),
-    exits={**EXITS, 141: "the reader of a pipe has closed it"},
-)
-@click.version_option(__version__, prog_name="lcp")
-@click.pass_context
-def lcp(context: click.Context) -> None:
-    """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0."""
-    if context.invoked_subcommand is None:
-        click.echo(context.get_help())
-
-
-for command in (solve, compare, bench, check, inspect, make, completion):
-    lcp.add_command(command)
+INTERRUPTED = 130  # as shells report SIGINT
+CLOSED_PIPE = 141  # as shells report SIGPIPE
 
 
 def main() -> None:
     """Run the command line and exit with its code."""
+    with _ending_at_once():
+        from lcpcli.cli import program as program
+        from lcpcli.compiled import leave
     if sys.stdout is None:  # closed by the caller
-        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 (os.devnull is no path on Windows)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     leave(_run())
 
 
+@contextlib.contextmanager
+def _ending_at_once() -> Iterator[None]:
+    """Have Ctrl-C end the process without a word, as long as there is nothing to report or to tidy up."""
+    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    try:
+        if usual:
+            signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+    except ValueError:  # only the main thread may, and only it gets signals
+        usual = False
+    yield
+    if usual:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def _run() -> int:
+    import click
+
+    from lcpcli.cli.completion import VARIABLE
+    from lcpcli.cli.program import lcp
+    from lcpcli.errors import LCPError
+
     if VARIABLE in os.environ:
         from lcpcli.cli.shells import register
 
@@ -79,17 +69,34 @@ def _run() -> int:
     except (click.Abort, KeyboardInterrupt):
         return INTERRUPTED
     except MemoryError:
-        _complain("lcp: not enough memory for this problem")
-        return 1
+        return _complain("lcp: not enough memory for this problem", 1)
+    except (ImportError, SystemError) as error:  # both also come of memory that is refused
+        return _complain(f"lcp: {_one_line(str(_first(error)))}; is memory short, or the installation broken?", 1)
+    except SystemExit as ending:
+        if isinstance(ending.__context__, BrokenPipeError):  # click's way to end then
+            return CLOSED_PIPE
+        raise
     except OSError as error:  # of standard output: files turn theirs into an LCPError
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _complain(f"lcp: standard output cannot be written ({error.strerror}); choose another place with -o")
 
 
-def _complain(message: str) -> int:
+def _complain(message: str, code: int = 2) -> int:
+    """Print one line on standard error, if that can be done; return the exit code."""
     readable = "".join(mark if mark.isprintable() else repr(mark)[1:-1] for mark in message)
-    click.echo(readable, err=True)
-    return 2
+    if sys.stderr is not None:  # closed by the caller
+        try:
+            print(readable, file=sys.stderr, flush=True)
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+    return code
+
+
+def _first(error: BaseException) -> BaseException:
+    """The error that led to this one: libraries wrap a page of advice around what has failed."""
+    while error.__cause__ or error.__context__:
+        error = error.__cause__ or error.__context__ or error
+    return error
 
 
 def _one_line(message: str) -> str:

@@ -14,6 +14,7 @@ from lcpcli.bench import record as records
 from lcpcli.bench import session as benching
 from lcpcli.bench import suites
 from lcpcli.bench.record import Record, Settings
+from lcpcli.cli import INTERRUPTED
 from lcpcli.cli.output import emit, form_of, terminal
 from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file
@@ -24,7 +25,6 @@ from lcpcli.report import figures
 from lcpcli.report.bench import plot, render
 
 ASKED = ("suite", "methods", "peers", "tol", "time_limit", "accept", "budget")  # what a resumed bench knows already
-INTERRUPTED = 130
 
 
 def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> int:

@@ -160,7 +160,8 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
             raise OptionError("--set", f"{quoted(setting)} has no value", "write NAME=VALUE")
         if name in values:
             raise OptionError("--set", f"{name} is set twice", "leave one out")
-        values[name] = _value(name, text, type(defaults[name])) if name in defaults else text
+        gallery.refuse_unknown(family, name)
+        values[name] = _value(name, text, type(defaults[name]))
     return values
 
 

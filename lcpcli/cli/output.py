@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lcpcli import options
+from lcpcli.cli import CLOSED_PIPE
 from lcpcli.errors import OptionError
 from lcpcli.options import OPTIONS
 from lcpcli.report import SUFFIXES, TABLES
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from lcpcli.result import Result
     from lcpcli.trace import Trace
 
-CLOSED_PIPE = 141  # as shells report SIGPIPE
 MOST_ROWS = 60  # of one method in a table, unless --every asks for more
 MOST_POINTS = 400  # of one method in a figure
 HERE = "-"  # in place of a file for the figure: draw it on standard output

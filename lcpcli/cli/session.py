@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
+from lcpcli.cli import INTERRUPTED
 from lcpcli.cli.options import for_methods, limits
 from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
 from lcpcli.cli.progress import Line, wanted
@@ -57,15 +58,9 @@ def run(
     if levels or plot.path is not None:
         problems = [_referred(problem, bounds) for problem in problems]
     width, color = (None, False) if output.path else terminal()
-    results: list[Result] = []
-    for result in _runs(problems, methods, chosen, bounds, warm, (output, plot, width), wanted(given["quiet"])):
-        results.append(result)
-        if result.interrupted:
-            break
-    if exact:
-        results = _proved(dict(zip(map(id, problems), data, strict=True)), results, bounds)
-    if given["bound"]:
-        results = [result if result.interrupted else _bounded(result) for result in results]
+    proofs = dict(zip(map(id, problems), data, strict=True)) if exact else {}
+    runs = _runs(problems, methods, chosen, bounds, warm, (output, plot, width), wanted(given["quiet"]))
+    results, interrupted = _finished(runs, proofs, bounds, given["bound"])
     if not output.silent:
         from lcpcli import report
 
@@ -75,7 +70,29 @@ def run(
         else:
             files.write_whole(output.path, text)
     plot.show(results)
-    return max(result.exit_code for result in results)
+    return INTERRUPTED if interrupted else max(result.exit_code for result in results)
+
+
+def _finished(
+    runs: Iterator[Result], proofs: dict[int, ExactProblem], bounds: Limits, bounded: bool
+) -> tuple[list[Result], bool]:
+    """The results, with what was to be proved of them, as far as Ctrl-C lets them come; and whether it came."""
+    results: list[Result] = []
+    try:
+        for result in runs:
+            results.append(result)
+            if result.interrupted:
+                return results, True
+        if proofs:
+            results[:] = _proved(proofs, results, bounds)
+        if bounded:
+            for i, result in enumerate(results):
+                results[i] = result if result.interrupted else _bounded(result)
+    except KeyboardInterrupt:
+        if not results:
+            raise
+        return results, True
+    return results, any(result.interrupted for result in results)
 
 
 def _runs(

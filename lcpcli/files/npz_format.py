@@ -11,7 +11,6 @@ import io
 import json
 import math
 import zipfile
-import zlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     from lcpcli.exact.problem import Rows
 
 VECTORS = ("x0", "x1")
+LONGEST_FAULT = 80  # characters: numpy quotes whole headers
 COMPRESSED = ("data", "indices", "indptr")
 PARTS = {
     "csr": COMPRESSED,
@@ -39,14 +39,6 @@ PARTS = {
     "dia": ("data", "offsets"),
 }
 OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "format", "_is_array")
-UNREADABLE = (
-    zipfile.BadZipFile,
-    zlib.error,
-    EOFError,
-    OSError,
-    ValueError,
-    RuntimeError,  # encrypted; NotImplementedError: compressed in an unknown way
-)
 
 
 def parse(content: bytes) -> Problem | Matrix:
@@ -124,8 +116,10 @@ def _arrays(content: bytes) -> dict[str, Any]:
                     _refuse_false_header(name, file, member.file_size)
                 with archive.open(member) as file:
                     arrays[name] = npy.read_array(file, allow_pickle=False)
-    except UNREADABLE as error:
-        fault = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+    except (ProblemError, MemoryError):
+        raise
+    except Exception as error:  # zipfile, its decompressors and numpy do not tell what a broken file may raise
+        fault = " ".join(str(error).split())[:LONGEST_FAULT].rstrip(".") or type(error).__name__
         if not name:
             raise ProblemError("", f"is not NPZ ({fault})", "is it cut off? save it with numpy.savez") from None
         raise ProblemError(name, f"cannot be read ({fault})", "save it again with numpy.savez") from None

@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import signal
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from lcpcli.errors import OptionError
 
@@ -48,22 +50,44 @@ def write_together(contents: Mapping[str, str | bytes]) -> None:
     """Write several files as `write_whole` does, none of them put in its place before all are complete."""
     for path in contents:
         refuse_unwritable(path)
-    staged: list[tuple[str, Path, Path]] = []
+    staged: dict[str, Path] = {}
     try:
         for path, content in contents.items():
-            data = content.encode("utf-8", errors="backslashreplace") if isinstance(content, str) else content
-            target = _target(path)
-            if _is_special(target):
-                target.write_bytes(data)
-            else:
-                staged.append((path, _temporary(target, data), target))
-        for path, temporary, target in staged:  # noqa: B007 (path is for the message)
-            temporary.replace(target)
+            if _is_special(Path(path)):
+                Path(path).write_bytes(_encoded(content))
+        with _undisturbed():
+            try:
+                for path, content in contents.items():
+                    if not _is_special(Path(path)):
+                        staged[path] = _temporary(_target(path), _encoded(content))
+                for path, temporary in staged.items():
+                    temporary.replace(_target(path))
+            finally:
+                for temporary in staged.values():
+                    temporary.unlink(missing_ok=True)
     except OSError as error:
         raise _unwritable(path, error) from None
+
+
+@contextlib.contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Put off Ctrl-C and SIGTERM, which would leave temporary files behind, until these are gone."""
+    received: list[int] = []
+    usual: dict[signal.Signals, Any] = {}
+    with contextlib.suppress(ValueError):  # only the main thread may, and only it gets signals
+        for number in (signal.SIGINT, signal.SIGTERM):
+            usual[number] = signal.signal(number, lambda number, _: received.append(number))
+    try:
+        yield
     finally:
-        for _, temporary, _ in staged:
-            temporary.unlink(missing_ok=True)
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+        for late in received:
+            signal.raise_signal(late)
+
+
+def _encoded(content: str | bytes) -> bytes:
+    return content.encode("utf-8", errors="backslashreplace") if isinstance(content, str) else content
 
 
 def _target(path: str) -> Path:

@@ -86,11 +86,8 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 
     Raises OptionError if there is no such family, parameter, size or seed.
     """
-    known = parameters_of(name)
     for parameter in parameters:
-        if parameter not in known:
-            mend = likely(parameter, known) if known else "leave it out"
-            raise OptionError("parameter", f"{name} has no {quoted(parameter)}", mend)
+        refuse_unknown(name, parameter)
     size = fixed_size(name)
     if n is None:
         n = size or DEFAULT_SIZE
@@ -101,6 +98,14 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     if seed < 0:
         raise OptionError("--seed", "is negative", "give a whole number >= 0")
     return load(name)(n, seed, **parameters)
+
+
+def refuse_unknown(name: str, parameter: str) -> None:
+    """Raise OptionError unless the family has a parameter of that name."""
+    known = parameters_of(name)
+    if parameter not in known:
+        mend = likely(parameter, known) if known else "leave it out"
+        raise OptionError("parameter", f"{name} has no {quoted(parameter)}", mend)
 
 
 def _module(name: str) -> ModuleType:

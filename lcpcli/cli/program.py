@@ -1,0 +1,39 @@
+"""The commands of lcp under one name, with their options and help. Nothing that they need to work is loaded here."""
+
+from __future__ import annotations
+
+import click
+
+from lcpcli import __version__
+from lcpcli.cli.bench import bench
+from lcpcli.cli.check import check
+from lcpcli.cli.command import Group
+from lcpcli.cli.compare import compare
+from lcpcli.cli.completion import completion
+from lcpcli.cli.inspect import inspect
+from lcpcli.cli.make import make
+from lcpcli.cli.options import EXITS
+from lcpcli.cli.solve import solve
+
+@click.group(
+    cls=Group,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    invoke_without_command=True,
+    examples=(
+        "lcp solve problems/paper-example-1.json",
+        "lcp make obstacle -n 100 | lcp solve -",
+        "lcp compare",
+        "lcp solve --help",
+    ),
+    exits={**EXITS, 141: "the reader of a pipe has closed it"},
+)
+@click.version_option(__version__, prog_name="lcp")
+@click.pass_context
+def lcp(context: click.Context) -> None:
+    """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+for command in (solve, compare, bench, check, inspect, make, completion):
+    lcp.add_command(command)
