@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from lcpcli import Limits, Problem, Status, Trace, methods, read, run, shipped
+from lcpcli.accuracy import Accuracy
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
-from lcpcli.trace import MOST_TOGETHER
+from lcpcli.trace import MOST_TOGETHER, Passing
 from lcpcli.typing import Vector
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))
@@ -110,6 +111,24 @@ def test_time_limit_counts_set_up_and_iterations(scripted: Callable[[Script], No
     result = run(EXAMPLE, "shi", limits=Limits(time_limit=5.0), clock=clock)
     assert result.status is Status.TIME_LIMIT
     assert result.iterations == 4
+
+
+def test_time_limit_counts_what_it_takes_to_judge_the_iterates(scripted: Callable[[Script], None]) -> None:
+    clock = Clock()
+
+    class Slow(Trace):
+        def add(self, passing: Passing, accuracy: Accuracy) -> None:
+            clock.now += 1.0
+            super().add(passing, accuracy)
+
+    def script() -> Iterator[Iterate]:
+        while True:
+            yield iterate(1.0, F=10.0)
+
+    scripted(script)
+    result = run(EXAMPLE, "shi", limits=Limits(time_limit=5.0), clock=clock, trace=Slow())
+    assert result.status is Status.TIME_LIMIT
+    assert (result.iterations, result.solve_seconds) == (4, 0.0)
 
 
 def test_interrupted_run_reports_its_best_iterate(scripted: Callable[[Script], None]) -> None:

@@ -76,7 +76,9 @@ def _run() -> int:
         if isinstance(ending.__context__, BrokenPipeError):  # click's way to end then
             return CLOSED_PIPE
         raise
-    except OSError as error:  # of standard output: files turn theirs into an LCPError
+    except OSError as error:  # files turn theirs into an LCPError
+        if error.filename is not None:
+            return _complain(f"lcp: {error.filename}: {error.strerror}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _complain(f"lcp: standard output cannot be written ({error.strerror}); choose another place with -o")
 

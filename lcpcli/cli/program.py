@@ -15,6 +15,7 @@ from lcpcli.cli.make import make
 from lcpcli.cli.options import EXITS
 from lcpcli.cli.solve import solve
 
+
 @click.group(
     cls=Group,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},

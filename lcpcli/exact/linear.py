@@ -17,7 +17,7 @@ def require() -> Any:
     """The module flint, or an OptionError that says how to get it."""
     try:
         import flint
-    except ImportError:
+    except ModuleNotFoundError:
         raise OptionError("--exact", "needs python-flint", "pip install 'linear-complementarity[exact]'") from None
     return flint
 
