@@ -73,8 +73,8 @@ def _exact(data: ExactProblem, run: Result, own: bool, deadline: float) -> Exact
     if certificate is not None and certificate.kind == "farkas" and certificate.vector is not None:
         y = certificate.vector
         if run.problem is not data.problem:  # in integers, where rows are larger by their denominators
-            with np.errstate(over="ignore", invalid="ignore"):  # 0 times an infinity
-                y = y * rounded(map(Fraction, data.scales))
+            largest = max(data.scales)  # any positive multiple of y will do: one that is finite
+            y = y * rounded(Fraction(scale, largest) for scale in data.scales)
         found = exact_proof(data, y)
         if found is not None:
             return Exact(Status.INFEASIBLE, INFEASIBLE, y=found)

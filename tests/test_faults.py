@@ -1,0 +1,276 @@
+"""Ctrl-C, SIGTERM, full disks, closed pipes and refused memory: what is finished is reported, nothing half-written is
+left, and no traceback is seen."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli import bounds, cli, driver, files, reference, shipped
+from lcpcli.bench import session as benching
+from lcpcli.exact import proof
+from lcpcli.files import whole
+from lcpcli.report import figures
+
+resource = pytest.importorskip("resource")
+
+EXAMPLE = shipped.path("paper-example-1.json")
+BENCH = f"bench {EXAMPLE} --method newton --budget 0"
+MAIN = "from lcpcli.cli import main; main()"
+Run = Callable[..., Any]
+
+
+def interrupt(*_: Any, **__: Any) -> Any:
+    raise KeyboardInterrupt
+
+
+def later(function: Callable[..., Any], calls: int) -> Callable[..., Any]:
+    """The function, interrupted from that many calls on."""
+    left = iter(range(calls))
+    return lambda *given, **named: interrupt() if next(left, None) is None else function(*given, **named)
+
+
+def python(code: str, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **how)
+
+
+def test_run_that_is_interrupted_outside_its_method_leaves_the_finished_ones(
+    lcp: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(driver, "run", later(driver.run, 1))
+    outcome = lcp("compare", EXAMPLE, "--format", "json")
+    assert (outcome.code, outcome.err) == (130, "")
+    assert [json.loads(line)["method"] for line in outcome.out.splitlines()] == ["fixed-point"]
+
+
+def test_interrupted_bound_leaves_the_result(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "error_bound", later(bounds.error_bound, 1))
+    outcome = lcp("compare", EXAMPLE, "--format", "json", "--bound")
+    first, second = map(json.loads, outcome.out.splitlines())
+    assert outcome.code == 130
+    assert (first["solved"], second["solved"]) == (True, True)
+    assert first["error_bound"] is not None
+    assert second["error_bound"] is None
+
+
+def test_interrupted_proof_leaves_the_result_unproved(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("flint")
+    monkeypatch.setattr(proof, "from_point", interrupt)
+    outcome = lcp("solve", EXAMPLE, "--format", "json", "--exact")
+    result = json.loads(outcome.out)
+    assert (outcome.code, result["status"], result["z"]) == (130, "interrupted", [1, 0, 1, 0])
+
+
+def test_interrupted_figure_comes_after_the_results(lcp: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr(figures, "convergence", interrupt)
+    outcome = lcp("solve", EXAMPLE, "--format", "csv", "--plot", str(tmp_path / "error.svg"))
+    assert outcome.code == 130
+    assert outcome.out
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("line", "module", "name"),
+    [
+        (f"compare {EXAMPLE}", reference, "with_reference"),
+        (f"inspect {EXAMPLE}", files, "read"),
+        (f"check {EXAMPLE} {EXAMPLE}", files, "read"),
+        (BENCH, benching, "start"),
+    ],
+)
+def test_interrupted_preparation_ends_without_a_word(
+    line: str, module: Any, name: str, lcp: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, name, interrupt)
+    outcome = lcp(*line.split())
+    assert (outcome.code, outcome.out, outcome.err.strip()) == (130, "", "")
+
+
+def test_interrupt_while_modules_are_loaded_ends_without_a_word() -> None:
+    pressing = f"""
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "lcpcli.cli.commands":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Finder())
+{MAIN}
+"""
+    done = python(pressing, "--help")
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, -signal.SIGTERM)])
+def test_signal_while_a_file_is_read_ends_at_once(number: signal.Signals, code: int, tmp_path: Path) -> None:
+    pipe = tmp_path / "problem.json"
+    os.mkfifo(pipe)
+    command = [sys.executable, "-c", MAIN, "solve", str(pipe), "-o", str(tmp_path / "result.json")]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    with pipe.open("w"):  # waits for the reader
+        process.send_signal(number)
+        out, err = process.communicate(timeout=20)
+    assert process.returncode == code
+    assert (out, err.strip()) == (b"", b"")
+    assert list(tmp_path.iterdir()) == [pipe]
+
+
+def test_interrupt_waits_until_files_are_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressed(target: Path, data: bytes) -> Path:
+        signal.raise_signal(signal.SIGINT)
+        return temporary(target, data)
+
+    temporary = whole._temporary
+    monkeypatch.setattr(whole, "_temporary", pressed)
+    with pytest.raises(KeyboardInterrupt):
+        whole.write_together({str(tmp_path / "M.mtx"): "M", str(tmp_path / "q.mtx"): "q"})
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"M.mtx": "M", "q.mtx": "q"}
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_termination_waits_until_a_file_is_whole(tmp_path: Path) -> None:
+    code = """
+import signal, sys
+from pathlib import Path
+from lcpcli.files import write_whole
+replace = Path.replace
+Path.replace = lambda *given: signal.raise_signal(signal.SIGTERM) or replace(*given)
+write_whole(sys.argv[1], "whole")
+print("still here")
+"""
+    done = python(code, str(tmp_path / "result.json"))
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGTERM, "", "")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"result.json": "whole"}
+
+
+WRITING = [
+    f"solve {EXAMPLE} --trace -o out.json",
+    f"solve {EXAMPLE} -q --plot out.svg",
+    "compare -o out.csv",
+    f"{BENCH} -q -o out.json",
+    f"{BENCH} -q --plot out.svg",
+    f"inspect {EXAMPLE} -o out.json",
+    "make tridiagonal -n 100 -o out.json",
+    "make tridiagonal -n 100 -o out.mtx",
+    "make tridiagonal -n 100 -o out.npz",
+]
+
+
+@contextlib.contextmanager
+def no_file_larger_than(size: int) -> Iterator[None]:
+    usual = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, usual[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
+
+
+@pytest.mark.parametrize("line", WRITING)
+def test_file_that_does_not_fit_leaves_the_old_one_and_nothing_else(
+    line: str, lcp: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if ".svg" in line:
+        pytest.importorskip("matplotlib.backends.backend_svg")  # whose first import writes files of its own
+    monkeypatch.chdir(tmp_path)
+    old = Path(line.split()[-1])
+    old.write_text("old")
+    with no_file_larger_than(200):
+        outcome = lcp(*line.split())
+    assert outcome.code == 2
+    assert re.fullmatch(r"lcp: out\.\w+: cannot be written \(File too large\); choose another place\n", outcome.err)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {old.name: "old"}
+
+
+@pytest.mark.parametrize("line", WRITING)
+def test_read_only_disk_is_told_before_any_work(
+    line: str, lcp: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(**_: Any) -> Any:
+        raise OSError(30, os.strerror(30))
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    monkeypatch.setattr(driver, "run", lambda *_, **__: pytest.fail("worked in vain"))
+    outcome = lcp(*line.split())
+    assert outcome.code == 2
+    assert re.fullmatch(r"lcp: out\.\w+: cannot be written \(Read-only file system\); .*\n", outcome.err)
+    assert (outcome.out, list(tmp_path.iterdir())) == ("", [])
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["--help", f"solve {EXAMPLE} --format json", "compare --format csv", BENCH, f"inspect {EXAMPLE}", "make kostreva"],
+)
+def test_pipe_that_nobody_reads_ends_with_141(line: str) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        command = [sys.executable, "-c", MAIN, *line.split()]
+        done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, check=False)
+    finally:
+        os.close(writing)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
+@pytest.mark.parametrize("redirection", ["2> /dev/full", "2>&-"])
+def test_error_that_cannot_be_told_keeps_its_exit_code(redirection: str) -> None:
+    script = f'"{sys.executable}" -c "{MAIN}" solve nowhere.json {redirection}'
+    done = subprocess.run(["bash", "-c", script], capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (2, b"", b"")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the limit is not one of addresses")
+@pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "make obstacle -o out.npz", BENCH])
+def test_memory_too_small_for_numpy_is_told_in_one_line(line: str, tmp_path: Path) -> None:
+    size = 50 * 2**20
+    limit = f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({size}, {size})); {MAIN}"
+    done = python(limit, *line.split(), cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert re.fullmatch(r".*memory.*\n", done.stderr, re.IGNORECASE), done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("error", [MemoryError(), ImportError("lib.so: no\nmemory"), SystemError("no reason given")])
+def test_refused_memory_is_told_in_one_line(error: Exception, lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> Any:
+        if isinstance(error, ImportError):
+            raise ImportError("a page\nof advice") from error
+        raise error
+
+    monkeypatch.setattr(files, "read", refuse)
+    outcome = lcp("solve", EXAMPLE)
+    assert (outcome.code, outcome.out) == (1, "")
+    assert re.fullmatch(r"lcp: .*memory.*\n", outcome.err)
+    assert "advice" not in outcome.err
+
+
+def test_stray_fault_of_a_file_names_the_file(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> Any:
+        raise PermissionError(13, "Permission denied", "/elsewhere")
+
+    monkeypatch.setattr(files, "read", refuse)
+    outcome = lcp("solve", EXAMPLE)
+    assert (outcome.code, outcome.err) == (2, "lcp: /elsewhere: Permission denied\n")
+
+
+def test_ctrl_c_that_the_caller_ignores_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        monkeypatch.setattr("sys.argv", ["lcp", "--version"])
+        with pytest.raises(SystemExit):
+            cli.main()
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)

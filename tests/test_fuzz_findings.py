@@ -1,0 +1,111 @@
+"""Inputs that a mutation fuzzer has found to break the program once."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import files
+from lcpcli.bench import session as benching
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.options import OPTIONS
+
+Run = Callable[..., Any]
+
+
+def array(values: Any) -> bytes:
+    file = io.BytesIO()
+    np.lib.format.write_array(file, np.array(values))
+    return file.getvalue()
+
+
+def archive(method: int = zipfile.ZIP_STORED, **members: bytes) -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", method) as writing:
+        for name, content in members.items():
+            writing.writestr(f"{name}.npy", content)
+    return file.getvalue()
+
+
+def spoiled(content: bytes, found: bytes, other: bytes) -> bytes:
+    assert found in content
+    return content.replace(found, other, 1)
+
+
+EYE = array([[1.0, 0.0], [0.0, 1.0]])
+ARCHIVES = {
+    "header-without-end": archive(M=spoiled(EYE, b"}", b"("), q=array([1.0, 1.0])),
+    "header-with-open-text": archive(M=spoiled(EYE, b"'descr'", b"'''escr"), q=array([1.0, 1.0])),
+    "header-of-zeros": archive(M=array(np.zeros(60)), q=spoiled(array(np.zeros(300)), b"{'descr'", b"\0" * 8)),
+    "compression-broken": spoiled(
+        archive(zipfile.ZIP_LZMA, M=array(np.arange(400.0).reshape(20, 20))), b"\x5d\0\0", b"\xff\xff\xff"
+    ),
+}
+
+
+@pytest.mark.parametrize("content", ARCHIVES.values(), ids=ARCHIVES)
+@pytest.mark.parametrize("read", [files.read, lambda path: files.read_candidate(path, 2)], ids=["problem", "answer"])
+def test_broken_archive_is_told_in_one_short_line(read: Callable[[str], Any], content: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "p.npz"
+    file.write_bytes(content)
+    with pytest.raises(ProblemError) as fault:
+        read(str(file))
+    told = str(fault.value).removeprefix(str(file))
+    assert "numpy.savez" in told
+    assert len(told) < 250
+    assert "\n" not in told
+
+
+@pytest.mark.parametrize("setting", ["n=3", "seed=1", "name=x"])
+def test_settings_that_are_options_are_no_parameters(setting: str, lcp: Run) -> None:
+    outcome = lcp("make", "contact", "--set", setting)
+    assert (outcome.code, outcome.out) == (2, "")
+    name = setting.partition("=")[0]
+    assert outcome.err == f"lcp: parameter: contact has no '{name}'; choose one of friction, compliance\n"
+
+
+@pytest.mark.parametrize("name", ["max_iterations", "every", "tol", "omega"])
+def test_number_beyond_all_doubles_is_out_of_range(name: str) -> None:
+    for number in (10**400, -(10**5000)):
+        with pytest.raises(OptionError, match="is too large"):
+            OPTIONS[name].check(number)
+
+
+def test_whole_number_beyond_all_doubles_is_told_in_one_line(lcp: Run, tmp_path: Path) -> None:
+    file = tmp_path / "p.json"
+    file.write_text('{"M": [[1]], "q": [-1]}')
+    outcome = lcp("solve", str(file), "--every", "9" * 400)
+    assert (outcome.code, outcome.err) == (2, "lcp: --every: is too large; it must be: whole number >= 1\n")
+
+
+def test_exact_proof_is_found_where_the_denominators_of_tiny_rows_are_beyond_all_doubles(
+    lcp: Run, tmp_path: Path
+) -> None:
+    file = tmp_path / "p.json"
+    file.write_text('{"M": [[0, 0], [0, 0]], "q": [-1e-320, 1e-320]}')
+    outcome = lcp("solve", str(file), "--method", "shi", "--exact", "--format", "json")
+    assert (outcome.code, outcome.err) == (3, "")
+    assert json.loads(outcome.out)["exact"]["y"] is not None
+
+
+def test_missing_problem_of_a_resumed_bench_is_told_before_any_work(
+    lcp: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("one", "two"):
+        Path(f"{name}.json").write_text('{"M": [[1]], "q": [-1]}')
+    lcp("bench", "one.json", "two.json", "--method", "newton", "--budget", "0", "-q", "-o", "record.json")
+    record = json.loads(Path("record.json").read_text())
+    Path("record.json").write_text(json.dumps(record | {"measurements": []}))
+    Path("two.json").unlink()
+    monkeypatch.setattr(benching, "_measured", lambda *_: pytest.fail("measured in vain"))
+    outcome = lcp("bench", "--resume", "record.json")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("lcp: two.json: no such file")
