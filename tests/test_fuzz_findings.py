@@ -85,9 +85,7 @@ def test_whole_number_beyond_all_doubles_is_told_in_one_line(lcp: Run, tmp_path:
     assert (outcome.code, outcome.err) == (2, "lcp: --every: is too large; it must be: whole number >= 1\n")
 
 
-def test_exact_proof_is_found_where_the_denominators_of_tiny_rows_are_beyond_all_doubles(
-    lcp: Run, tmp_path: Path
-) -> None:
+def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Run, tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     file.write_text('{"M": [[0, 0], [0, 0]], "q": [-1e-320, 1e-320]}')
     outcome = lcp("solve", str(file), "--method", "shi", "--exact", "--format", "json")
