@@ -106,6 +106,13 @@ def interruptibly(call: Callable[[], Any]) -> Any:
     return outcome[0]
 
 
+def hides_interrupt(error: BaseException | None) -> bool:
+    """Whether Ctrl-C has led to an error: compiled code, and what imports it, wrap that in errors of their own."""
+    while error and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
 def leave(code: int) -> NoReturn:
     """End the process with that exit code, at once if compiled code is still at work for nobody.
 

@@ -12,8 +12,9 @@ from pathlib import Path
 import click
 import pytest
 
-from lcpcli import cli, files, gallery
+from lcpcli import files, gallery
 from lcpcli.bench import suites
+from lcpcli.cli import program
 from lcpcli.cli.completion import SHELLS, VARIABLE
 from lcpcli.cli.shells import SHELLS as CLASSES
 from lcpcli.methods import METHODS
@@ -28,14 +29,14 @@ Lcp = Callable[..., Outcome]
 def offered(*words: str, shell: str = "bash") -> list[str]:
     """What is offered for the last of the words after lcp."""
     *args, incomplete = words
-    found = CLASSES[shell](cli.lcp, {}, "lcp", VARIABLE).get_completions(args, incomplete)
+    found = CLASSES[shell](program.lcp, {}, "lcp", VARIABLE).get_completions(args, incomplete)
     return [item.value for item in found]
 
 
 def answer(shell: str, words: str, current: str) -> list[str]:
     """The lines that a shell's script reads for the command line `words`, at the word `current` tells."""
     os.environ.update(COMP_WORDS=words, COMP_CWORD=current)
-    return CLASSES[shell](cli.lcp, {}, "lcp", VARIABLE).complete().splitlines()
+    return CLASSES[shell](program.lcp, {}, "lcp", VARIABLE).complete().splitlines()
 
 
 @pytest.fixture
@@ -64,13 +65,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_commands() -> None:
-    assert offered("") == sorted(cli.lcp.commands)
+    assert offered("") == sorted(program.lcp.commands)
     assert offered("co") == ["compare", "completion"]
 
 
-@pytest.mark.parametrize("name", cli.lcp.commands)
+@pytest.mark.parametrize("name", program.lcp.commands)
 def test_options(name: str) -> None:
-    command = cli.lcp.commands[name]
+    command = program.lcp.commands[name]
     params = command.get_params(click.Context(command))
     own = [flag for param in params if isinstance(param, click.Option) for flag in (*param.opts, *param.secondary_opts)]
     assert offered(name, "-") == own

@@ -72,6 +72,32 @@ def test_interrupted_proof_leaves_the_result_unproved(lcp: Run, monkeypatch: pyt
     assert (outcome.code, result["status"], result["z"]) == (130, "interrupted", [1, 0, 1, 0])
 
 
+@pytest.mark.parametrize("kind", [ImportError, SystemError])
+def test_interrupt_that_a_peer_wraps_leaves_what_is_measured(
+    kind: type[Exception], lcp: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrapped(*_: Any) -> Any:
+        raise kind("returned a result with an exception set") from KeyboardInterrupt()
+
+    pytest.importorskip("piqp")
+    monkeypatch.setattr("lcpcli.peers.piqp.solve", wrapped)
+    outcome = lcp(*BENCH.split(), "--peer", "piqp")
+    assert (outcome.code, outcome.err) == (130, "")
+    assert "1 of 2 measured" in outcome.out
+
+
+@pytest.mark.parametrize("kind", [ImportError, SystemError])
+def test_interrupt_that_a_library_wraps_ends_without_a_word(
+    kind: type[Exception], lcp: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrapped(*_: Any) -> Any:
+        raise kind("no reason given") from KeyboardInterrupt()
+
+    monkeypatch.setattr(files, "read", wrapped)
+    outcome = lcp("solve", EXAMPLE)
+    assert (outcome.code, outcome.out, outcome.err) == (130, "", "")
+
+
 def test_interrupted_figure_comes_after_the_results(lcp: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     monkeypatch.setattr(figures, "convergence", interrupt)
@@ -103,7 +129,7 @@ def test_interrupt_while_modules_are_loaded_ends_without_a_word() -> None:
 import os, signal, sys
 class Finder:
     def find_spec(self, name, *_):
-        if name == "lcpcli.cli.commands":
+        if name == "lcpcli.cli.program":
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Finder())
 {MAIN}

@@ -14,8 +14,9 @@ from typing import Any
 import click
 import pytest
 
-from lcpcli import cli, methods, shipped
+from lcpcli import methods, shipped
 from lcpcli.bench import suites
+from lcpcli.cli import program
 from lcpcli.cli.command import Command
 from lcpcli.cli.options import LIMITS, OWN, STARTS
 from lcpcli.methods import ITERATIVE, METHODS
@@ -24,7 +25,7 @@ from lcpcli.peers import PEERS
 
 from .conftest import Outcome
 
-COMMANDS: dict[str, Any] = {"": cli.lcp, **cli.lcp.commands}
+COMMANDS: dict[str, Any] = {"": program.lcp, **program.lcp.commands}
 HEADINGS = {
     "": ["Commands", "Help", "Exit codes"],
     "solve": ["Problem", "Method", "Proof", "Start", "Stopping", "Output", "Help", "Methods", "Exit codes"],
@@ -143,7 +144,7 @@ def test_every_example_is_of_its_command(name: str) -> None:
 
 def test_lcp_alone_prints_help(lcp: Lcp) -> None:
     assert lcp().out == help_of(lcp, "")
-    assert terms_of(sections_of(lcp().out)["Commands"]) == list(cli.lcp.commands)
+    assert terms_of(sections_of(lcp().out)["Commands"]) == list(program.lcp.commands)
 
 
 @pytest.mark.parametrize(

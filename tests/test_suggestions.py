@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli import cli
 from lcpcli.bench.suites import SUITES
+from lcpcli.cli import program
 from lcpcli.cli.completion import SHELLS
 from lcpcli.errors import likely
 from lcpcli.gallery import FAMILIES
@@ -21,14 +21,14 @@ from lcpcli.report import FORMATS
 from .conftest import Outcome
 
 KINDS = {
-    "command": list(cli.lcp.commands),
+    "command": list(program.lcp.commands),
     "method": list(METHODS),
     "family": list(FAMILIES),
     "suite": list(SUITES),
     "peer": list(PEERS),
     "format": list(FORMATS),
     "shell": list(SHELLS),
-    "option": [param.opts[-1] for param in cli.solve.params if isinstance(param, click.Option)],
+    "option": [param.opts[-1] for param in program.solve.params if isinstance(param, click.Option)],
 }
 
 
@@ -62,7 +62,7 @@ def test_capitals_and_beginnings_are_understood() -> None:
     assert likely("zzz", METHODS, "look") == "look"
 
 
-@pytest.mark.parametrize("name", cli.lcp.commands)
+@pytest.mark.parametrize("name", program.lcp.commands)
 def test_every_command_mends_its_options(name: str, lcp: Callable[..., Outcome]) -> None:
     outcome = lcp(name, "--hepl")
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)

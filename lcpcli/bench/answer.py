@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from lcpcli import driver, peers
+from lcpcli.compiled import hides_interrupt
 from lcpcli.limits import Limits
 from lcpcli.problem import Problem
 from lcpcli.report import LEVELS
@@ -106,7 +107,13 @@ class Peer:
         return peers.load(self.name).excludes(problem)
 
     def solve(self, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:  # noqa: ARG002
-        claim = peers.load(self.name).solve(problem, tol, time_limit)
+        """Raises KeyboardInterrupt where the run was interrupted."""
+        try:
+            claim = peers.load(self.name).solve(problem, tol, time_limit)
+        except (ImportError, SystemError) as error:
+            if hides_interrupt(error):
+                raise KeyboardInterrupt from None
+            raise
         status = "solved" if claim.solved else "unsolved"
         return Answer(claim.z, SOLUTION if claim.solved else "", status, claim.statement, claim.seconds)
 

@@ -17,9 +17,12 @@ CLOSED_PIPE = 141  # as shells report SIGPIPE
 
 def main() -> None:
     """Run the command line and exit with its code."""
-    with _ending_at_once():
-        from lcpcli.cli import program as program
-        from lcpcli.compiled import leave
+    try:
+        with _ending_at_once():
+            from lcpcli.cli import program as program
+            from lcpcli.compiled import leave
+    except (ImportError, MemoryError) as error:
+        sys.exit(_complain_of_loading(error))
     if sys.stdout is None:  # closed by the caller
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 (os.devnull is no path on Windows)
     for stream in (sys.stdout, sys.stderr):
@@ -47,12 +50,14 @@ def _run() -> int:
 
     from lcpcli.cli.completion import VARIABLE
     from lcpcli.cli.program import lcp
+    from lcpcli.compiled import hides_interrupt
     from lcpcli.errors import LCPError
 
     if VARIABLE in os.environ:
         from lcpcli.cli.shells import register
 
         register()
+    output = sys.stdout
     try:
         code = lcp.main(standalone_mode=False, complete_var=VARIABLE)
         sys.stdout.flush()
@@ -70,12 +75,12 @@ def _run() -> int:
         return INTERRUPTED
     except MemoryError:
         return _complain("lcp: not enough memory for this problem", 1)
-    except (ImportError, SystemError) as error:  # both also come of memory that is refused
-        return _complain(f"lcp: {_one_line(str(_first(error)))}; is memory short, or the installation broken?", 1)
-    except SystemExit as ending:
-        if isinstance(ending.__context__, BrokenPipeError):  # click's way to end then
-            return CLOSED_PIPE
-        raise
+    except (ImportError, SystemError) as error:
+        return INTERRUPTED if hides_interrupt(error) else _complain_of_loading(error)
+    except SystemExit:
+        if sys.stdout is output:
+            raise
+        return CLOSED_PIPE  # as click, which wraps the stream then, has found
     except OSError as error:  # files turn theirs into an LCPError
         if error.filename is not None:
             return _complain(f"lcp: {error.filename}: {error.strerror}")
@@ -94,11 +99,13 @@ def _complain(message: str, code: int = 2) -> int:
     return code
 
 
-def _first(error: BaseException) -> BaseException:
-    """The error that led to this one: libraries wrap a page of advice around what has failed."""
+def _complain_of_loading(error: BaseException) -> int:
+    """Tell of a library that does not load, also for want of memory, by what led to its error: libraries wrap a page of
+    advice around that."""
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
-    return error
+    fault = _one_line(str(error) or type(error).__name__)
+    return _complain(f"lcp: {fault}; is memory short, or the installation broken?", 1)
 
 
 def _one_line(message: str) -> str:
