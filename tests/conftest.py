@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -26,6 +27,7 @@ def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> C
 
     def run(*arguments: str) -> Outcome:
         monkeypatch.setattr("sys.argv", ["lcp", *arguments])
+        monkeypatch.setattr("lcpcli.compiled.leave", sys.exit)  # a call that was abandoned must not end the tests
         with pytest.raises(SystemExit) as ending:
             cli.main()
         out, err = capfd.readouterr()
