@@ -207,7 +207,7 @@ def is_symmetric(M: Matrix) -> bool:
     """Whether M equals its transpose exactly."""
     if not is_sparse(M):
         return all(np.array_equal(M[part], M[:, part].T) for part in _parts(M))
-    if M.has_canonical_format:
+    if M.has_canonical_format and M.data.all():  # of a zero that is stored the mirrored one need not be
         columns = M.T.tocsr()
         return all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))
     return bool((M != M.T).nnz == 0)

@@ -107,3 +107,12 @@ def test_missing_problem_of_a_resumed_bench_is_told_before_any_work(
     outcome = lcp("bench", "--resume", "record.json")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err.startswith("lcp: two.json: no such file")
+
+
+def test_zero_that_is_stored_is_a_zero_to_the_classes(lcp: Run, tmp_path: Path) -> None:
+    M = {"format": "coo", "shape": [2, 2], "rows": [0, 0], "cols": [0, 1], "values": [1, 0]}
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps({"M": M, "q": [-1, 0]}))
+    outcome = lcp("inspect", str(file), "--format", "json")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert json.loads(outcome.out)["classes"]["symmetric"]["verdict"] == "yes"
