@@ -63,6 +63,12 @@ def test_broken_archive_is_told_in_one_short_line(read: Callable[[str], Any], co
     assert "\n" not in told
 
 
+def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path: Path) -> None:
+    file = tmp_path / "p.npz"
+    file.write_bytes(archive(M=spoiled(EYE, b"(2, 2), }  ", b"(2L, 2L), }"), q=array([1.0, 1.0])))
+    assert files.read(str(file)).M.tolist() == [[1, 0], [0, 1]]
+
+
 @pytest.mark.parametrize("setting", ["n=3", "seed=1", "name=x"])
 def test_settings_that_are_options_are_no_parameters(setting: str, lcp: Run) -> None:
     outcome = lcp("make", "contact", "--set", setting)

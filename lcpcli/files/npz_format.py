@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import warnings
 import zipfile
 from typing import TYPE_CHECKING, Any
 
@@ -112,10 +113,7 @@ def _arrays(content: bytes) -> dict[str, Any]:
                 name = member.filename.removesuffix(".npy")
                 if name in arrays:
                     raise ProblemError(name, "stands twice", "keep one")
-                with archive.open(member) as file:
-                    _refuse_false_header(name, file, member.file_size)
-                with archive.open(member) as file:
-                    arrays[name] = npy.read_array(file, allow_pickle=False)
+                arrays[name] = _array(name, archive, member)
     except (ProblemError, MemoryError):
         raise
     except Exception as error:  # zipfile, its decompressors and numpy do not tell what a broken file may raise
@@ -124,6 +122,15 @@ def _arrays(content: bytes) -> dict[str, Any]:
             raise ProblemError("", f"is not NPZ ({fault})", "is it cut off? save it with numpy.savez") from None
         raise ProblemError(name, f"cannot be read ({fault})", "save it again with numpy.savez") from None
     return arrays
+
+
+def _array(name: str, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of what Python 2 has written, which is as good
+        with archive.open(member) as file:
+            _refuse_false_header(name, file, member.file_size)
+        with archive.open(member) as file:
+            return npy.read_array(file, allow_pickle=False)
 
 
 def _refuse_false_header(name: str, file: Any, size: int) -> None:
