@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli import bounds, driver, files, reference, shipped
+from lcpcli import bounds, compiled, driver, files, reference, shipped
 from lcpcli.bench import session as benching
 from lcpcli.exact import proof
 from lcpcli.files import whole
@@ -280,6 +280,14 @@ def test_refused_memory_is_told_in_one_line(error: Exception, lcp: Run, monkeypa
     assert (outcome.code, outcome.out) == (1, "")
     assert re.fullmatch(r"lcp: .*memory.*\n", outcome.err)
     assert "advice" not in outcome.err
+
+
+def test_call_for_which_there_is_no_thread_is_made_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> Any:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr("threading.Thread.start", refuse)
+    assert compiled.interruptibly(lambda: "made") == "made"
 
 
 def test_stray_fault_of_a_file_names_the_file(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -69,6 +69,22 @@ def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path: Pat
     assert files.read(str(file)).M.tolist() == [[1, 0], [0, 1]]
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "fault"),
+    [
+        ("p.mtx", f"%%MatrixMarket matrix array real general\n1 1\n{'9' * 10**6}x\n", "line 3: is '999"),
+        ("p.json", "{" + ",".join(f'"{k}": 0' for k in range(10**5)) + ', "99999": 0}', "99999: stands twice"),
+    ],
+    ids=["million-digits", "hundred-thousand-keys"],
+)
+def test_long_file_is_refused_in_a_time_in_proportion(name: str, content: str, fault: str, tmp_path: Path) -> None:
+    """In hours if the time grew with the square of the length."""
+    file = tmp_path / name
+    file.write_text(content)
+    with pytest.raises(ProblemError, match=fault):
+        files.read(str(file))
+
+
 @pytest.mark.parametrize("setting", ["n=3", "seed=1", "name=x"])
 def test_settings_that_are_options_are_no_parameters(setting: str, lcp: Run) -> None:
     outcome = lcp("make", "contact", "--set", setting)

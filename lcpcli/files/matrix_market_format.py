@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
-REAL = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+REAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # in which no digit can be taken in two ways
 INTEGER = rb"[-+]?\d+"
 WIDTHS = {"array": 1, "coordinate": 3}  # numbers of an entry
 SHORTEST = {"array": 2, "coordinate": 6}  # bytes of "0\n" and "1 1 0\n"

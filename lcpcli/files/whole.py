@@ -76,7 +76,8 @@ def _undisturbed() -> Iterator[None]:
     usual: dict[signal.Signals, Any] = {}
     with contextlib.suppress(ValueError):  # only the main thread may, and only it gets signals
         for number in (signal.SIGINT, signal.SIGTERM):
-            usual[number] = signal.signal(number, lambda number, _: received.append(number))
+            if signal.getsignal(number) is not None:  # else it is C's, and could not be put back
+                usual[number] = signal.signal(number, lambda number, _: received.append(number))
     try:
         yield
     finally:
