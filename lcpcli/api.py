@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -71,12 +72,17 @@ def solve(
     Traceback (most recent call last):
     lcpcli.errors.ProblemError: M: is 1 x 2; make it square
     """
-    known = [name for name in methods.options_of(methods.load(method)) if name not in OF_ALL]
-    for name in options:
-        if name not in known and name not in OPTIONS and name not in methods.ADDITIONS:
-            mend = likely(name, (*known, *OF_ALL), f"it has {', '.join((*known, *OF_ALL))}")
-            raise OptionError(name, f"is no option of {method}", mend)
+    _refuse_unknown(method, options)
     stops: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     limits = Limits(**{name: value for name, value in stops.items() if value is not None})
     chosen = {name: value for name, value in options.items() if value is not None}
     return driver.run(Problem(M, q), method, x0, z0=z0, limits=limits, trace=Trace() if trace else None, **chosen)
+
+
+def _refuse_unknown(method: str, names: Iterable[str]) -> None:
+    """Raise OptionError for a name that is no option of any method, with what this method has."""
+    known = [name for name in methods.options_of(methods.load(method)) if name not in OF_ALL]
+    for name in names:
+        if name not in known and name not in OPTIONS and name not in methods.ADDITIONS:
+            mend = likely(name, (*known, *OF_ALL), f"it has {', '.join((*known, *OF_ALL))}")
+            raise OptionError(name, f"is no option of {method}", mend)

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,10 +12,9 @@ from hypothesis import strategies as st
 from numpy.random import Generator
 from scipy.sparse import csr_array, diags_array
 
-from lcpcli import Problem, error_bound, files, read, shipped
+from lcpcli import Problem, error_bound, read, shipped
 from lcpcli.bounds import comparison, definite, rounding
 from lcpcli.errors import ProblemError
-from lcpcli.report import numbers
 
 from . import exact
 
@@ -268,35 +263,3 @@ def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
     assert error_bound(Problem(np.eye(2), [-1e308, 1e308]), np.ones(2)) is None
     with pytest.raises(ProblemError, match="z: has 3 entries"):
         error_bound(problem, np.ones(3))
-
-
-def test_printed_bound_is_rounded_upwards() -> None:
-    assert [numbers.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == ["0", "1.0e-09", "1.3e+00", "3.0e+00"]
-
-
-def test_json_holds_the_bound_where_it_is_asked_for(lcp: Callable[..., Any], tmp_path: Path) -> None:
-    file = str(tmp_path / "problem.json")
-    files.write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
-    plain, bounded = (json.loads(lcp("solve", file, "--format", "json", *o).out) for o in ([], ["--bound"]))
-    assert (plain["error_bound"], plain["error_bound_source"]) == (None, None)
-    expected = error_bound(read(file), np.array(bounded["z"]))
-    assert expected is not None
-    assert (bounded["error_bound"], bounded["error_bound_source"]) == (expected.value, expected.source)
-
-
-def test_table_tells_the_bound_or_that_there_is_none(lcp: Callable[..., Any]) -> None:
-    lines = lcp("compare", shipped.path("paper-example-2.json"), "--bound").out.splitlines()[-2:]
-    for line, method in zip(lines, ("fixed-point", "shi"), strict=True):
-        assert line.startswith(f"{method}: |z - z*| <= ")
-        assert 0 < float(line.split("<= ")[1].split()[0]) < 1e-8
-    none = lcp("solve", shipped.path("bimatrix.json"), "--bound").out
-    assert "\nno bound: M is not known to be H+ or positive definite\n" in none
-    record = json.loads(lcp("solve", shipped.path("bimatrix.json"), "--bound", "--format", "json").out)
-    assert (record["error_bound"], record["error_bound_source"]) == (None, None)
-
-
-@pytest.mark.parametrize("option", [["--quiet"], ["--format", "csv"]])
-def test_bound_that_nobody_would_see_is_refused(option: list[str], lcp: Callable[..., Any]) -> None:
-    outcome = lcp("solve", shipped.path("paper-example-1.json"), "--bound", *option)
-    assert outcome.code == 2
-    assert outcome.err.count("\n") == 1

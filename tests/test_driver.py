@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator
 
@@ -13,7 +12,7 @@ from lcpcli import Limits, Problem, Status, Trace, methods, read, run, shipped
 from lcpcli.accuracy import Accuracy
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
-from lcpcli.trace import MOST_TOGETHER, Passing
+from lcpcli.trace import Passing
 from lcpcli.typing import Vector
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))
@@ -172,28 +171,6 @@ def test_diverging_iteration_is_called_so_and_keeps_a_finite_z() -> None:
     assert np.isfinite(result.z).all()
 
 
-def test_trace_is_kept_only_if_somebody_asks() -> None:
-    assert run(EXAMPLE, "shi").trace is None
-
-
-@pytest.mark.parametrize("every", [1, 2, 5, 7, 1000])
-def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three(every: int) -> None:
-    trace = Trace(every=every)
-    last = run(EXAMPLE, "fixed-point", trace=trace).iterations
-    expected = {0, 1, *range(0, last + 1, every), last - 2, last - 1, last}
-    assert [row.k for row in trace.rows] == sorted(expected)
-
-
-def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
-    trace = Trace(every=5, most=20)
-    last = run(EXAMPLE, "fixed-point", x0=np.full(4, 1e9), trace=trace, limits=Limits(tol=1e-15)).iterations
-    assert last > 40
-    assert len(trace.rows) <= 20
-    assert trace.every in (5, 10, 20, 40)
-    kept = [row.k for row in trace.rows]
-    assert kept == sorted({0, 1, *range(0, last + 1, trace.every), last - 2, last - 1, last})
-
-
 def test_exact_start_is_recognised_though_its_F_is_large() -> None:
     """z = 0 solves any problem with q >= 0, whatever negative x represents it."""
     result = run(Problem([[-5.0, 2.0], [-6.0, 1.0]], [1.0, 2.0]), "shi", [-3.0, -4.0])
@@ -206,57 +183,6 @@ def test_residual_is_measured_now_and_then_where_its_bound_never_comes_down() ->
     result = run(Problem(np.ones((3, 3)), [-1.0, -2.0, -3.0]), "fixed-point")
     assert result.solved
     assert result.iterations <= 256
-
-
-def test_trace_of_a_method_that_breaks_down_at_once_shows_the_start() -> None:
-    trace = Trace()
-    result = run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace)
-    assert result.status is Status.BREAKDOWN
-    assert [(row.k, row.z.tolist()) for row in trace.rows] == [(0, [0.0])]
-
-
-def test_rows_that_do_not_stay_are_not_measured() -> None:
-    class Counting(np.ndarray):  # type: ignore[type-arg]
-        products = 0
-
-        def __matmul__(self, other: np.ndarray) -> np.ndarray:
-            Counting.products += other.size // other.shape[0]
-            return self.view(np.ndarray) @ other
-
-    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0)
-    object.__setattr__(problem, "M", problem.M.view(Counting))
-    run(problem, "fixed-point")
-    without, Counting.products = Counting.products, 0
-    trace = Trace(every=50)
-    run(problem, "fixed-point", trace=trace)
-    assert Counting.products == without + len(trace.rows)
-
-
-def test_trace_costs_next_to_nothing_because_its_rows_are_measured_together() -> None:
-    """One pass over M measures many rows: the residuals of a whole run cost as many passes as there are blocks."""
-
-    class Counting(np.ndarray):  # type: ignore[type-arg]
-        passes = 0
-
-        def __matmul__(self, other: np.ndarray) -> np.ndarray:
-            Counting.passes += 1
-            return self.view(np.ndarray) @ other
-
-    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0)
-    object.__setattr__(problem, "M", problem.M.view(Counting))
-    result = run(problem, "fixed-point")
-    without, Counting.passes = Counting.passes, 0
-    run(problem, "fixed-point", trace=Trace())
-    assert Counting.passes == without + 1 + result.iterations // MOST_TOGETHER
-
-
-def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level() -> None:
-    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0, solutions=EXAMPLE.solutions)
-    trace, curve = Trace(), Trace(every=10**9, residuals=False, levels=(1e-3, 1e-6, 1e-30))
-    run(problem, "fixed-point", trace=trace, curve=curve)
-    for milestone, level in zip(curve.milestones, (1e-3, 1e-6), strict=True):
-        first = next(row for row in trace.rows if row.error is not None and row.error <= level)
-        assert (milestone.level, milestone.k, milestone.seconds) == (level, first.k, first.seconds)
 
 
 def test_start_that_is_given_displaces_both_points_of_the_problem() -> None:
@@ -277,25 +203,6 @@ def test_second_point_is_checked_like_the_first(x1: object) -> None:
 
 def test_numpy_numbers_are_numbers() -> None:
     assert run(EXAMPLE, "fixed-point", omega=np.float32(2), limits=Limits(max_iterations=np.int64(500))).solved
-
-
-def test_diverging_iterates_are_followed_until_they_are_hopeless() -> None:
-    trace = Trace(residuals=False)
-    run(Problem([[-0.5]], [-1.0]), "fixed-point", trace=trace)
-    assert trace.rows[-1].z.max() > 1e90
-
-
-def test_trace_keeps_only_the_components_asked_for() -> None:
-    trace = Trace(components=np.array([0, 3]))
-    result = run(EXAMPLE, "fixed-point", trace=trace)
-    assert all(row.z.size == 2 for row in trace.rows)
-    assert np.array_equal(trace.rows[-1].z, result.z[[0, 3]])
-
-
-def test_trace_measures_what_the_result_measures() -> None:
-    trace = Trace()
-    result = run(EXAMPLE, "fixed-point", trace=trace)
-    assert (trace.rows[-1].residual, trace.rows[-1].error) == (result.residual, result.error)
 
 
 def test_error_is_to_the_nearest_known_solution() -> None:
@@ -349,13 +256,3 @@ def test_tolerance_is_what_the_relative_residual_comes_down_to() -> None:
 def test_limits_out_of_range_are_refused(name: str, value: float) -> None:
     with pytest.raises(OptionError, match=name.replace("_", "-")):
         Limits(**{name: value})  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("method", ["fixed-point", "shi", "newton", "lemke"])
-def test_seconds_of_the_iterates_add_up_to_those_of_the_solve(method: str) -> None:
-    ticks = itertools.count()
-    trace = Trace()
-    result = run(EXAMPLE, method, trace=trace, clock=lambda: float(next(ticks)))
-    spent = [later.seconds - earlier.seconds for earlier, later in itertools.pairwise(trace.rows)]
-    assert spent == [1.0] * result.iterations
-    assert sum(spent) == result.solve_seconds

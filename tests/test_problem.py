@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from copy import deepcopy
 from typing import Any
@@ -15,14 +14,9 @@ from lcpcli import Problem, run
 from lcpcli.errors import ProblemError
 from lcpcli.problem import is_sparse
 
-M = [[2.0, -1.0], [-0.5, 2.0]]
-Q = [-1.0, 0.25]
-LARGEST, SMALLEST = sys.float_info.max, math.ulp(0.0)
+from .small_problem import M, Q, numbers
 
-
-def numbers(problem: Problem) -> tuple[list[list[float]], list[float]]:
-    """M and q as lists."""
-    return (problem.M.toarray() if is_sparse(problem.M) else problem.M).tolist(), problem.q.tolist()
+LARGEST = sys.float_info.max
 
 
 ARRAYS = {

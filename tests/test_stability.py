@@ -18,7 +18,6 @@ from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
 from lcpcli.report.bench import stability
 from lcpcli.sensitivity import sensitivity
 
-EPS = 2.0**-52
 CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
 
 

@@ -1,143 +1,25 @@
-"""What is written is read back exactly, and appears whole or not at all."""
+"""What is written appears whole or not at all, with the permissions and the links that were there."""
 
 from __future__ import annotations
 
 import errno
 import json
-import math
 import os
 import resource
 import stat
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
-from scipy import sparse
 
 from lcpcli import Problem, read, write
 from lcpcli.errors import LCPError, ProblemError
 from lcpcli.files import write_whole
-from lcpcli.problem import VERDICTS, is_sparse
 
 from .conftest import Outcome
-
-M = [[2.0, -1.0], [-0.5, 2.0]]
-Q = [-1.0, 0.25]
-JSON = '{"M": [[2, -1], [-0.5, 2]], "q": [-1, 0.25]}'
-LARGEST, SMALLEST = sys.float_info.max, math.ulp(0.0)
-
-
-def numbers(problem: Problem) -> tuple[list[list[float]], list[float]]:
-    """M and q as lists."""
-    return (problem.M.toarray() if is_sparse(problem.M) else problem.M).tolist(), problem.q.tolist()
-
-
-FLOATS = st.floats(allow_nan=False, allow_infinity=False)
-
-
-@st.composite
-def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
-    """Any problem of a few unknowns that has a name."""
-    n = draw(st.integers(1, 4))
-    vectors = st.lists(FLOATS, min_size=n, max_size=n)
-    if in_coordinates:
-        places = st.tuples(st.integers(0, n - 1), st.integers(0, n - 1))
-        entries = draw(st.dictionaries(places, FLOATS))
-        rows, cols = [i for i, _ in entries], [j for _, j in entries]
-        matrix = sparse.coo_array((list(entries.values()), (rows, cols)), shape=(n, n), dtype=float)
-    else:
-        matrix = draw(st.lists(vectors, min_size=n, max_size=n))
-    return Problem(
-        matrix,
-        draw(vectors),
-        name=draw(st.text(min_size=1)),
-        x0=draw(st.none() | vectors),
-        x1=draw(st.none() | vectors),
-        solutions=draw(st.lists(vectors, max_size=3)),
-        verdict=draw(st.sampled_from(["", *VERDICTS])),
-        source=draw(st.text()),
-        note=draw(st.text()),
-    )
-
-
-def everything(problem: Problem) -> list[Any]:
-    """All that a problem holds, its numbers bit by bit."""
-    dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
-    vectors = [dense, problem.q, problem.x0, problem.x1, *problem.solutions]
-    bits = [None if v is None else v.tobytes() for v in vectors]
-    return [*bits, is_sparse(problem.M), problem.name, problem.source, problem.note, problem.verdict]
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("files")
-
-
-EXTREME = [
-    [SMALLEST, -SMALLEST, 2 * SMALLEST, LARGEST],
-    [-LARGEST, sys.float_info.min, -0.0, 0.1],
-    [1e15, 1e15 + 1, 2.0**53 - 1, 2.0**53 + 2],
-    [1e22, -1e23, 1 / 3, 123456789012345.0],
-]
-
-
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=False))
-@example(problem=Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME))
-def test_dense_json_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "dense.json"))
-    assert everything(read(str(folder / "dense.json"))) == everything(problem)
-
-
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=True))
-@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme"))
-def test_json_in_coordinates_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "coordinates.json"))
-    assert everything(read(str(folder / "coordinates.json"))) == everything(problem)
-
-
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
-@example(problem=Problem(EXTREME, EXTREME[0]))
-def test_csv_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "both.csv"))
-    dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
-    assert everything(read(str(folder / "both.csv"))) == everything(Problem(dense, problem.q, name="both"))
-
-
-def texts_end_without_nul(problem: Problem) -> bool:
-    return not any(text.endswith("\0") for text in (problem.name, problem.source, problem.note))
-
-
-@settings(deadline=None)
-@given(problem=(problems(in_coordinates=False) | problems(in_coordinates=True)).filter(texts_end_without_nul))
-@example(problem=Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME))
-@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1]))
-def test_npz_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "all.npz"))
-    assert everything(read(str(folder / "all.npz"))) == everything(problem)
-
-
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
-@example(problem=Problem(EXTREME, EXTREME[0]))
-@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0]))
-def test_matrix_market_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "pair.mtx"))
-    again = read(str(folder / "pair.mtx"), str(folder / "pair.q.mtx"))
-    assert everything(again) == everything(Problem(problem.M, problem.q, name="pair"))
-
-
-def test_scipy_reads_the_sparse_matrix_of_an_npz(tmp_path: Path) -> None:
-    write(Problem(sparse.csr_array(M), Q), str(tmp_path / "problem.npz"))
-    assert sparse.load_npz(tmp_path / "problem.npz").toarray().tolist() == M
-
+from .small_problem import JSON, M, Q, numbers
 
 EXAMPLE = Problem(M, Q, name="example")
 

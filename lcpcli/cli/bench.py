@@ -8,8 +8,8 @@ import click
 
 from lcpcli.bench.suites import ALL, SUITES
 from lcpcli.cli import candidates
-from lcpcli.cli.command import Choice, Command, argument, option
-from lcpcli.cli.options import format_option, numeric
+from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.options import format_option, numeric, output_file, several_methods
 from lcpcli.methods import METHODS
 from lcpcli.peers import PEERS
 from lcpcli.report.bench import FORMATS
@@ -53,15 +53,7 @@ EPILOG = "Times are medians of repeats. A solution counts only if its residual, 
     nargs=-1,
     shell_complete=candidates.one_of(MEANINGS, candidates.PROBLEMS),
 )
-@option(
-    "Solvers",
-    "--method",
-    "methods",
-    metavar="NAME",
-    multiple=True,
-    type=Choice(METHODS),
-    help=f"A method to measure; repeat it for more.  [default: {', '.join(DEFAULT_METHODS)}]",
-)
+@several_methods("Solvers", "measure", DEFAULT_METHODS)
 @option(
     "Solvers",
     "--peer",
@@ -89,14 +81,7 @@ EPILOG = "Times are medians of repeats. A solution counts only if its residual, 
     help="Go on with the bench in this file, which -o has written as JSON.",
 )
 @format_option(FORMATS, "table")
-@option(
-    "Output",
-    "-o",
-    "--output",
-    metavar="FILE",
-    shell_complete=candidates.files(),
-    help="Keep the results there too, as they come, in the format of its ending.",
-)
+@output_file("Keep the results there too, as they come, in the format of its ending.")
 @option(
     "Output",
     "--plot",

@@ -8,8 +8,8 @@ import click
 
 from lcpcli import shipped
 from lcpcli.cli import candidates, session
-from lcpcli.cli.command import Choice, Command, argument, option
-from lcpcli.cli.options import EXITS, numeric, solving
+from lcpcli.cli.command import Command, argument
+from lcpcli.cli.options import EXITS, numeric, several_methods, solving
 from lcpcli.methods import METHODS
 from lcpcli.report import LEVELS
 
@@ -38,15 +38,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
     nargs=-1,
     shell_complete=candidates.files(*candidates.PROBLEMS),
 )
-@option(
-    "Method",
-    "--method",
-    "methods",
-    metavar="NAME",
-    multiple=True,
-    type=Choice(METHODS),
-    help=f"A method to compare, of those below; repeat it for more.  [default: {' and '.join(AS_PUBLISHED)}]",
-)
+@several_methods("Method", "compare", AS_PUBLISHED)
 @numeric("Method", "warm")
 @solving
 def compare(files: tuple[str, ...], methods: tuple[str, ...], **given: Any) -> int:

@@ -11,6 +11,7 @@ import click
 from lcpcli import gallery
 from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.options import output_file
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import OptionError, quoted
 
@@ -67,14 +68,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     shell_complete=candidates.files(),
     help="The payoffs A and B of two players, in JSON.",
 )
-@option(
-    "Output",
-    "-o",
-    "--output",
-    metavar="FILE",
-    shell_complete=candidates.files(),
-    help="Write to a .json, .npz, .csv or .mtx file, whole or not at all.  [default: JSON to standard output]",
-)
+@output_file("Write to a .json, .npz, .csv or .mtx file, whole or not at all.  [default: JSON to standard output]")
 def make(
     family: str | None,
     n: int | None,

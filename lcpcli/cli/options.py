@@ -13,7 +13,7 @@ from lcpcli import options
 from lcpcli.cli import candidates
 from lcpcli.cli.command import Choice, argument, option
 from lcpcli.errors import OptionError
-from lcpcli.methods import ADDITIONS, ITERATIVE, load, options_of
+from lcpcli.methods import ADDITIONS, ITERATIVE, METHODS, load, options_of
 from lcpcli.options import AUTO, OPTIONS, flag
 from lcpcli.report import FORMATS
 
@@ -95,7 +95,22 @@ def format_option(formats: Mapping[str, str], default: str | None = None) -> Dec
     )
 
 
-def output_file() -> Declaration:
+def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
+    """The declaration of --method where it can be repeated, for a purpose."""
+    return option(
+        heading,
+        "--method",
+        "methods",
+        metavar="NAME",
+        multiple=True,
+        type=Choice(METHODS),
+        help=f"A method to {purpose}, of those below; repeat it for more.  [default: {', '.join(default)}]",
+    )
+
+
+def output_file(
+    meaning: str = "Write to a file instead, whole or not at all.  [default: standard output]",
+) -> Declaration:
     """The declaration of -o."""
     return option(
         "Output",
@@ -103,7 +118,7 @@ def output_file() -> Declaration:
         "--output",
         metavar="FILE",
         shell_complete=candidates.files(),
-        help="Write to a file instead, whole or not at all.  [default: standard output]",
+        help=meaning,
     )
 
 

@@ -40,35 +40,22 @@ def run(
     """
     output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet", "bound")))
     plot = Plot(given["plot"], levels)
-    warm = given.get("warm")
-    options.check(warm=warm)
-    from lcpcli import files
-
+    options.check(warm=given.get("warm"))
     if exact:
         from lcpcli.exact.linear import require
 
         require()
-    refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
-    if plot.path == HERE and output.path is None and output.form != "table":
-        raise OptionError("--plot -", f"would end up amid the {output.form}", "name a file, or write that to one by -o")
+    _refuse_amiss(paths, output, plot)
     bounds = limits(given)
-    data = [files.read_exact(*path) for path in paths] if exact else []
-    problems = [known.problem for known in data] or [files.read(*path) for path in paths]
+    problems, data = _read(paths, exact)
     chosen = [for_methods(given, methods, problem) for problem in problems]
     if levels or plot.path is not None:
         problems = [_referred(problem, bounds) for problem in problems]
     width, color = (None, False) if output.path else terminal()
     proofs = dict(zip(map(id, problems), data, strict=True)) if exact else {}
-    runs = _runs(problems, methods, chosen, bounds, warm, (output, plot, width), wanted(given["quiet"]))
+    runs = _runs(problems, methods, chosen, bounds, given.get("warm"), (output, plot, width), wanted(given["quiet"]))
     results, interrupted = _finished(runs, proofs, bounds, given["bound"])
-    if not output.silent:
-        from lcpcli import report
-
-        text = report.render(results, output.form, width, color, compared=bool(levels), whole=output.path is not None)
-        if output.path is None:
-            emit(text, color)
-        else:
-            files.write_whole(output.path, text)
+    _show(results, output, width, color, compared=bool(levels))
     plot.show(results)
     return INTERRUPTED if interrupted else max(result.exit_code for result in results)
 
@@ -93,6 +80,34 @@ def _finished(
             raise
         return results, True
     return results, any(result.interrupted for result in results)
+
+
+def _refuse_amiss(paths: Paths, output: Output, plot: Plot) -> None:
+    """Refuse inputs and outputs that are in each other's way."""
+    refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
+    if plot.path == HERE and output.path is None and output.form != "table":
+        raise OptionError("--plot -", f"would end up amid the {output.form}", "name a file, or write that to one by -o")
+
+
+def _read(paths: Paths, exact: bool) -> tuple[list[Problem], list[ExactProblem]]:
+    """The problems in the files, and where they are needed, the same in rational numbers."""
+    from lcpcli import files
+
+    data = [files.read_exact(*path) for path in paths] if exact else []
+    return [known.problem for known in data] or [files.read(*path) for path in paths], data
+
+
+def _show(results: Sequence[Result], output: Output, width: int | None, color: bool, compared: bool) -> None:
+    """Print the results, or write them to the file asked for."""
+    if output.silent:
+        return
+    from lcpcli import files, report
+
+    text = report.render(results, output.form, width, color, compared=compared, whole=output.path is not None)
+    if output.path is None:
+        emit(text, color)
+    else:
+        files.write_whole(output.path, text)
 
 
 def _runs(

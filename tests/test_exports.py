@@ -1,0 +1,129 @@
+"""Results as JSON, CSV, Markdown and LaTeX, and in files: they parse back, and lose no digit that they had."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Callable
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, Trace, files, read, run, shipped
+
+EXAMPLE = shipped.path("paper-example-1.json")
+TRIDIAGONAL = shipped.path("tridiagonal-100.json")
+
+Lcp = Callable[..., Any]
+
+
+def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
+    lines = [json.loads(line) for line in lcp("compare", "--format", "json").out.splitlines()]
+    assert [(line["problem"], line["method"]) for line in lines] == [
+        (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
+    ]
+    keys = """problem n method route status message advice solved z w iterations evaluations residual relative_residual
+        error error_bound error_bound_source reference milestones warm setup_seconds solve_seconds certificate exact
+        answer options trace"""
+    for line in lines:
+        assert list(line) == keys.split()
+        assert line["trace"] is None
+        problem = read(shipped.path(f"{line['problem']}.json"))
+        z = np.array(line["z"])
+        assert np.array_equal(line["w"], problem.w(z))
+        assert line["residual"] == np.abs(np.minimum(z, problem.w(z))).max()
+
+
+def test_json_has_null_where_a_number_is_not_finite(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    file.write_text('{"M": [[1e300]], "q": [-1e300], "x0": [1e300]}')
+    outcome = lcp("solve", str(file), "--format", "json", "--trace", "--max-iterations", "0")
+    record = json.loads(outcome.out, parse_constant=lambda name: pytest.fail(name))
+    assert record["residual"] == 2e300
+    assert record["w"] == [None]
+
+
+def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
+    rows = list(csv.DictReader(StringIO(lcp("compare", EXAMPLE, "--format", "csv", "--k-star", "10").out)))
+    trace = Trace()
+    run(read(EXAMPLE), "fixed-point", trace=trace)
+    kept = [row for row in rows if row["method"] == "fixed-point"]
+    assert len(kept) == len(trace.rows)
+    for text, row in zip(kept, trace.rows, strict=True):
+        assert int(text["k"]) == row.k
+        assert [float(text[f"z{i + 1}"]) for i in range(4)] == row.z.tolist()
+        assert float(text["residual"]) == row.residual
+        assert float(text["error"]) == row.error
+    assert {row["step"] for row in rows if row["method"] == "shi"} >= {"1", "2.2", "2.4"}
+
+
+def test_csv_of_problems_of_different_sizes_is_one_table(lcp: Lcp) -> None:
+    outcome = lcp("compare", EXAMPLE, shipped.path("bimatrix.json"), "--format", "csv", "--max-iterations", "3")
+    rows = list(csv.reader(StringIO(outcome.out)))
+    assert {len(row) for row in rows} == {len(rows[0])}
+    assert rows[1][rows[0].index("z5")] == ""
+
+
+def test_markdown_parses_back_to_the_same_cells(lcp: Lcp) -> None:
+    plain = lcp("compare", EXAMPLE, "--method", "fixed-point").out.splitlines()
+    marked = lcp("compare", EXAMPLE, "--method", "fixed-point", "--format", "markdown").out.splitlines()
+    table = [[cell.strip() for cell in line.strip("|").split("|")] for line in marked if line.startswith("|")]
+    assert len({len(row) for row in table[: len(plain) - 5]}) == 1
+    assert table[0][:-1] == plain[1].split()[:-1]
+    assert table[2][:6] == ["fixed-point", *plain[3].split()[1:6]]
+    assert table[1][0] == ":--"
+
+
+def test_latex_is_a_booktabs_table_with_as_many_cells_a_row(lcp: Lcp) -> None:
+    out = lcp("compare", TRIDIAGONAL, "--format", "latex").out
+    columns = re.search(r"\\begin\{tabular\}\{(l\w+)\}", out)
+    assert columns
+    rows = [line for line in out.splitlines() if line.endswith(r"\\")]
+    assert {line.count("&") + 1 for line in rows} == {len(columns[1])}
+    assert out.count(r"\toprule") == out.count(r"\bottomrule") == 1
+    assert out.count(r"\midrule") == 2
+    assert r"$z_{100}$" in out
+    assert out.count("{") == out.count("}")
+
+
+def test_latex_and_markdown_escape_what_they_must(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    files.write(Problem([[1.0]], [-1.0], name="a_b & 50% | <x>"), str(file))
+    assert (
+        r"\caption{a\_b \& 50\% \textbar{} \textless{}x\textgreater{}"
+        in lcp("solve", str(file), "--format", "latex").out
+    )
+    assert r"### a\_b & 50% \| \<x>" in lcp("solve", str(file), "--format", "markdown").out
+
+
+@pytest.mark.parametrize(
+    ("ending", "begins"),
+    [("json", "{"), ("csv", "problem,"), ("md", "### "), ("tex", r"\begin{table}"), ("txt", "paper-example-1:")],
+)
+def test_format_follows_the_ending_of_the_output_file(ending: str, begins: str, lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / f"result.{ending}"
+    outcome = lcp("solve", EXAMPLE, "-o", str(file))
+    assert (outcome.code, outcome.out) == (0, "")
+    assert file.read_text().startswith(begins)
+
+
+@pytest.mark.parametrize("name", ["result.pdf", "result.jsonl", "result.xlsx"])
+def test_unknown_ending_is_refused_unless_the_format_is_given(name: str, lcp: Lcp, tmp_path: Path) -> None:
+    refused = lcp("solve", EXAMPLE, "-o", str(tmp_path / name))
+    assert refused.code == 2
+    assert "ending" in refused.err
+    assert lcp("solve", EXAMPLE, "-o", str(tmp_path / name), "--format", "json").code == 0
+
+
+def test_output_to_a_dash_is_standard_output(lcp: Lcp) -> None:
+    assert lcp("solve", EXAMPLE, "-o", "-").out.startswith("paper-example-1")
+
+
+def test_trace_in_json_may_be_thinned(lcp: Lcp) -> None:
+    record = json.loads(lcp("solve", EXAMPLE, "--format", "json", "--trace", "--every", "10").out)
+    last = record["iterations"]
+    assert [row["k"] for row in record["trace"]] == sorted({0, 1, *range(10, last + 1, 10), last - 2, last - 1, last})

@@ -1,0 +1,115 @@
+"""A trace keeps the iterates asked for, measures no others, and costs next to nothing."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from lcpcli import Limits, Problem, Status, Trace, read, run, shipped
+from lcpcli.trace import MOST_TOGETHER
+
+EXAMPLE = read(shipped.path("paper-example-1.json"))
+
+
+def test_trace_is_kept_only_if_somebody_asks() -> None:
+    assert run(EXAMPLE, "shi").trace is None
+
+
+@pytest.mark.parametrize("every", [1, 2, 5, 7, 1000])
+def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three(every: int) -> None:
+    trace = Trace(every=every)
+    last = run(EXAMPLE, "fixed-point", trace=trace).iterations
+    expected = {0, 1, *range(0, last + 1, every), last - 2, last - 1, last}
+    assert [row.k for row in trace.rows] == sorted(expected)
+
+
+def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
+    trace = Trace(every=5, most=20)
+    last = run(EXAMPLE, "fixed-point", x0=np.full(4, 1e9), trace=trace, limits=Limits(tol=1e-15)).iterations
+    assert last > 40
+    assert len(trace.rows) <= 20
+    assert trace.every in (5, 10, 20, 40)
+    kept = [row.k for row in trace.rows]
+    assert kept == sorted({0, 1, *range(0, last + 1, trace.every), last - 2, last - 1, last})
+
+
+def test_trace_of_a_method_that_breaks_down_at_once_shows_the_start() -> None:
+    trace = Trace()
+    result = run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace)
+    assert result.status is Status.BREAKDOWN
+    assert [(row.k, row.z.tolist()) for row in trace.rows] == [(0, [0.0])]
+
+
+def test_rows_that_do_not_stay_are_not_measured() -> None:
+    class Counting(np.ndarray):  # type: ignore[type-arg]
+        products = 0
+
+        def __matmul__(self, other: np.ndarray) -> np.ndarray:
+            Counting.products += other.size // other.shape[0]
+            return self.view(np.ndarray) @ other
+
+    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0)
+    object.__setattr__(problem, "M", problem.M.view(Counting))
+    run(problem, "fixed-point")
+    without, Counting.products = Counting.products, 0
+    trace = Trace(every=50)
+    run(problem, "fixed-point", trace=trace)
+    assert Counting.products == without + len(trace.rows)
+
+
+def test_trace_costs_next_to_nothing_because_its_rows_are_measured_together() -> None:
+    """One pass over M measures many rows: the residuals of a whole run cost as many passes as there are blocks."""
+
+    class Counting(np.ndarray):  # type: ignore[type-arg]
+        passes = 0
+
+        def __matmul__(self, other: np.ndarray) -> np.ndarray:
+            Counting.passes += 1
+            return self.view(np.ndarray) @ other
+
+    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0)
+    object.__setattr__(problem, "M", problem.M.view(Counting))
+    result = run(problem, "fixed-point")
+    without, Counting.passes = Counting.passes, 0
+    run(problem, "fixed-point", trace=Trace())
+    assert Counting.passes == without + 1 + result.iterations // MOST_TOGETHER
+
+
+def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level() -> None:
+    problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0, solutions=EXAMPLE.solutions)
+    trace, curve = Trace(), Trace(every=10**9, residuals=False, levels=(1e-3, 1e-6, 1e-30))
+    run(problem, "fixed-point", trace=trace, curve=curve)
+    for milestone, level in zip(curve.milestones, (1e-3, 1e-6), strict=True):
+        first = next(row for row in trace.rows if row.error is not None and row.error <= level)
+        assert (milestone.level, milestone.k, milestone.seconds) == (level, first.k, first.seconds)
+
+
+def test_diverging_iterates_are_followed_until_they_are_hopeless() -> None:
+    trace = Trace(residuals=False)
+    run(Problem([[-0.5]], [-1.0]), "fixed-point", trace=trace)
+    assert trace.rows[-1].z.max() > 1e90
+
+
+def test_trace_keeps_only_the_components_asked_for() -> None:
+    trace = Trace(components=np.array([0, 3]))
+    result = run(EXAMPLE, "fixed-point", trace=trace)
+    assert all(row.z.size == 2 for row in trace.rows)
+    assert np.array_equal(trace.rows[-1].z, result.z[[0, 3]])
+
+
+def test_trace_measures_what_the_result_measures() -> None:
+    trace = Trace()
+    result = run(EXAMPLE, "fixed-point", trace=trace)
+    assert (trace.rows[-1].residual, trace.rows[-1].error) == (result.residual, result.error)
+
+
+@pytest.mark.parametrize("method", ["fixed-point", "shi", "newton", "lemke"])
+def test_seconds_of_the_iterates_add_up_to_those_of_the_solve(method: str) -> None:
+    ticks = itertools.count()
+    trace = Trace()
+    result = run(EXAMPLE, method, trace=trace, clock=lambda: float(next(ticks)))
+    spent = [later.seconds - earlier.seconds for earlier, later in itertools.pairwise(trace.rows)]
+    assert spent == [1.0] * result.iterations
+    assert sum(spent) == result.solve_seconds
