@@ -27,6 +27,7 @@ from lcpcli.exact.problem import ExactProblem
 from lcpcli.problem import Problem, count
 from lcpcli.typing import Vector
 
+BOUNDED = 300  # unknowns up to which an error bound is proved unasked: it may take a second
 MOST = 10  # violations that a judgement lists
 
 Number = TypeVar("Number", float, Fraction)
@@ -56,7 +57,7 @@ class Judgement:
         known.
     backward_error : the componentwise backward error; infinity where some z_i < 0, None for a vector y.
     bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None for what is judged
-        exactly, for a vector y and where M is of no class for which a bound is known.
+        exactly, for a vector y, beyond BOUNDED unknowns and where M is of no class for which a bound is known.
     violations, violated : the worst of the components that were found wrong, and how many there are.
     """
 
@@ -102,7 +103,7 @@ def judge(problem: Problem, z: Vector, tol: float) -> Judgement:
         relative_residual=relative,
         error=accuracy.error(z),
         backward_error=_backward_error(z, w, linalg.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)),
-        bound=error_bound(problem, z),
+        bound=error_bound(problem, z) if problem.n <= BOUNDED else None,
         violations=[_violation(i, float(z[i]), float(w[i])) for i in wrong[:MOST]],
         violated=len(wrong),
     )

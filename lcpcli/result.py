@@ -153,6 +153,11 @@ class Result:
         return advice(self)
 
     @property
+    def seconds(self) -> float:
+        """Time of the method's own work, set-up included."""
+        return self.setup_seconds + self.solve_seconds
+
+    @property
     def solved(self) -> bool:
         """Whether z is a solution, to the tolerance; never said but of a residual recomputed from M and q."""
         return self.status is Status.SOLVED

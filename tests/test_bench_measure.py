@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from lcpcli.bench.answer import SOLUTION, Answer
-from lcpcli.bench.measure import LEAST, MOST, is_stable, measure
+from lcpcli.bench.measure import CURVES, LEAST, MOST, is_stable, measure
 
 
 class Machine:
@@ -47,7 +47,7 @@ def test_steady_times_need_the_least_number_of_repeats_besides_warm_up_and_curve
     machine = Machine(iter([0.9, *[0.01] * 50]))
     answer, times = machine.measure(budget=1.0)
     assert times == [0.01] * LEAST
-    assert machine.curves == [True, *[False] * LEAST, True]
+    assert machine.curves == [True, *[False] * LEAST, *[True] * CURVES]
     assert answer.curve == [(0, 0.01, 1.0)]
 
 
@@ -67,7 +67,7 @@ def test_rests_count_towards_the_budget() -> None:
     machine = Machine(wild())
     _, times = machine.measure(budget=0.1, rest=0.06)
     assert len(times) == LEAST
-    assert machine.rested == pytest.approx(0.06 * (1 + LEAST))  # the last run is not timed and needs none
+    assert machine.rested == pytest.approx(0.06 * (1 + LEAST + CURVES))
 
 
 def test_run_longer_than_the_budget_is_repeated_once() -> None:

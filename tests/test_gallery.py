@@ -140,9 +140,14 @@ def test_lemke_needs_two_to_the_n_pivots_on_fathi(n: int) -> None:
 
 
 @settings(deadline=None)
-@given(n=st.integers(1, 40), seed=st.integers(0, 10**6), friction=st.floats(0, 10), compliance=st.floats(0.01, 10))
-def test_lemke_solves_contact_problems(n: int, seed: int, friction: float, compliance: float) -> None:
-    assert run(gallery.make("contact", n, seed, friction=friction, compliance=compliance), "lemke").solved
+@given(n=st.integers(1, 40), seed=st.integers(0, 10**6), friction=st.floats(0, 10), compliance=st.floats(0, 10))
+def test_contact_problems_are_solved_by_lemke_or_rounding_has_ended_it_on_a_ray(
+    n: int, seed: int, friction: float, compliance: float
+) -> None:
+    problem = gallery.make("contact", n, seed, friction=friction, compliance=compliance)
+    result = run(problem, "lemke")
+    assert result.solved or result.status in (Status.RAY, Status.STALLED)
+    assert result.solved or run(problem, "auto").solved
 
 
 def test_rounding_defeats_lemke_on_few_rigid_contact_problems_and_auto_on_none() -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from lcpcli import Problem, shipped
+from lcpcli import Problem, Status, shipped
 from lcpcli.cli import session
 from lcpcli.report import iterations, numbers
 
@@ -168,7 +169,7 @@ def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytes
 
     def interrupted(problem: Problem, method: str, **options: Any) -> Any:
         begun.append(method)
-        if len(begun) == 2:
+        if method == "shi":
 
             def clock() -> float:
                 if len(ticks) > 20:
@@ -183,8 +184,24 @@ def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytes
     monkeypatch.setattr(driver, "run", interrupted)
     outcome = lcp("compare")
     assert outcome.code == 130
-    assert begun == ["fixed-point", "shi"]
+    assert begun == [*["fixed-point"] * 3, "shi"]
     assert "shi interrupted" in outcome.out
+
+
+def test_interrupt_of_a_repeat_keeps_what_was_finished(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    from lcpcli import driver
+
+    runs, real = iter([True, False]), driver.run
+
+    def second_interrupted(problem: Problem, method: str, **options: Any) -> Any:
+        result = real(problem, method, **options)
+        return result if next(runs) else replace(result, status=Status.INTERRUPTED)
+
+    monkeypatch.setattr(driver, "run", second_interrupted)
+    outcome = lcp("compare", EXAMPLE)
+    assert outcome.code == 130
+    assert outcome.out.splitlines()[-1].split()[0] == "fixed-point"
+    assert outcome.out.splitlines()[-1].split()[-2:] == ["solved", "true"]
 
 
 def test_shown_components_always_include_the_last() -> None:

@@ -54,8 +54,17 @@ def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: f
         width, color = terminal()
         emit(render(record, given["form"], width, color), color)
     if interrupted:
+        _tell_how_to_go_on(record, kept)
         return INTERRUPTED
     return int(any(row.false_success for row in record.measurements))
+
+
+def _tell_how_to_go_on(record: Record, kept: dict[str, str]) -> None:
+    done = len(record.measurements)
+    left = sum(len(solvers) for _, solvers in record.pending())
+    file = next((path for path, form in kept.items() if form == "json"), None)
+    hint = f"; go on with lcp bench --resume {file}" if file else "; with -o FILE.json it could go on"
+    click.echo(f"lcp bench: interrupted after {done} of {done + left} measurements{hint}", err=True)
 
 
 def _start(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> Record:

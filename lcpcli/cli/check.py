@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     "paths",
     {
         "FILE [Q_FILE]": "As for lcp solve.",
-        "SOLUTION": "A result of lcp solve in JSON, of several the first, or z as a list in JSON or one row or column "
-        "of numbers; fractions like 15/29 are read too. A result with exact fractions is judged by these, one with a "
-        "proof that there is no z >= 0 with Mz + q >= 0 by that proof. - is standard input.",
+        "SOLUTION": "A result of lcp solve in JSON, of several the first, or z as a list in JSON, one row or column of "
+        "numbers, or as numbers here: 1,0,15/29; fractions are read everywhere. A result with fractions is judged "
+        "by these, one with a proof that there is no z >= 0 with Mz + q >= 0 by that proof. - is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,

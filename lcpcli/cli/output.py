@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lcpcli.trace import Trace
 
 MOST_ROWS = 60  # of one method in a table, unless --every asks for more
+FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows even on a low one, and lines that are not rows
 MOST_POINTS = 400  # of one method in a figure
 HERE = "-"  # in place of a file for the figure: draw it on standard output
 
@@ -30,7 +31,15 @@ class Output:
     """What is to be shown, in which format and where, found consistent before any work is done."""
 
     def __init__(
-        self, form: str | None, trace: bool, every: int | None, output: str | None, quiet: bool, bound: bool
+        self,
+        form: str | None,
+        trace: bool,
+        every: int | None,
+        output: str | None,
+        quiet: bool,
+        bound: bool,
+        exact: bool,
+        compared: bool,
     ) -> None:
         output = None if output == "-" else output
         self.form = form or form_of(output)
@@ -45,15 +54,16 @@ class Output:
             raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
         if bound and self.silent:
             raise OptionError("--bound", "has no effect with --quiet", "leave it out")
-        if bound and self.form == "csv":
-            raise OptionError("--bound", "has no effect on the format csv, which shows iterates alone", "leave it out")
+        for flag, wanted in (("--bound", bound), ("--exact", exact)):
+            if wanted and self.form == "csv":
+                raise OptionError(flag, "has no effect on the format csv, which shows iterates alone", "leave it out")
         options.check(every=every)
         if output is not None:
             from lcpcli.files import refuse_unwritable
 
             refuse_unwritable(output)
         self._iterates = not self.silent and (trace or self.form != "json")
-        self._every = every
+        self._every, self._compared = every, compared
 
     def trace(self, problem: Problem, width: int | None) -> Trace | None:
         """An empty trace for a run whose iterates will be shown in that width, to keep only what will be read."""
@@ -66,8 +76,16 @@ class Output:
         from lcpcli.report.iterations import shown_components
 
         components = shown_components(problem.n, width if self.form == "table" else None)
-        every, most = (self._every, None) if self._every else (int(OPTIONS["every"].default or 1), MOST_ROWS)
+        every, most = (self._every, None) if self._every else (int(OPTIONS["every"].default or 1), self._most(width))
         return Trace(every, most, components, residuals=not problem.solutions)
+
+    def _most(self, width: int | None) -> int:
+        """How many rows are shown at most: what a screen holds below the result, where one result is all there is."""
+        if width is None or self._compared:
+            return MOST_ROWS
+        from shutil import get_terminal_size
+
+        return min(MOST_ROWS, max(FEWEST_ROWS, get_terminal_size().lines - AROUND))
 
 
 def form_of(output: str | None) -> str:
@@ -88,6 +106,7 @@ class Plot:
 
     def __init__(self, path: str | None, levels: tuple[float, ...]) -> None:
         self.path, self.levels = path, levels
+        self.timed = path is not None or bool(levels)  # whether anybody reads how long it took to get where
         if path is None:
             return
         from lcpcli.report import figures

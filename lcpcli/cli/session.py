@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from lcpcli.result import Result
     from lcpcli.typing import Vector
 
+OF_OUTPUT = ("form", "trace", "every", "output", "quiet", "bound")
+BRIEF, REPEATS = 0.05, 3  # seconds of a run below which, where times are compared, the quickest of so many counts
 Paths = Sequence[tuple[str, str | None]]
 
 
@@ -38,7 +40,7 @@ def run(
         solution is solved beforehand, so that there is something to measure errors against.
     exact : prove each result in rational arithmetic.
     """
-    output = Output(*(given[name] for name in ("form", "trace", "every", "output", "quiet", "bound")))
+    output = Output(exact=exact, compared=bool(levels), **{name: given[name] for name in OF_OUTPUT})
     plot = Plot(given["plot"], levels)
     options.check(warm=given.get("warm"))
     if exact:
@@ -125,7 +127,7 @@ def _runs(
 
     output, plot, width = shown
 
-    def run_one(problem: Problem, method: str, values: dict[str, Any]) -> Result:
+    def run_once(problem: Problem, method: str, values: dict[str, Any]) -> Result:
         trace, curve = output.trace(problem, width), plot.curve(problem)
         with Line() as line:
             observe = line.tell if watched else None
@@ -134,9 +136,28 @@ def _runs(
     for problem, own in zip(problems, chosen, strict=True):
         near = None if warm is None else _near(problem, warm)
         for method, values in zip(methods, own, strict=True):
-            yield run_one(problem, method, values)
+            yield from _quickest(lambda: run_once(problem, method, values), plot.timed)  # noqa: B023 (called at once)
             if near is not None and method in STARTED:
-                yield replace(run_one(problem, method, {**values, "x0": near, "z0": None}), warm=True)
+                again = {**values, "x0": near, "z0": None}
+                warmed = _quickest(lambda: run_once(problem, method, again), plot.timed)  # noqa: B023
+                yield from (replace(result, warm=True) for result in warmed)
+
+
+def _quickest(once: Callable[[], Result], timed: bool) -> Iterator[Result]:
+    """A run, and where its time is read and it is a brief one, the quickest of several.
+
+    Raises KeyboardInterrupt after the result where a later one was interrupted.
+    """
+    runs, interrupted = [once()], False
+    try:
+        while timed and len(runs) < REPEATS and runs[0].seconds < BRIEF and not runs[-1].interrupted:
+            runs.append(once())
+    except KeyboardInterrupt:
+        interrupted = True
+    whole = [run for run in runs if not run.interrupted]
+    yield min(whole or runs, key=lambda result: result.seconds)
+    if interrupted or (whole and len(whole) < len(runs)):
+        raise KeyboardInterrupt
 
 
 def _proved(data: dict[int, ExactProblem], results: Sequence[Result], bounds: Limits) -> list[Result]:

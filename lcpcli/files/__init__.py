@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import codecs
 import os
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 STANDARD_INPUT = "-"
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # mends for an empty file
 
+NUMBERS = re.compile(r"(?=.*\d)[-+\d.eE/]+([,; ]+[-+\d.eE/]+)*")
 T = TypeVar("T")
 
 
@@ -145,11 +147,15 @@ def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
 
 
 def read_candidate(path: str, n: int) -> Candidate:
-    """An answer to be judged, of n entries, from a result or a vector in any format, fractions allowed."""
+    """An answer to be judged, of n entries, from a result or a vector in any format, fractions allowed.
+
+    path : a file, or the numbers themselves: "1.5,0,15/29".
+    """
     from lcpcli.exact.problem import fractions_of
     from lcpcli.files import candidate, csv_format, json_format
 
-    content = _read(path, LINE)
+    given = NUMBERS.fullmatch(path) and not os.path.lexists(path)
+    content = path.encode() if given else _read(path, LINE)
 
     def parse() -> Candidate:
         form = _format(path, content)

@@ -64,7 +64,9 @@ def of_text(content: bytes, n: int) -> Candidate:
     if rows and not any(NUMERIC.match(entry) for entry in rows[0][1]):
         del rows[0]
     if len(rows) > 1 and any(len(row) > 1 for _, row in rows):
-        raise ProblemError("", f"has {len(rows)} rows of several columns", "give one row or one column")
+        raise ProblemError(
+            "", f"has {len(rows)} rows of several columns", "give one row or one column, or a result in JSON"
+        )
     values = []
     for k, row in rows:
         for entry in row:

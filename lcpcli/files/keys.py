@@ -8,6 +8,10 @@ from lcpcli.errors import SHOWN, ProblemError
 
 TEXTS = ("name", "source", "note", "verdict")
 KEYS = ("name", "source", "note", "M", "q", "x0", "x1", "solution", "verdict", "origin")
+CONVERTED = {
+    "a quadratic program": ({"Q", "c"}, "--from-qp"),
+    "a game of two players": ({"A", "B"}, "--from-game"),
+}
 OTHER_NAMES = {
     "matrix": "M",
     "a": "M",
@@ -21,6 +25,10 @@ OTHER_NAMES = {
 
 def refuse_unknown(field: str, given: Iterable[str], known: tuple[str, ...], whole: str = "a problem") -> None:
     """Raise ProblemError about the first key that is not known, with the one that is likely meant."""
+    if known == KEYS:
+        for what, (keys, option) in CONVERTED.items():
+            if keys <= set(given) and "M" not in given:
+                raise ProblemError("", f"is {what}, not a problem yet", f"make it one with lcp make {option}")
     for key in given:
         if key not in known:
             shown = key if len(key) <= SHOWN else f"{key[:SHOWN]}..."

@@ -12,6 +12,7 @@ from lcpcli.report import LEVELS, numbers
 from lcpcli.result import Result
 from lcpcli.trace import Milestone
 
+SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # where a row is full
 NOT_REACHED = "-"
 
 Cells = tuple[list[str], list[list[str]]]
@@ -107,7 +108,7 @@ def _milestones(results: Sequence[Result]) -> Cells:
         end = _taken(result.iterations, result.setup_seconds + result.solve_seconds)
         claim = ("true" if is_true(result) else "FALSE") if result.solved else NOT_REACHED
         levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
-        status = result.status.word.replace("_", " ")
+        status = SHORT.get(result.status.word, result.status.word)
         rows.append([name(result), *levels, end, numbers.short(result.error), status, claim])
     return header, rows
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -130,8 +131,19 @@ def _failures(record: Record, width: int | None) -> Sheet:
     if rows and width is not None:
         room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST)
         for row in rows:
-            row[-1] = row[-1] if len(row[-1]) <= room else row[-1][: room - 3] + "..."
+            row[-1] = _shortened(row[-1], room)
     return Sheet("Not solved", header, [rows] if rows else [])
+
+
+def _shortened(said: str, room: int) -> str:
+    """As many whole clauses as there is room for; what is cut within a clause shows it."""
+    if len(said) <= room:
+        return said
+    clauses = re.split(r"(?=[:;,] )", said)
+    while len(clauses) > 1 and len("".join(clauses)) > room:
+        clauses.pop()
+    short = "".join(clauses)
+    return short if len(short) <= room else short[: room - 3] + "..."
 
 
 def _ending(row: Measurement) -> str:
