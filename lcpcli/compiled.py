@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
 import os
 import sys
@@ -63,6 +62,8 @@ def silence() -> Iterator[None]:
 
 
 def _flush() -> None:
+    import ctypes
+
     with suppress(OSError, TypeError, AttributeError):  # Windows has no library of that name
         ctypes.CDLL(None).fflush(None)
 

@@ -15,7 +15,8 @@ import pytest
 from lcpcli import files, gallery
 from lcpcli.bench import suites
 from lcpcli.cli import program
-from lcpcli.cli.completion import SHELLS, VARIABLE
+from lcpcli.cli.command import VARIABLE
+from lcpcli.cli.completion import SHELLS
 from lcpcli.cli.shells import SHELLS as CLASSES
 from lcpcli.methods import METHODS
 from lcpcli.peers import PEERS, select

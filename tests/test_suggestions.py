@@ -28,7 +28,7 @@ KINDS = {
     "peer": list(PEERS),
     "format": list(FORMATS),
     "shell": list(SHELLS),
-    "option": [param.opts[-1] for param in program.solve.params if isinstance(param, click.Option)],
+    "option": [param.opts[-1] for param in program.lcp.commands["solve"].params if isinstance(param, click.Option)],
 }
 
 

@@ -48,7 +48,7 @@ def _ending_at_once() -> Iterator[None]:
 def _run() -> int:
     import click
 
-    from lcpcli.cli.completion import VARIABLE
+    from lcpcli.cli.command import VARIABLE
     from lcpcli.cli.program import lcp
     from lcpcli.compiled import hides_interrupt
     from lcpcli.errors import LCPError

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import click
-from click.shell_completion import CompletionItem
 
 from lcpcli.endings import COMPRESSED, FORMATS
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 PROBLEMS = (*FORMATS, COMPRESSED)  # the endings of problem files
 VECTORS = (*PROBLEMS, ".txt")  # the endings of files that hold a vector
@@ -22,6 +25,8 @@ Completer = Callable[[click.Context, click.Parameter, str], "list[CompletionItem
 
 def words(meanings: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
     """The words that begin so, with what they mean."""
+    from click.shell_completion import CompletionItem
+
     return [CompletionItem(word, help=told) for word, told in meanings.items() if word.startswith(incomplete)]
 
 
@@ -54,5 +59,7 @@ def _paths(incomplete: str, endings: tuple[str, ...]) -> list[CompletionItem]:
             ]
     except OSError:
         return []
+    from click.shell_completion import CompletionItem
+
     before = incomplete[: len(incomplete) - len(start)]
     return [CompletionItem(before + name, type="file") for name in sorted(found)]

@@ -6,7 +6,9 @@ they are declared with, what it takes by name, and its exit codes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import UserDict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -16,6 +18,7 @@ from lcpcli.errors import likely, quoted
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+VARIABLE = "_LCP_COMPLETE"  # of the environment; holds what a shell asks for, as `bash_complete`
 HELP = "Help"  # the heading of options that click declares
 WIDEST_TERM = 26  # columns; the meaning of a longer term begins on the next line
 
@@ -123,6 +126,20 @@ class Command(click.Command):
         last = {HELP: tables.pop(HELP)}
         exits = {"Exit codes": [(str(code), meaning) for code, meaning in self.exits.items()]} if self.exits else {}
         return {**tables, **last, **{heading: list(told.items()) for heading, told in self.lists.items()}, **exits}
+
+
+class Commands(UserDict[str, click.Command]):
+    """Commands by name, each imported when it is asked for: the command c is c in lcpcli.cli.c."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        super().__init__()
+        self.data = {name: click.Command(name) for name in names}  # their names alone count
+
+    def __getitem__(self, name: str) -> click.Command:
+        if name not in self.data:
+            raise KeyError(name)
+        command: click.Command = getattr(import_module(f"lcpcli.cli.{name}"), name)
+        return command
 
 
 class Group(Command, click.Group):

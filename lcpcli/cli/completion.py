@@ -7,7 +7,6 @@ import click
 from lcpcli.cli.command import Choice, Command, argument
 from lcpcli.cli.output import emit
 
-VARIABLE = "_LCP_COMPLETE"  # of the environment; holds what a shell asks for, as `bash_complete`
 SHELLS = {
     "bash": 'eval "$(lcp completion bash)" in ~/.bashrc; bash 4.4 or later',
     "zsh": 'eval "$(lcp completion zsh)" in ~/.zshrc, after compinit',

@@ -5,15 +5,8 @@ from __future__ import annotations
 import click
 
 from lcpcli import __version__
-from lcpcli.cli.bench import bench
-from lcpcli.cli.check import check
-from lcpcli.cli.command import Group
-from lcpcli.cli.compare import compare
-from lcpcli.cli.completion import completion
-from lcpcli.cli.inspect import inspect
-from lcpcli.cli.make import make
+from lcpcli.cli.command import Commands, Group
 from lcpcli.cli.options import EXITS
-from lcpcli.cli.solve import solve
 
 
 @click.group(
@@ -36,5 +29,4 @@ def lcp(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-for command in (solve, compare, bench, check, inspect, make, completion):
-    lcp.add_command(command)
+lcp.commands = Commands(("solve", "compare", "bench", "check", "inspect", "make", "completion"))

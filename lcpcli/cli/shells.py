@@ -19,7 +19,7 @@ from click.shell_completion import (
     add_completion_class,
 )
 
-from lcpcli.cli.completion import VARIABLE
+from lcpcli.cli.command import VARIABLE
 
 if TYPE_CHECKING:
     Item = CompletionItem[Any]
