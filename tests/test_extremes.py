@@ -83,14 +83,21 @@ def test_every_method_ends_in_a_true_status(
 @settings(deadline=None, max_examples=150)
 @given(seed=seeds)
 def test_auto_finds_every_solution_that_doubles_can_hold(seed: int) -> None:
-    """Or else a z whose residual is small, where the problem is so close to having a solution."""
+    """z and w, that is; or a z whose residual is small, where the problem is so close to having a solution.
+
+    Nearly always: 12 of 82,398 random ones end stalled, and say so.
+    """
     M, q, _ = extremes.data(seed)
     problem = Problem(M, q)
     result = run(problem, "auto", limits=Limits(time_limit=20.0))
     check(result, problem)
     z = exact.solution(problem)
-    normal = float(np.finfo(np.float64).smallest_normal)
-    if z is not None and all(value == 0 or normal <= value <= np.finfo(np.float64).max for value in z):
+    if z is None:
+        return
+    rows = zip(M.tolist(), q.tolist(), strict=True)
+    w = [sum((Fraction(a) * b for a, b in zip(row, z, strict=True)), Fraction(value)) for row, value in rows]
+    normal, largest = float(np.finfo(np.float64).smallest_normal), float(np.finfo(np.float64).max)
+    if all(value == 0 or normal <= value <= largest for value in (*z, *w)):
         assert result.solved
 
 
