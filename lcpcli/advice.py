@@ -41,7 +41,7 @@ def ways_on(result: Result) -> tuple[list[str], str]:
     """
     status, automatic = result.status, result.method == "auto"
     if status is Status.TIME_LIMIT:
-        longer = f"--time-limit {_round(max(SECONDS, 10 * (result.setup_seconds + result.solve_seconds)))}"
+        longer = f"--time-limit {_round(max(SECONDS, 10 * (result.seconds)))}"
         return ([longer], "") if automatic else (["--method auto"], longer)
     if status is Status.ITERATION_LIMIT:
         return _after_the_limit(result)

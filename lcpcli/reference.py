@@ -17,12 +17,12 @@ from lcpcli.accuracy import Accuracy
 from lcpcli.errors import OptionError
 from lcpcli.limits import Limits
 from lcpcli.modulus import x_of
-from lcpcli.problem import Problem
+from lcpcli.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.refinement import refined
+from lcpcli.result import Status
 from lcpcli.typing import Vector
 
 SECONDS = 10.0  # that the search for a solution may take
-PROVED_TO_HAVE_NONE = 3  # as an exit code
 LARGEST_EXACT = 200  # n up to which a solution is made exact: in a second
 
 
@@ -36,12 +36,12 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
     ------
     KeyboardInterrupt : the search was interrupted.
     """
-    if problem.solutions:
+    if problem.solutions or problem.verdict in WITHOUT_SOLUTION:
         return problem
     result = driver.run(problem, "auto", limits=Limits(time_limit=seconds))
     if result.interrupted:
         raise KeyboardInterrupt
-    if result.status.exit_code == PROVED_TO_HAVE_NONE:
+    if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):
         return problem
     exact = _exact(problem, result.z, seconds)
     if exact is not None:

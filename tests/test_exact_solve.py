@@ -21,7 +21,7 @@ from lcpcli.exact.farkas import exact_proof
 from lcpcli.exact.numbers import rounded
 from lcpcli.exact.problem import ExactProblem
 from lcpcli.exact.proof import prove
-from lcpcli.exact.solution import exact_solution
+from lcpcli.exact.solution import from_point
 
 from . import exact as oracle
 
@@ -182,7 +182,7 @@ def test_missing_library_is_named_with_its_extra(lcp: Callable[..., Any], monkey
 def test_reference_solution_of_the_doubles() -> None:
     problem = families(30)["normal"]
     z = run(problem, "auto").z
-    found = exact_solution(problem, z)
+    found = from_point(ExactProblem.of_floats(problem), z)
     assert found is not None
     assert oracle.solves(problem, found)
     assert np.allclose(rounded(found), z, rtol=1e-9, atol=1e-12)
@@ -193,11 +193,11 @@ def test_reference_solution_from_an_active_set_that_is_off() -> None:
     z = run(problem, "auto").z
     off = z.copy()
     off[[0, 5]] = np.where(z[[0, 5]] > 0, 0.0, 1e-9)
-    assert exact_solution(problem, off) == exact_solution(problem, z)
+    assert from_point(ExactProblem.of_floats(problem), off) == from_point(ExactProblem.of_floats(problem), z)
 
 
 def test_no_reference_solution_where_there_is_none() -> None:
-    assert exact_solution(Problem([[0, 1], [1, 0]], [-1, 1]), np.ones(2)) is None
+    assert from_point(ExactProblem.of_floats(Problem([[0, 1], [1, 0]], [-1, 1])), np.ones(2)) is None
 
 
 def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:

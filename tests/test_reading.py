@@ -14,7 +14,7 @@ from scipy import sparse
 
 from lcpcli import Problem, read, write
 from lcpcli.errors import ProblemError
-from lcpcli.files import read_vector
+from lcpcli.files import read_start
 
 from .conftest import Outcome
 from .small_problem import JSON, M, Q, numbers
@@ -180,7 +180,7 @@ def test_coordinates_without_entries_are_the_zero_matrix(tmp_path: Path) -> None
 
 def test_a_vector_is_read_by_the_name_that_it_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "start.csv").write_text("1\n2\n")
-    assert read_vector("x0", str(tmp_path / "start.csv")).tolist() == [1, 2]
+    assert read_start("x0", str(tmp_path / "start.csv"), 2).tolist() == [1, 2]
     (tmp_path / "start.csv").write_text("1,2\n3,4\n")
     with pytest.raises(ProblemError, match=r"start\.csv: x0: "):
-        read_vector("x0", str(tmp_path / "start.csv"))
+        read_start("x0", str(tmp_path / "start.csv"), 2)

@@ -13,7 +13,7 @@ import pytest
 from scipy import sparse
 
 from lcpcli import read
-from lcpcli.files import read_vector
+from lcpcli.files import read_start
 from lcpcli.problem import is_sparse
 
 from .small_problem import M, Q, numbers
@@ -146,7 +146,7 @@ def test_a_vector_is_read_from_npz_by_its_name_or_as_the_only_one(
     tmp_path: Path, arrays: dict[str, object], expected: list[float]
 ) -> None:
     np.savez(tmp_path / "vectors.npz", **arrays)
-    assert read_vector("--x0", str(tmp_path / "vectors.npz"), 2).tolist() == expected
+    assert read_start("--x0", str(tmp_path / "vectors.npz"), 2).tolist() == expected
 
 
 def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(tmp_path: Path) -> None:

@@ -87,7 +87,7 @@ class Method:
             claim=claim,
             status=result.status.word,
             statement=result.message,
-            seconds=result.setup_seconds + result.solve_seconds,
+            seconds=result.seconds,
             setup_seconds=result.setup_seconds,
             iterations=result.iterations,
             evaluations=result.evaluations,

@@ -184,11 +184,9 @@ def problem_of(case: Case) -> Problem:
 
 def prepare(case: Case) -> Problem:
     """The problem of a case with something to measure errors against: a solution is computed where none is known."""
-    from lcpcli.problem import WITHOUT_SOLUTION
     from lcpcli.reference import with_reference
 
-    problem = problem_of(case)
-    return problem if problem.verdict in WITHOUT_SOLUTION else with_reference(problem)
+    return with_reference(problem_of(case))
 
 
 def _existing(path: str) -> str:

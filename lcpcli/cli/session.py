@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -136,10 +137,10 @@ def _runs(
     for problem, own in zip(problems, chosen, strict=True):
         near = None if warm is None else _near(problem, warm)
         for method, values in zip(methods, own, strict=True):
-            yield from _quickest(lambda: run_once(problem, method, values), plot.timed)  # noqa: B023 (called at once)
+            yield from _quickest(partial(run_once, problem, method, values), plot.timed)
             if near is not None and method in STARTED:
                 again = {**values, "x0": near, "z0": None}
-                warmed = _quickest(lambda: run_once(problem, method, again), plot.timed)  # noqa: B023
+                warmed = _quickest(partial(run_once, problem, method, again), plot.timed)
                 yield from (replace(result, warm=True) for result in warmed)
 
 

@@ -27,17 +27,12 @@ STEPS = 30  # of exact pivoting from one set
 LARGEST = 700  # unknowns z_P that are solved for exactly: a minute at worst
 
 
-def exact_solution(problem: Problem, z: Vector) -> list[Fraction] | None:
-    """The exact solution of the problem, its doubles taken as rationals, that lies at a z nearly right.
-
-    z : shape (n,). The solution has the complementary basis of z or, where that one has wrong signs, of a set near it;
-    `numbers.rounded` makes doubles of it. None where none was found. Raises OptionError without python-flint.
-    """
-    return from_point(ExactProblem.of_floats(problem), z)
-
-
 def from_point(data: ExactProblem, z: Vector, deadline: float = math.inf) -> list[Fraction] | None:
-    """As `exact_solution` for exact data, until a deadline by time.perf_counter()."""
+    """The exact solution that lies at a z nearly right, or None where none was found until the deadline.
+
+    z : shape (n,). The solution has the complementary basis of z or, where that one has wrong signs, of a set near it.
+    deadline : by time.perf_counter(). Raises OptionError without python-flint.
+    """
     for P in _starts(data.problem, z):
         found = _pivoted(data, P, deadline)
         if found is None and np.count_nonzero(P) <= LARGEST and time.perf_counter() < deadline:

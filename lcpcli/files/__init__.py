@@ -114,18 +114,10 @@ def _problem(path: str, q_path: str | None, fetch: Callable[[str, str], bytes]) 
         if q_path is None:
             shape = " x ".join(map(str, held.shape))
             raise ProblemError(_place(path), f"holds M, {shape}, without q", "add q to it, or name a file for q")
-        q = _vector("q", q_path, fetch(q_path, LINE))
+        line = fetch(q_path, LINE)
+        q = _blaming(q_path, lambda: _format(q_path, line).parse_vector("q", line))
         problem = _blaming(path, lambda: Problem(held, q))
     return problem if problem.name else replace(problem, name=_name(path))
-
-
-def read_vector(field: str, path: str, n: int | None = None) -> Vector:
-    """A vector of length n, any length if None, from a file of one row or one column, a JSON list or an NPZ array."""
-    return _vector(field, path, _read(path, LINE), n)
-
-
-def _vector(field: str, path: str, content: bytes, n: int | None = None) -> Vector:
-    return _blaming(path, lambda: _format(path, content).parse_vector(field, content, n))
 
 
 def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:

@@ -34,7 +34,7 @@ def _facts(result: Result) -> list[tuple[str, str]]:
     from lcpcli.report.outcome import short_vector
 
     error = [] if result.error is None else [("error", numbers.short(result.error))]
-    seconds = result.setup_seconds + result.solve_seconds
+    seconds = result.seconds
     return [
         ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
         ("n =", str(result.problem.n)),

@@ -46,6 +46,11 @@ def unit(seconds: float) -> tuple[float, str]:
     return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
 
 
+def level(value: float) -> str:
+    """A level of error, a power of ten: 1e-6."""
+    return f"{value:.0e}".replace("e-0", "e-")
+
+
 def digits(value: float) -> str:
     """Three significant digits, and never an exponent in a large number."""
     return f"{value:.3g}" if value < 999.5 else f"{value:.0f}"

@@ -24,7 +24,7 @@ def verdict(result: Result) -> str:
 
 def _work(result: Result) -> str:
     counts = count(result.iterations, "iteration"), count(result.evaluations, "evaluation")
-    return ", ".join([*counts, numbers.duration(result.setup_seconds + result.solve_seconds)])
+    return ", ".join([*counts, numbers.duration(result.seconds)])
 
 
 def facts(result: Result, width: int | None, whole: bool) -> list[str]:

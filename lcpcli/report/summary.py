@@ -79,7 +79,7 @@ def _counts(results: Sequence[Result]) -> Cells:
             name(result),
             str(result.iterations),
             str(result.evaluations),
-            numbers.duration(result.setup_seconds + result.solve_seconds),
+            numbers.duration(result.seconds),
             numbers.short(result.residual),
             numbers.short(result.error),
             result.status.word.replace("_", " "),
@@ -96,7 +96,7 @@ def _counts(results: Sequence[Result]) -> Cells:
 def _milestones(results: Sequence[Result]) -> Cells:
     header = [
         "method",
-        *(f"to {level:.0e}".replace("e-0", "e-") for level in LEVELS),
+        *(f"to {numbers.level(level)}" for level in LEVELS),
         "end",
         "error",
         "status",
@@ -105,7 +105,7 @@ def _milestones(results: Sequence[Result]) -> Cells:
     rows = []
     for result in results:
         reached = {m.level: _cell(result, m) for m in (result.curve.milestones if result.curve else ())}
-        end = _taken(result.iterations, result.setup_seconds + result.solve_seconds)
+        end = _taken(result.iterations, result.seconds)
         claim = ("true" if is_true(result) else "FALSE") if result.solved else NOT_REACHED
         levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
         status = SHORT.get(result.status.word, result.status.word)

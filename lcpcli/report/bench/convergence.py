@@ -28,7 +28,7 @@ def reached(record: Record) -> Sheet:
         length, unit = numbers.unit(min((seconds for seconds in times if seconds is not None), default=0.0))
         cells = [NOT_REACHED if seconds is None else numbers.digits(seconds / length) for seconds in times]
         rows.append([name, unit if set(cells) != {NOT_REACHED} else "", *cells])
-    title = f"Time to an error of {SHOWN:.0e} of the solution's largest component".replace("e-0", "e-")
+    title = f"Time to an error of {numbers.level(SHOWN)} of the solution's largest component"
     counts = [_count(level, wins) for level, wins in first.items()]
     notes = [f"First to an error of {', '.join(counts)}."]
     return Sheet(title, ["problem", "in", *record.methods], [rows] if rows else [], notes)
@@ -47,7 +47,7 @@ def _first(own: dict[str, Measurement], level: float) -> list[str]:
 
 def _count(level: float, wins: dict[str, int]) -> str:
     told = ", ".join(f"{method} {number}" for method, number in wins.items())
-    return f"{level:.0e}: {told}".replace("e-0", "e-")
+    return f"{numbers.level(level)}: {told}"
 
 
 def rates(record: Record) -> Sheet:
