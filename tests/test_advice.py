@@ -24,6 +24,11 @@ FAILING = {
     "fixed-point, badly scaled": ("ill-scaled", 10, ["--method", "fixed-point", "--max-iterations", "500"]),
     "fixed-point, diverging": ("infeasible", 10, ["--method", "fixed-point"]),
     "fixed-point, singular": ("unsolvable", 10, ["--method", "fixed-point"]),
+    "fixed-point, no iteration": (
+        "kostreva",
+        3,
+        ["--method", "fixed-point", "--max-iterations", "0", "--z0", "0.333333,0.333333,0.333333"],
+    ),
     "newton, singular": ("lp", 10, ["--method", "newton"]),
     "newton, few steps": ("murty", 20, ["--method", "newton", "--max-iterations", "15"]),
     "newton, cycling": ("infeasible", 10, ["--method", "newton", "--max-iterations", "300"]),

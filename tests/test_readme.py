@@ -40,14 +40,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-def shell(command: str, folder: Path) -> str:
-    """What a command prints in a shell in which lcp is this program."""
+def shell(command: str, folder: Path, code: int | None = None) -> str:
+    """What a command prints in a shell in which lcp is this program; `code` is how it must end, if that matters."""
     own = f'lcp() {{ {shlex.quote(sys.executable)} -m lcpcli "$@"; }}; '
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
     done = subprocess.run(
         ["bash", "-c", own + command], capture_output=True, text=True, check=False, cwd=folder, env=environment
     )
     assert done.stderr == ""
+    assert code in (None, done.returncode)
     return done.stdout
 
 
@@ -100,7 +101,7 @@ def lines_of_shell() -> list[str]:
 
 @pytest.mark.parametrize("line", [line for line in lines_of_shell() if not line.startswith("lcp bench")])
 def test_command_runs(line: str, folder: Path) -> None:
-    shell(f"set -o pipefail; {line} > /dev/null && true", folder)
+    shell(f"set -o pipefail; {line} > /dev/null", folder, code=0)
 
 
 @pytest.mark.parametrize("line", [line for line in lines_of_shell() if line.startswith("lcp bench")])

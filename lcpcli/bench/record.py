@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from types import UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
@@ -110,20 +110,15 @@ class Record:
         return [(case, solvers) for case, solvers in left if solvers]
 
 
-def finite(value: float | None) -> float | None:
-    """The value, or None where JSON has no number for it."""
-    return value if value is not None and math.isfinite(value) else None
-
-
 def to_json(record: Record) -> str:
     """One object; measurements and cases stand one a line."""
     parts = []
-    for name, value in asdict(record).items():
+    for name, value in vars(record).items():
         if name in ("cases", "measurements"):
-            lines = ",\n    ".join(_text(each) for each in value)
+            lines = ",\n    ".join(_text(vars(each)) for each in value)
             parts.append(f"  {_text(name)}: [\n    {lines}\n  ]" if value else f"  {_text(name)}: []")
         else:
-            parts.append(f"  {_text(name)}: {_text(value)}")
+            parts.append(f"  {_text(name)}: {_text(vars(value) if is_dataclass(value) else value)}")
     return "{\n" + ",\n".join(parts) + "\n}\n"
 
 

@@ -10,10 +10,11 @@ from lcpcli.bench import environment, rate, suites
 from lcpcli.bench.answer import Answer, Method, Peer, Solver
 from lcpcli.bench.judge import Judge
 from lcpcli.bench.measure import measure, rest_after
-from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings, finite
+from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 from lcpcli.problem import Problem
+from lcpcli.report.numbers import finite
 
 Timing = Callable[[Callable[[bool], Answer], float, float], tuple[Answer, list[float]]]
 

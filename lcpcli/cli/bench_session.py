@@ -30,7 +30,7 @@ ASKED = ("suite", "methods", "peers", "tol", "time_limit", "accept", "budget")  
 def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> int:
     """Run the bench that was asked for, with these defaults; return the exit code."""
     output = None if given["output"] == "-" else given["output"]
-    kept = {output: form_of(output)} if output is not None else {}
+    kept = {output: form_of(output, otherwise="")} if output is not None else {}
     for path in (output, given["plot"]):
         if path is not None:
             refuse_unwritable(path)
@@ -41,6 +41,8 @@ def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: f
         record = _start(given, suite, methods, time_limit)
     else:
         record = _resume(given)
+        if output is not None and kept[output] != "json" and same_file(output, given["resume"]):
+            raise OptionError(output, "holds the record", "choose another place for the output")
         if record.pending():
             kept = {given["resume"]: "json"} | kept
     _refuse_overwriting(record, [*kept, *filter(None, [given["plot"]])])

@@ -10,6 +10,7 @@ import click
 from lcpcli.cli import candidates, output, session
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric
+from lcpcli.errors import OptionError
 from lcpcli.options import OPTIONS
 from lcpcli.report.judged import FORMATS
 
@@ -48,8 +49,6 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> 
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give a file of the problem, one of q if it is apart, and one of the solution")
     if exact and tol is not None:
-        from lcpcli.errors import OptionError
-
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
     session.refuse_twice(paths)
     judgement = _judgement(paths[:-1], paths[-1], tol, exact)
@@ -68,6 +67,8 @@ def _judgement(problem_paths: tuple[str, ...], solution: str, tol: float | None,
     problem = data.problem if data else files.read(*problem_paths)
     answer = files.read_candidate(solution, problem.n)
     if answer.kind == "farkas":
+        if tol is not None:
+            raise OptionError("--tol", "has no effect on a proof", "leave it out")
         if data:
             return judgement.judge_farkas_exactly(data, answer.values, is_rounded=not answer.exact)
         return judgement.judge_farkas(problem, answer.values)

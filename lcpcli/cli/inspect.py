@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from lcpcli import options
 from lcpcli.cli.command import Command, option
 from lcpcli.cli.options import format_option, output_file, problem_file
-from lcpcli.cli.output import emit
+from lcpcli.cli.output import emit, form_of
 from lcpcli.cli.session import refuse_clashes
-from lcpcli.errors import OptionError
 
 FORMATS = {"table": "for people", "json": "one object, for scripts"}
 SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
@@ -43,7 +40,7 @@ def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, 
     """Tell the classes of M, how well it is scaled, and which methods are guaranteed to solve the problem."""
     options.check(time_limit=time_limit)
     output = None if output == "-" else output
-    form = form or _form_of(output)
+    form = form or form_of(output, SUFFIXES)
     refuse_clashes([name for name in (file, q_file) if name], output)
     from lcpcli import files
 
@@ -59,10 +56,3 @@ def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, 
     else:
         files.write_whole(output, text)
     return 0
-
-
-def _form_of(output: str | None) -> str:
-    ending = Path(output or "").suffix.lower()
-    if ending not in SUFFIXES:
-        raise OptionError(str(output), f"the ending {ending} is no format", "use .txt, .json or give --format")
-    return SUFFIXES[ending]

@@ -163,11 +163,12 @@ def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -
             chosen[name] = _vector(name, chosen[name], problem.n)
     if "x0" in chosen and "z0" in chosen:
         raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
-    chosen |= {name: True for name in ADDITIONS if given[name]}
+    chosen |= {name: given[name] for name in ADDITIONS if given[name] is not None}
     known = [{"x0", "z0", *options_of(load(name)), *(ADDITIONS if name in ITERATIVE else ())} for name in names]
     for name in chosen:
         if not any(name in own for own in known):
-            raise OptionError(flag(name), f"has no effect with {' and '.join(names)}", "leave it out")
+            said = flag(f"no-{name}" if chosen[name] is False else name)
+            raise OptionError(said, f"has no effect with {' and '.join(names)}", "leave it out")
     options.check(**{name: value for name, value in chosen.items() if name in OPTIONS})
     return [{name: value for name, value in chosen.items() if name in own} for own in known]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -88,13 +88,16 @@ class Output:
         return min(MOST_ROWS, max(FEWEST_ROWS, get_terminal_size().lines - AROUND))
 
 
-def form_of(output: str | None) -> str:
-    """The format that an output file's ending asks for; without an ending, the table."""
+def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwise: str = " or give --format") -> str:
+    """The format that an output file's ending asks for; without an ending, the table.
+
+    otherwise : what else the user may do about an ending that is none of the suffixes.
+    """
     ending = Path(output or "").suffix.lower()
-    if ending not in SUFFIXES:
-        endings = ", ".join(known for known in SUFFIXES if known)
-        raise OptionError(str(output), f"the ending {ending} is no format", f"use {endings} or give --format")
-    return SUFFIXES[ending]
+    if ending not in suffixes:
+        endings = ", ".join(known for known in suffixes if known)
+        raise OptionError(str(output), f"the ending {ending} is no format", f"use {endings}{otherwise}")
+    return suffixes[ending]
 
 
 class Plot:

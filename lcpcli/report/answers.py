@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
@@ -72,7 +71,7 @@ def _json(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, (list, tuple)):
         return [_json(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return numbers.finite(value) if isinstance(value, float) else value
 
 
 def _fractions(values: Sequence[Fraction]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from lcpcli.report import summary
+from lcpcli.report import numbers, summary
 from lcpcli.report.figures import Curve, Panel
 from lcpcli.result import Result
 
@@ -21,7 +21,7 @@ def panels(results: Sequence[Result]) -> list[Panel]:
 def _panel(results: Sequence[Result]) -> Panel:
     problem = results[0].problem
     measure = "error" if problem.solutions else "residual"
-    name = " ".join(problem.name.split())
+    name = numbers.title(problem)
     return Panel(f"{name}, n = {problem.n}" if name else f"n = {problem.n}", measure, [_curve(r) for r in results])
 
 

@@ -11,6 +11,7 @@ from lcpcli.inspection import Inspection
 from lcpcli.inspection.matrix import Spread
 from lcpcli.inspection.rates import Rate
 from lcpcli.problem import is_sparse
+from lcpcli.report.numbers import finite
 
 
 def render(inspection: Inspection) -> str:
@@ -29,11 +30,11 @@ def _object(found: Inspection) -> dict[str, Any]:
         "classes": {name: _verdict(verdict) for name, verdict in found.classes.items()},
         "spread": _spread(found.spread),
         "equilibrated_spread": _spread(found.equilibrated_spread),
-        "condition": _number(found.condition),
-        "equilibrated_condition": _number(found.equilibrated_condition),
+        "condition": finite(found.condition),
+        "equilibrated_condition": finite(found.equilibrated_condition),
         "singular": None if found.equilibrated_condition is None else math.isinf(found.equilibrated_condition),
-        "smallest_eigenvalue": _number(spectrum.smallest) if spectrum else None,
-        "largest_eigenvalue": _number(spectrum.largest) if spectrum else None,
+        "smallest_eigenvalue": finite(spectrum.smallest) if spectrum else None,
+        "largest_eigenvalue": finite(spectrum.largest) if spectrum else None,
         "eigenvalues_estimated": spectrum.estimated if spectrum else None,
         "bytes": cost.bytes,
         "bandwidth": cost.bandwidth,
@@ -41,8 +42,8 @@ def _object(found: Inspection) -> dict[str, Any]:
         "factor_operations": cost.factor_operations,
         "fixed_point": _rate(found.published),
         "fixed_point_best": _rate(found.best),
-        "p": _number(found.smoothing.p),
-        "smoothing_error": _number(found.smoothing.error),
+        "p": finite(found.smoothing.p),
+        "smoothing_error": finite(found.smoothing.error),
         "methods": {name: {"guaranteed": g.word, "reason": g.reason} for name, g in found.guarantees.items()},
         "obvious": found.obvious or None,
         "hints": found.hints,
@@ -59,14 +60,10 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
 
 
 def _spread(spread: Spread) -> dict[str, float | None]:
-    return {"rows_decades": _number(spread.rows), "columns_decades": _number(spread.columns)}
+    return {"rows_decades": finite(spread.rows), "columns_decades": finite(spread.columns)}
 
 
 def _rate(rate: Rate | None) -> dict[str, Any]:
     if rate is None:
         return {"omega": None, "factor": None, "iterations": None}
-    return {"omega": rate.omega, "factor": _number(rate.factor), "iterations": rate.iterations}
-
-
-def _number(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
+    return {"omega": rate.omega, "factor": finite(rate.factor), "iterations": rate.iterations}

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from typing import Any
 
 from lcpcli.report import answers
+from lcpcli.report.numbers import finite
 from lcpcli.result import Result
 
 STARTS = ("x1",)  # vectors among a method's options
@@ -32,10 +32,10 @@ def _object(result: Result) -> dict[str, Any]:
         "w": _numbers(result.w.tolist()),
         "iterations": result.iterations,
         "evaluations": result.evaluations,
-        "residual": _number(result.residual),
-        "relative_residual": _number(result.relative_residual),
-        "error": _number(result.error),
-        "error_bound": _number(result.bound.value) if result.bound else None,
+        "residual": finite(result.residual),
+        "relative_residual": finite(result.relative_residual),
+        "error": finite(result.error),
+        "error_bound": finite(result.bound.value) if result.bound else None,
         "error_bound_source": result.bound.source if result.bound and result.bound.proved else None,
         "reference": result.problem.reference if result.problem.solutions else None,
         "milestones": _milestones(result),
@@ -63,8 +63,8 @@ def _trace(result: Result) -> list[dict[str, Any]] | None:
         {
             "k": row.k,
             "z": _numbers(row.z.tolist()),
-            "residual": _number(row.residual),
-            "error": _number(row.error),
+            "residual": finite(row.residual),
+            "error": finite(row.error),
             "seconds": row.seconds,
             "step": row.step or None,
             "method": row.method,
@@ -74,7 +74,7 @@ def _trace(result: Result) -> list[dict[str, Any]] | None:
 
 
 def _option(value: Any) -> Any:
-    return value if isinstance(value, (bool, str)) else _number(value)
+    return value if isinstance(value, (bool, str)) else finite(value)
 
 
 def _certificate(result: Result) -> dict[str, Any] | None:
@@ -97,8 +97,4 @@ def _exact(result: Result) -> dict[str, Any] | None:
 
 
 def _numbers(values: list[float]) -> list[float | None]:
-    return [_number(value) for value in values]
-
-
-def _number(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
+    return [finite(value) for value in values]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.report.numbers import above, short
+from lcpcli.report.numbers import above, finite, short, title
 
 if TYPE_CHECKING:
     from lcpcli.judgement import Judgement, Violation
@@ -21,7 +20,7 @@ def render(judgement: Judgement, form: str) -> str:
 
 
 def _lines(judgement: Judgement) -> str:
-    name = " ".join(judgement.problem.name.split())
+    name = title(judgement.problem)
     lines = [f"{name}: n = {judgement.problem.n}", judgement.message]
     measures = {
         "residual": judgement.residual,
@@ -81,4 +80,4 @@ def _number(value: float | Fraction | None) -> Any:
         from lcpcli.exact.numbers import text
 
         return text(value)
-    return value if value is not None and math.isfinite(value) else None
+    return finite(value)

@@ -14,6 +14,7 @@ SPECIAL = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
+    "[": "{[}",
     **{mark: "\\" + mark for mark in "&%$#_{}"},
 }
 

@@ -30,6 +30,6 @@ def grid(header: list[str], rows: list[list[str]], left: Collection[str]) -> str
 
 def escape(text: str) -> str:
     """Text in which no mark means anything to Markdown."""
-    for mark in "\\|*_<":
+    for mark in "\\|*_<`[":
         text = text.replace(mark, "\\" + mark)
     return text

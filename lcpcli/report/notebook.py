@@ -47,14 +47,14 @@ def _facts(result: Result) -> list[tuple[str, str]]:
 
 def problem_text(problem: Problem) -> str:
     """One line: the name, n, how M is stored and what is known of the solution."""
-    name = " ".join(problem.name.split())
+    name = numbers.title(problem)
     return f"<Problem{' ' * bool(name)}{name}: {', '.join(_properties(problem))}>"
 
 
 def problem_html(problem: Problem) -> str:
     """The same as a table; of a small problem with M and q."""
     rows = [("", text) for text in _properties(problem)]
-    head = _table(" ".join(problem.name.split()) or "Problem", rows)
+    head = _table(numbers.title(problem) or "Problem", rows)
     if problem.n > SMALL or is_sparse(problem.M):
         return head
     cells = [[f"{v:.7g}" for v in (*row, last)] for row, last in zip(problem.M, problem.q, strict=True)]

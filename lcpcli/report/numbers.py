@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
-from decimal import ROUND_CEILING, Context
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from lcpcli.problem import Problem
 
 LARGEST_FIXED = 1e6
 SMALLEST_FIXED = 1e-3
@@ -37,6 +40,8 @@ def short(value: float | None) -> str:
 
 def above(value: float) -> str:
     """Two significant digits of a bound, rounded upwards, so that what is printed is a bound too."""
+    from decimal import ROUND_CEILING, Context
+
     rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(value)
     return short(float(rounded))
 
@@ -44,6 +49,16 @@ def above(value: float) -> str:
 def unit(seconds: float) -> tuple[float, str]:
     """The largest unit of which a time is at least one, to three digits: (its length in seconds, its name)."""
     return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
+
+
+def finite(value: float | None) -> float | None:
+    """The value, or None where JSON has no number for it."""
+    return value if value is not None and math.isfinite(value) else None
+
+
+def title(problem: Problem) -> str:
+    """The name of a problem, in one line."""
+    return " ".join(problem.name.split())
 
 
 def level(value: float) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import asdict
 from io import StringIO
 from typing import Any
 
@@ -42,8 +41,7 @@ def render(record: Record) -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*COPIED, *COMPUTED])
     for row in record.measurements:
-        held = asdict(row)
-        writer.writerow([*(_cell(held[name]) for name in COPIED), *_times(row)])
+        writer.writerow([*(_cell(getattr(row, name)) for name in COPIED), *_times(row)])
     return out.getvalue()
 
 
