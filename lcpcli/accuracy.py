@@ -50,7 +50,10 @@ class Accuracy:
     @np.errstate(over="ignore", invalid="ignore")
     def w(self, z: Vector) -> Vector:
         """w = M z + q for finite z of shape (n,), rounded only once in rows where rounding errors could matter."""
-        w = self.problem.w(z)
+        return self._settled(z, self.problem.w(z))
+
+    def _settled(self, z: Vector, w: Vector) -> Vector:
+        """w, in whose doubtful rows rounding is made good."""
         doubtful = self._doubtful(z, w)
         if doubtful.size:
             w[doubtful] = _rounded_once(self.problem, z, doubtful)
@@ -112,9 +115,10 @@ class Accuracy:
 
     def passes(self, z: Vector, tol: float) -> bool:
         """Whether the relative residual of z is at most tol; without the products with |M| where it clearly is not."""
-        if self.scaled_residual(z, self.problem.w(z)) > tol:
+        w = self.problem.w(z)
+        if self.scaled_residual(z, w) > tol:
             return False
-        return self.relative_residual(z, self.w(z)) <= tol
+        return self.relative_residual(z, self._settled(z, w)) <= tol
 
     def bound(self, F: Vector) -> float:
         """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.

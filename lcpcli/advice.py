@@ -62,7 +62,7 @@ def _after_the_limit(result: Result) -> tuple[list[str], str]:
     if result.method == "auto":
         return [f"--max-iterations {usual if k < usual else 10 * k}"], ""
     if result.relative_residual <= math.sqrt(result.tol):
-        return [f"--max-iterations {usual if k < FEW else _round(ENOUGH * k)}", "--method auto"], ""
+        return ([f"--max-iterations {_round(ENOUGH * k)}", "--method auto"] if k else [f"--max-iterations {usual}"]), ""
     return ["--method auto", *_with_additions(result)], f"--max-iterations {usual}" if k < FEW else ""
 
 

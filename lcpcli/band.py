@@ -11,10 +11,17 @@ from functools import cached_property
 
 import numpy as np
 
+from lcpcli.problem import is_sparse
 from lcpcli.typing import Matrix
 
+DENSE = 5000  # n up to which a dense matrix may be factorized in passing
 MOST_ENTRIES = 150_000_000  # of a band, that may be factorized in passing
 MOST_OPERATIONS = 100_000_000_000
+
+
+def affordable(M: Matrix) -> bool:
+    """Whether M may be factorized in passing."""
+    return Band(M).affordable if is_sparse(M) else M.shape[0] <= DENSE
 
 
 class Band:

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.problem import Problem, is_sparse
+from lcpcli import linalg
+from lcpcli.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 LARGEST = 1000  # n up to which the matrix T is formed
@@ -58,7 +59,7 @@ def bound(M: Matrix, omega: float) -> float | None:
 
 
 def _iteration_matrix(M: Matrix, omega: float) -> Vector:
-    dense = M.toarray() if is_sparse(M) else M
+    dense = linalg.dense(M)
     shift = omega * np.eye(M.shape[0])
     return np.asarray(np.linalg.solve(shift + dense, shift - dense))
 

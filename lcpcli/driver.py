@@ -98,7 +98,7 @@ def _scaled(
     function: methods.Method, units: scaled.Scaled, start: Vector, in_force: dict[str, Any]
 ) -> Iterator[Iterate]:
     """The iterates of a method on the problem in these units, from a start in the problem's own."""
-    moved = {name: units.start(in_force[name]) for name in ("x1",) if in_force.get(name) is not None}
+    moved = {} if in_force.get("x1") is None else {"x1": units.start(in_force["x1"])}
     return function(units.problem, units.start(start), **(in_force | moved))
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lcpcli import linalg
 from lcpcli.compiled import interruptibly, silence
 from lcpcli.problem import is_sparse
 from lcpcli.typing import Indices, Matrix, Vector
@@ -81,7 +82,7 @@ def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool
 
     support = np.flatnonzero(y)
     support = support[np.argsort(-y[support], kind="stable")]  # large entries bear a correction best
-    part = _dense(A[support][:, active])
+    part = linalg.dense(A[support][:, active])
     part = part[:, part.any(axis=0)]
     if not part.size or max(part.shape) > SIDE or not np.isfinite(part).all():
         return False
@@ -179,9 +180,5 @@ def stack(blocks: list[list[Matrix]]) -> Matrix:
 
 
 def _column(A: Matrix, j: int) -> Vector:
-    return _dense(A[:, [j]])[:, 0]
-
-
-def _dense(A: Matrix) -> Vector:
-    dense: Vector = A.toarray() if is_sparse(A) else A
-    return dense
+    column: Vector = linalg.dense(A[:, [j]])[:, 0]
+    return column

@@ -50,6 +50,26 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
     return rows, columns
 
 
+def dense(A: Matrix) -> Matrix:
+    """A as a dense array, itself where it is one."""
+    return A.toarray() if is_sparse(A) else A
+
+
+def comparison(M: Matrix) -> Matrix:
+    """The comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
+    diagonal = np.abs(M.diagonal())
+    if is_sparse(M):
+        from scipy.sparse import diags_array
+
+        absolute = abs(M)
+        off = absolute - diags_array(diagonal)
+        off.eliminate_zeros()
+        return (diags_array(diagonal) - off).tocsr()
+    C = -np.abs(M)
+    np.fill_diagonal(C, diagonal)
+    return C
+
+
 def row_maxima(M: Matrix) -> Vector:
     """The largest |entry| of every row of M, of shape (m, n)."""
     largest = abs(M).max(axis=1)
@@ -129,7 +149,7 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
 
 def dense_columns(M: Matrix, columns: Indices) -> Matrix:
     """Some columns of M, as a dense array."""
-    return M[:, columns].toarray() if is_sparse(M) else M[:, columns]
+    return dense(M[:, columns])
 
 
 Solve = Callable[[Vector], Vector]

@@ -43,9 +43,9 @@ class Loop:
         setup_seconds: float,
     ) -> None:
         self.problem, self.method, self.limits, self.traces, self.clock = problem, method, limits, traces, clock
+        self.began = clock() - setup_seconds
         self.observer, self.accuracy = observer, Accuracy(problem, limits.tol)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
-        self.began = clock() - setup_seconds
         self.k, self.evaluations = -1, 0
         self.last = self.best = np.clip(x0, -LARGEST, LARGEST)
         self.best_level = self.first_level = math.inf

@@ -38,12 +38,13 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
     """
     if problem.solutions or problem.verdict in WITHOUT_SOLUTION:
         return problem
+    deadline = time.perf_counter() + seconds
     result = driver.run(problem, "auto", limits=Limits(time_limit=seconds))
     if result.interrupted:
         raise KeyboardInterrupt
     if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):
         return problem
-    exact = _exact(problem, result.z, seconds)
+    exact = _exact(problem, result.z, deadline)
     if exact is not None:
         return replace(problem, solutions=(exact,), reference="exact")
     if not result.solved:
@@ -51,7 +52,7 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
     return replace(problem, solutions=(refined(problem, result.z),), reference="computed")
 
 
-def _exact(problem: Problem, z: Vector, seconds: float) -> Vector | None:
+def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
     """An exact solution, rounded, where the problem is small and the extra `exact` is installed: near z, or Lemke's."""
     if problem.n > LARGEST_EXACT or find_spec("flint") is None:
         return None
@@ -59,7 +60,7 @@ def _exact(problem: Problem, z: Vector, seconds: float) -> Vector | None:
     from lcpcli.exact.problem import ExactProblem
     from lcpcli.exact.solution import from_point
 
-    data, deadline = ExactProblem.of_floats(problem), time.perf_counter() + seconds
+    data = ExactProblem.of_floats(problem)
     solution = from_point(data, z, deadline) or lemke.solve(data, deadline)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None

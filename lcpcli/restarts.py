@@ -14,11 +14,12 @@ from itertools import islice
 
 import numpy as np
 
+from lcpcli import linalg
 from lcpcli.errors import ProblemError
 from lcpcli.finish import finish
 from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, Stalled
 from lcpcli.methods.lemke import lemke
-from lcpcli.problem import Problem, is_sparse
+from lcpcli.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 LARGEST = 1000  # unknowns; the exchanged problem is dense
@@ -31,7 +32,7 @@ def restarts(problem: Problem, x0: Vector) -> Iterator[Iterate]:
     yield Iterate(x0, None, "", 0)
     if problem.n > LARGEST or not (problem.q < 0).any():
         return
-    M, evaluations = problem.M.toarray() if is_sparse(problem.M) else problem.M, 0
+    M, evaluations = linalg.dense(problem.M), 0
     for k in np.random.default_rng(0).permutation(problem.n)[:TRIES]:
         rows = np.flatnonzero((M[:, k] > 0) & (problem.q < 0))
         if not rows.size:

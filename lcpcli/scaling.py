@@ -15,6 +15,7 @@ from lcpcli.typing import Matrix, Vector
 
 SWEEPS = 30
 BALANCING_SWEEPS = 200
+SETTLED = 1e-3  # of a power of two: changes that no rounding to whole powers sees any more
 FAR = 40.0  # the power of two between units from which on logarithms are balanced before largest entries are
 LARGEST_POWER = 1000.0  # of two: R and C, and what they divide, stay finite
 
@@ -77,6 +78,8 @@ def _balance(M: Matrix, q: Vector) -> Vector:
         changes = [np.bincount(indices, sizes, n + 1) / (2 * counts[k]) for k, indices in ends]
         powers -= changes
         sizes -= changes[0][rows] + changes[1][columns]
+        if max(float(np.abs(change).max()) for change in changes) < SETTLED:
+            break
     return np.clip(np.rint(powers[:, :n]), -LARGEST_POWER, LARGEST_POWER)
 
 

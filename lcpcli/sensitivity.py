@@ -13,8 +13,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from lcpcli import linalg, scaled
-from lcpcli.principal import PrincipalSolver
-from lcpcli.problem import Problem, is_sparse
+from lcpcli.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 
 LARGEST = 400  # of P, for which an inverse is formed
@@ -38,40 +37,40 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
             return 0.0
         inverse = _inverse(problem, P)
         if inverse is not None:
-            A = _dense(problem.M, P)
+            A = _block(problem.M, P)
             largest = float((inverse @ (np.abs(A) @ z[P] + np.abs(problem.q[P]))).max())
             return largest if np.isfinite(largest) else None
     return None
 
 
-def _dense(M: Matrix, P: Indices) -> Matrix:
-    block = M[P][:, P]
-    return block.toarray() if is_sparse(block) else block
+def _block(M: Matrix, P: Indices) -> Matrix:
+    return linalg.dense(M[P][:, P])
 
 
 def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     """|M_PP^-1|, shape (k, k), or None."""
     if P.size <= LARGEST_EXACT and find_spec("flint") is not None:
-        return _exact_inverse(_dense(problem.M, P))
+        return _exact_inverse(_block(problem.M, P))
     if P.size > LARGEST:
         return None
     units = scaled.scale(problem)
-    solver = PrincipalSolver(units.problem.M)
+    A = _block(units.problem.M, P)
     try:
-        inverse = np.array([solver.solve(P, unit) for unit in np.eye(P.size)]).T
-    except linalg.SingularMatrix:
+        inverse = np.linalg.inv(A)
+    except np.linalg.LinAlgError:
         return None
-    condition = np.linalg.norm(_dense(units.problem.M, P), 1) * np.linalg.norm(inverse, 1)
+    condition = np.linalg.norm(A, 1) * np.linalg.norm(inverse, 1)
     return np.abs(units.C[P, np.newaxis] * inverse * units.R[P]) if condition < BELIEVED else None
 
 
 def _exact_inverse(A: Matrix) -> Matrix | None:
     import flint
 
-    exactly = [flint.fmpq(*Fraction(value).as_integer_ratio()) for value in A.ravel().tolist()]
+    from lcpcli.exact import numbers
+
+    exactly = [flint.fmpq(*value.as_integer_ratio()) for value in A.ravel().tolist()]
     try:
         inverse = flint.fmpq_mat(*A.shape, exactly).inv()
     except ZeroDivisionError:
         return None
-    entries = [float(abs(Fraction(int(entry.p), int(entry.q)))) for entry in inverse.entries()]
-    return np.array(entries).reshape(A.shape)
+    return numbers.rounded(abs(Fraction(int(entry.p), int(entry.q))) for entry in inverse.entries()).reshape(A.shape)

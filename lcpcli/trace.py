@@ -62,7 +62,7 @@ class Trace:
     """Which iterates to keep and what of them; it fills while the method runs, and holds its rows in order.
 
     every : keep the start, the first, every so-many-th and the last three iterates.
-    most : where that comes to more rows than this, `every` is doubled, and again; None sets no limit.
+    most : where that comes to more rows than this, at least 5, `every` is doubled, and again; None sets no limit.
     components : indices of the components of z to keep; None keeps them all.
     residuals : whether each row's residual is read by anybody; each costs one product with M.
     levels : errors, falling, relative to the largest component of the solution, to note when they are first reached.

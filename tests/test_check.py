@@ -273,25 +273,3 @@ def reachable(row: list[int], constant: int, z: list[Fraction], i: int, omega: F
     low = sum((a - omega * abs(a)) * v for a, v in zip(row, z, strict=True)) + constant - omega * abs(constant)
     high = sum((a + omega * abs(a)) * v for a, v in zip(row, z, strict=True)) + constant + omega * abs(constant)
     return high >= 0 and (not z[i] or low <= 0)
-
-
-def test_numbers_may_stand_in_place_of_a_file(lcp: Callable[..., Any]) -> None:
-    assert lcp("check", EXAMPLE, "0,15/29,17/29,0", "--exact").code == 0
-    assert lcp("check", EXAMPLE, "0 0.5 0.5 0").code == 1
-    outcome = lcp("check", EXAMPLE, "0,1")
-    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
-
-
-def test_programs_and_games_are_told_how_to_become_problems(lcp: Callable[..., Any], tmp_path: Path) -> None:
-    file = tmp_path / "own.json"
-    for text, option in (('{"Q": [[1]], "c": [1]}', "--from-qp"), ('{"A": [[1]], "B": [[1]]}', "--from-game")):
-        file.write_text(text)
-        outcome = lcp("solve", str(file))
-        assert outcome.code == 2
-        assert outcome.err.endswith(f"make it one with lcp make {option}\n")
-
-
-def test_exact_has_no_effect_on_csv(lcp: Callable[..., Any]) -> None:
-    outcome = lcp("solve", EXAMPLE, "--exact", "--format", "csv")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err.startswith("lcp: --exact: has no effect on the format csv")

@@ -244,3 +244,11 @@ def test_exact_minimum_meets_the_conditions_of_the_decimals_as_written(tmp_path:
 
 def decimals(rows: list[list[float]]) -> list[list[Fraction]]:
     return [[Fraction(repr(value)) for value in row] for row in rows]
+
+
+@pytest.mark.parametrize("variables", ["1e999", "NaN", "Infinity", "1.5", "0", "true", "null"])
+def test_number_of_variables_of_a_program_is_a_whole_number(variables: str, lcp: Any, tmp_path: Any) -> None:
+    file = tmp_path / "p.json"
+    file.write_text(f'{{"M": [[1]], "q": [-1], "origin": {{"kind": "qp", "variables": {variables}}}}}')
+    outcome = lcp("solve", str(file))
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)

@@ -69,6 +69,12 @@ def test_inverse_is_exact_where_doubles_could_not_tell() -> None:
     assert found > 1e17
 
 
+def test_inverse_beyond_the_range_of_doubles_has_no_sensitivity() -> None:
+    problem = Problem([[1e-320]], [-1e-320], solutions=[[1.0]])
+    assert sensitivity(problem, np.ones(1)) is None
+    assert Judge(problem, 1e-6).judge(Method("auto").solve(problem, 1e-10, 5.0, with_curve=False)).success
+
+
 def test_singular_basis_has_no_sensitivity() -> None:
     assert sensitivity(Problem(np.ones((2, 2)), [-1.0, -1.0]), np.array([0.5, 0.5])) is None
 

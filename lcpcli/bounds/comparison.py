@@ -19,7 +19,7 @@ from lcpcli import linalg, scaled
 from lcpcli.bounds.neighbour import solver
 from lcpcli.bounds.rounding import EPS, TINY, Theorem, factor, terms
 from lcpcli.linalg import SingularMatrix, Solve
-from lcpcli.problem import Problem, is_sparse
+from lcpcli.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 POWER_STEPS = 20  # after which it is time to factorize
@@ -81,7 +81,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
         u /= u.max()
         u = np.maximum(u, TINY)
     try:
-        solve = solver(_comparison(M))
+        solve = solver(linalg.comparison(M))
     except SingularMatrix:
         return None
     for _ in range(INVERSE_STEPS):
@@ -97,13 +97,3 @@ def _jacobi(M: Matrix, diagonal: Vector, s: Vector, t: Vector) -> Vector:
     for _ in range(JACOBI_STEPS):
         t = np.maximum((linalg.absolute_product(M, t) + s) / diagonal - t, 0.0)
     return t
-
-
-def _comparison(M: Matrix) -> Matrix:
-    """<M> for M with positive diagonal."""
-    A = -abs(M) if is_sparse(M) else -np.abs(M)
-    if is_sparse(A):
-        A.setdiag(M.diagonal())
-    else:
-        np.fill_diagonal(A, M.diagonal())
-    return A

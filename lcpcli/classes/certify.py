@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli import linalg
-from lcpcli.band import Band
+from lcpcli.band import affordable
 from lcpcli.problem import is_sparse
 from lcpcli.typing import Matrix, Vector
 
@@ -45,7 +45,7 @@ def definite(S: Matrix) -> Outcome:
     if not diagonal.min() > 0:
         return Outcome(False)
     power = -np.rint(0.5 * np.log2(diagonal))
-    if not (Band(S).affordable if is_sparse(S) else S.shape[0] <= DENSE):
+    if not affordable(S):
         return Outcome(False, None, "a factorization of M + M' may cost too much")
     if np.abs(power).max() > WIDEST:
         return Outcome(False)

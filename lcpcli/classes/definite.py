@@ -11,9 +11,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from lcpcli import linalg
 from lcpcli.classes import certify, elimination
 from lcpcli.classes.dominance import h_plus_part
-from lcpcli.classes.entries import comparison
 from lcpcli.classes.subject import Subject, signs
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set, shown
 from lcpcli.problem import is_sparse
@@ -124,14 +124,14 @@ def _by_support(subject: Subject) -> Verdict | None:
 
 
 def _weakly_dominant(subject: Subject, S: Matrix) -> Verdict | None:
-    if _exact_sum(subject, S) and (signs(comparison(S), np.ones(subject.n), subject.check) >= 0).all():
+    if _exact_sum(subject, S) and (signs(linalg.comparison(S), np.ones(subject.n), subject.check) >= 0).all():
         return Verdict(YES, "no diagonal entry of M + M' is smaller than the other entries of its row together")
     return None
 
 
 def _indefinite(subject: Subject, S: Matrix, i: int) -> Verdict | None:
     """A row of M + M' with a zero on the diagonal and another entry: v'Mv < 0 for some v of two entries."""
-    row = (S[[i]].toarray() if is_sparse(S) else S[[i]])[0]
+    row = linalg.dense(S[[i]])[0]
     j, v = int(np.abs(row).argmax()), np.zeros(subject.n)
     v[i], v[j] = -np.sign(row[j]) * (abs(subject.diagonal[j]) / abs(row[j]) + 1.0), 1.0
     if not subject.form_is(lambda sign: sign < 0, v):
@@ -163,7 +163,7 @@ def _vector(subject: Subject, indices: tuple[int, ...]) -> Vector | None:
     rows = list(indices)
     block = subject.symmetric_part[rows][:, rows]
     try:
-        v[rows] = np.linalg.eigh(block.toarray() if is_sparse(block) else block)[1][:, 0]
+        v[rows] = np.linalg.eigh(linalg.dense(block))[1][:, 0]
     except np.linalg.LinAlgError:
         return None
     return v

@@ -13,10 +13,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from lcpcli import linalg
-from lcpcli.band import Band
+from lcpcli.band import affordable
 from lcpcli.classes import elimination
-from lcpcli.classes.entries import comparison
-from lcpcli.classes.subject import DENSE, Subject, signs
+from lcpcli.classes.subject import Subject, signs
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, index_set, shown
 from lcpcli.conjugate import bicgstab, conjugate_gradients, norm
 from lcpcli.principal import PrincipalSolver
@@ -36,7 +35,7 @@ def h_plus(subject: Subject) -> Verdict:
     low = np.flatnonzero(subject.diagonal <= 0)
     if low.size:
         return Verdict(NO, f"M[{low[0]}][{low[0]}] = {subject.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
-    return _scaled_dominance(comparison(subject.M), subject.check)
+    return _scaled_dominance(linalg.comparison(subject.M), subject.check)
 
 
 def m_matrix(subject: Subject) -> Verdict:
@@ -51,7 +50,7 @@ def m_matrix(subject: Subject) -> Verdict:
 
 def h_plus_part(S: Matrix, check: Callable[[], None]) -> bool:
     """Whether S, the sum of M and M' without rounding, is shown to be an H+-matrix."""
-    return bool(S.diagonal().min() > 0) and _scaled_dominance(comparison(S), check).word == YES
+    return bool(S.diagonal().min() > 0) and _scaled_dominance(linalg.comparison(S), check).word == YES
 
 
 def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
@@ -72,7 +71,7 @@ def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
     if n <= EXACT:
         from lcpcli.rational import integers
 
-        order = elimination.first_nonpositive(integers(C.toarray() if is_sparse(C) else C), check)
+        order = elimination.first_nonpositive(integers(linalg.dense(C)), check)
         if order is None:
             return Verdict(YES, "the leading principal minors of its comparison matrix are positive, exactly computed")
         indices = tuple(range(order))
@@ -91,7 +90,7 @@ def _scalings(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
     """
     diagonal = np.asarray(C.diagonal())
     everything = np.arange(diagonal.size)
-    direct = Band(C).affordable if is_sparse(C) else C.shape[0] <= DENSE
+    direct = affordable(C)
     for slack in (0.0, SLACK):
         check()
         A = _diagonal_reduced(C, slack) if slack else C

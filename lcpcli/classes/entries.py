@@ -60,23 +60,8 @@ def strictly_diagonally_dominant(subject: Subject) -> Verdict:
 
 def weak_row(M: Matrix, check: Callable[[], None]) -> int | None:
     """The first row that is not strictly diagonally dominant; None if there is none. `check` may raise Late."""
-    weak = np.flatnonzero(signs(comparison(M), np.ones(M.shape[0]), check) <= 0)
+    weak = np.flatnonzero(signs(linalg.comparison(M), np.ones(M.shape[0]), check) <= 0)
     return int(weak[0]) if weak.size else None
-
-
-def comparison(M: Matrix) -> Matrix:
-    """The comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
-    diagonal = np.abs(M.diagonal())
-    if is_sparse(M):
-        from scipy.sparse import diags_array
-
-        absolute = abs(M)
-        off = absolute - diags_array(diagonal)
-        off.eliminate_zeros()
-        return (diags_array(diagonal) - off).tocsr()
-    C = -np.abs(M)
-    np.fill_diagonal(C, diagonal)
-    return C
 
 
 def _first(A: Matrix) -> tuple[int, int]:

@@ -94,7 +94,7 @@ class Subject:
         if support.size > DENSE // 4:
             return False
         block = self.M[support][:, support]
-        total = rational.sign_of_form(block.toarray() if is_sparse(block) else block, v[support])
+        total = rational.sign_of_form(linalg.dense(block), v[support])
         return holds((total > 0) - (total < 0))
 
 

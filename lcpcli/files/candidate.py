@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError
 from lcpcli.exact.numbers import fraction, ratio
-from lcpcli.files.csv_format import NUMERIC
+from lcpcli.files.csv_format import NUMERIC, is_number
 from lcpcli.files.json_format import load_first
 from lcpcli.files.text import decode
 from lcpcli.problem import count, kind
@@ -61,7 +61,7 @@ def of_text(content: bytes, n: int) -> Candidate:
     """The z, of n entries, in a text of one row or one column of decimals and fractions."""
     lines = [(k, line.strip()) for k, line in enumerate(decode(content).splitlines(), 1)]
     rows = [(k, PARTING.split(line.strip(",;"))) for k, line in lines if line and line[0] != "#"]
-    if rows and not any(NUMERIC.match(entry) for entry in rows[0][1]):
+    if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):
         del rows[0]
     if len(rows) > 1 and any(len(row) > 1 for _, row in rows):
         raise ProblemError(

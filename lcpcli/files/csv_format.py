@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli import linalg
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.text import decode
-from lcpcli.problem import Problem, as_vector, count, is_sparse
+from lcpcli.problem import Problem, as_vector, count
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: A
 
 def render(problem: Problem) -> dict[str, bytes]:
     """[M | q], one row a line, with all digits."""
-    M = problem.M.toarray() if is_sparse(problem.M) else problem.M
+    M = linalg.dense(problem.M)
     rows = np.column_stack((M, problem.q)).tolist()
     return {"": "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()}
 
@@ -83,7 +84,7 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
         raise ProblemError("", "holds no numbers", "give one row a line")
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
     first = _fields(*lines[0], delimiter)
-    if not any(_is_number(entry) or NUMERIC.match(entry) for entry in first):
+    if not any(is_number(entry) or NUMERIC.match(entry) for entry in first):
         _refuse_misplaced_q(lines[0][0], first)
         del lines[0]
     rows = [
@@ -122,7 +123,7 @@ def _fields(number: int, line: str, delimiter: str | None) -> list[str]:
         raise ProblemError(f"line {number}", f"is not CSV ({error})", "correct it there") from None
 
 
-def _is_number(entry: str) -> bool:
+def is_number(entry: str) -> bool:
     try:
         float(entry)
     except ValueError:
@@ -132,13 +133,13 @@ def _is_number(entry: str) -> bool:
 
 def _numeric(entry: str, line: int, column: int, delimiter: str | None) -> str:
     """The entry, which is a finite number."""
-    if _is_number(entry) and math.isfinite(float(entry)):
+    if is_number(entry) and math.isfinite(float(entry)):
         return entry
     place = f"line {line}, column {column}"
     if not entry.strip():
         raise ProblemError(place, "is empty", "give a number")
-    if delimiter != "," and "," in entry and _is_number(entry.replace(",", ".", 1)):
+    if delimiter != "," and "," in entry and is_number(entry.replace(",", ".", 1)):
         raise ProblemError(place, f"is {quoted(entry)}, with a decimal comma", "write decimals with a point")
-    if _is_number(entry):
+    if is_number(entry):
         raise ProblemError(place, f"is {quoted(entry.strip())}", "give a finite number in double precision")
     raise ProblemError(place, f"is {quoted(entry)}, not a number", "give a number")

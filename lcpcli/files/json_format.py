@@ -97,7 +97,7 @@ def load_first(text: str, number: Callable[[str], Any] = float) -> Any:
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
     """What a JSON text holds, its numbers read by `number`."""
     try:
-        return json.loads(text, parse_int=number, parse_float=number, object_pairs_hook=_object)
+        return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise ProblemError(place, f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})", "correct it there") from None

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli import classes
+from lcpcli.band import affordable
 from lcpcli.classes.verdict import YES, Late, Verdict
 from lcpcli.inspection import matrix, rates, remarks
 from lcpcli.inspection.guarantees import Guarantee, guarantees
@@ -61,7 +62,7 @@ def inspect(problem: Problem, seconds: float = INSPECTION_SECONDS) -> Inspection
     condition = equilibrated = spectrum = published = best = None
     hints: list[str] = []
     with suppress(Late):
-        if matrix.affordable(problem.M):
+        if affordable(problem.M):
             check()
             condition = matrix.condition(problem.M)
             check()

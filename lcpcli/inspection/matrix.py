@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli import linalg, spectrum
-from lcpcli.band import Band
+from lcpcli.band import Band, affordable
 from lcpcli.problem import Problem, is_sparse
 from lcpcli.scaling import equilibrate
 from lcpcli.typing import Matrix, Vector
 
-DENSE = 5000  # n up to which a dense matrix is factorized to estimate its condition
 EIGEN = 500  # n up to which all eigenvalues are computed
 
 
@@ -76,11 +75,6 @@ def _decades(sizes: Vector) -> float:
     return float(np.log10(used.max()) - np.log10(used.min())) if used.size else 0.0
 
 
-def affordable(M: Matrix) -> bool:
-    """Whether M may be factorized in passing."""
-    return Band(M).affordable if is_sparse(M) else M.shape[0] <= DENSE
-
-
 def condition(M: Matrix) -> float:
     """|M|_1 |M^-1|_1 of an affordable M; estimated from below for n above linalg.SMALL. Infinite if M is singular."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -121,7 +115,7 @@ def _sparse_condition(M: Matrix) -> float:
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
     """The ends of the spectrum of a symmetric M; estimated of a large one that is positive definite and affordable."""
     if M.shape[0] <= EIGEN:
-        dense = M.toarray() if is_sparse(M) else M
+        dense = linalg.dense(M)
         if M.shape[0] <= linalg.SMALL:
             values = np.linalg.eigvalsh(dense)
         else:

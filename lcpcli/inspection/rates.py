@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli import contraction, linalg
-from lcpcli.inspection.matrix import Spectrum, affordable
+from lcpcli.band import affordable
+from lcpcli.inspection.matrix import Spectrum
 from lcpcli.methods.shi import default_p
 from lcpcli.options import OPTIONS
 from lcpcli.problem import Problem, is_sparse

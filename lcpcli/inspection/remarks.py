@@ -35,12 +35,7 @@ def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 
 
 def _with_positive_entry(problem: Problem) -> NDArray[np.bool_]:
-    M = problem.M
-    if not is_sparse(M):
-        return np.asarray((M > 0).any(axis=1))
-    found = np.zeros(problem.n, dtype=bool)
-    found[np.repeat(np.arange(problem.n), np.diff(M.indptr))[M.data > 0]] = True
-    return found
+    return np.asarray((problem.M > 0).sum(axis=1)).ravel() > 0
 
 
 def hints(

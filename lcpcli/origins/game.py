@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli import linalg
 from lcpcli.errors import ProblemError
-from lcpcli.problem import Problem, as_matrix, count, is_sparse, kind
+from lcpcli.problem import Problem, as_matrix, count, kind
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class Game:
     def of(cls, A: Any, B: Any, rows: Any, columns: Any) -> Game:
         """The game of these payoffs and names, or a ProblemError."""
         payoffs = [as_matrix(field, values) for field, values in (("A", A), ("B", B))]
-        one, other = (payoff.toarray() if is_sparse(payoff) else payoff for payoff in payoffs)
+        one, other = (linalg.dense(payoff) for payoff in payoffs)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
             raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree")
@@ -88,7 +89,7 @@ class Game:
         m, k = self.A.shape
         if q.size != m + k or (q != -1).any():
             return False
-        M = M.toarray() if is_sparse(M) else M
+        M = linalg.dense(M)
         costs = (M[:m, m:], self.A), (M[m:, :m].T, self.B)
         return not M[:m, :m].any() and not M[m:, m:].any() and all(_complement(*each) for each in costs)
 

@@ -63,7 +63,7 @@ class QuadraticProgram:
 
         refuse_unknown("", data, KEYS)
         k = data.get("variables")
-        if isinstance(k, bool) or not isinstance(k, (int, float)) or k < 1 or k != int(k):
+        if isinstance(k, bool) or not isinstance(k, (int, float)) or not k >= 1 or k % 1 != 0:
             raise ProblemError("variables", "is no number of variables", "give a whole number from 1")
         return cls(int(k), _indices(data.get("free", []), int(k)))
 

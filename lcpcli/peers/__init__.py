@@ -2,7 +2,6 @@
 
 A peer's module opens with what it is and what the tolerance means to it, and has
 
-    PACKAGE : the name of the distribution that must be installed.
     version() -> str | None : the installed version, None if it is not installed.
     excludes(problem) -> str : why it does not take such a problem, as a clause; "" if it does.
     solve(problem, tol, time_limit) -> Claim : what it makes of the problem, at its own tolerance tol and in time_limit
@@ -52,8 +51,6 @@ class Claim:
 
 
 class Peer(Protocol):
-    PACKAGE: str
-
     def version(self) -> str | None: ...
 
     def excludes(self, problem: Problem) -> str: ...

@@ -25,7 +25,6 @@ from lcpcli.errors import OptionError
 from lcpcli.peers import Claim, storage
 from lcpcli.problem import Problem
 
-PACKAGE = "siconos"
 PYTHON = "LCP_SICONOS_PYTHON"
 ASK = "from importlib.metadata import version; print(version('siconos'))"
 PATIENCE = 60  # seconds in which an interpreter answers

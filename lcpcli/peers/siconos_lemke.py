@@ -7,5 +7,5 @@ from __future__ import annotations
 
 from lcpcli.peers import siconos, storage
 
-PACKAGE, version, excludes = siconos.PACKAGE, siconos.version, storage.not_dense
+version, excludes = siconos.version, storage.not_dense
 solve = siconos.solver("SICONOS_LCP_LEMKE")

@@ -8,6 +8,6 @@ from __future__ import annotations
 
 from lcpcli.peers import siconos, storage
 
-PACKAGE, version, excludes = siconos.PACKAGE, siconos.version, storage.not_dense
+version, excludes = siconos.version, storage.not_dense
 SWEEPS = 10**9
 solve = siconos.solver("SICONOS_LCP_PGS", SWEEPS)

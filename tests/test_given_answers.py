@@ -1,0 +1,57 @@
+"""What is given for an answer, and what is not one: numbers without a file, programs, proofs, what is not finite."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli import shipped
+
+EXAMPLE = shipped.path("paper-example-2.json")
+INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
+
+Lcp = Callable[..., Any]
+
+
+def test_numbers_may_stand_in_place_of_a_file(lcp: Lcp) -> None:
+    assert lcp("check", EXAMPLE, "0,15/29,17/29,0", "--exact").code == 0
+    assert lcp("check", EXAMPLE, "0 0.5 0.5 0").code == 1
+    outcome = lcp("check", EXAMPLE, "0,1")
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+
+
+def test_programs_and_games_are_told_how_to_become_problems(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    for text, option in (('{"Q": [[1]], "c": [1]}', "--from-qp"), ('{"A": [[1]], "B": [[1]]}', "--from-game")):
+        file.write_text(text)
+        outcome = lcp("solve", str(file))
+        assert outcome.code == 2
+        assert outcome.err.endswith(f"make it one with lcp make {option}\n")
+
+
+def test_exact_has_no_effect_on_csv(lcp: Lcp) -> None:
+    outcome = lcp("solve", EXAMPLE, "--exact", "--format", "csv")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("lcp: --exact: has no effect on the format csv")
+
+
+@pytest.mark.parametrize("answer", ["nan\n1\n2\n0\n", "inf,0,0,0", "[NaN, 1, 2, 0]", '{"z": [Infinity, 0, 0, 0]}'])
+def test_what_is_not_finite_is_no_answer(answer: str, lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "answer"
+    file.write_text(answer)
+    outcome = lcp("check", EXAMPLE, str(file))
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "not finite" in outcome.err
+
+
+def test_tolerance_has_no_effect_on_a_proof(lcp: Lcp, tmp_path: Path) -> None:
+    problem, proof = tmp_path / "infeasible.json", tmp_path / "proof.json"
+    problem.write_text(INFEASIBLE)
+    proof.write_text(lcp("solve", str(problem), "--format", "json").out)
+    assert json.loads(proof.read_text())["certificate"]["kind"] == "farkas"
+    assert lcp("check", str(problem), str(proof)).code == 0
+    assert lcp("check", str(problem), str(proof), "--tol", "1e-3").code == 2
