@@ -12,7 +12,7 @@ from lcpcli.scaling import equilibrate
 from lcpcli.typing import Indices, Vector
 
 FLOOR = 1e-5  # of the problem's scale: what is smaller than that in a row is still measured against it
-ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the terms of a row: what is lost where w is computed
+ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the terms of a row: what is lost where w is computed, at most
 SMALLEST = -1074  # the power of two of the smallest number: what an underflow may lose
 LARGEST_POWER = 1000  # of two, in one factor
 PRECISION = 1e-13  # the smallest relative residual that is told from rounding
@@ -119,6 +119,10 @@ class Accuracy:
         if self.scaled_residual(z, w) > tol:
             return False
         return self.relative_residual(z, self._settled(z, w)) <= tol
+
+    def is_rounding(self, z: Vector, w: Vector) -> bool:
+        """Whether the relative residual is no more than rounding leaves, so that its digits are those of a machine."""
+        return self.scaled_residual(z, w) <= ROUNDING and self.relative_residual(z, w) <= ROUNDING
 
     def bound(self, F: Vector) -> float:
         """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.

@@ -23,6 +23,7 @@ class TraceRow:
     k : its number; the start is 0.
     z : its z = |x| + x, shape (n,), or the components that the trace was asked to keep.
     residual, error : as in Result; None where they were not asked for, or no solution is known.
+    rounding : whether the residual is no more than rounding leaves, as by `accuracy.Accuracy.is_rounding`.
     seconds : time that the method took from the end of its set-up to this iterate, nothing else counted.
     step : the step of the published algorithm that made it; "" if the method has but one.
     method : the method that made it.
@@ -35,6 +36,7 @@ class TraceRow:
     seconds: float
     step: str
     method: str
+    rounding: bool
 
 
 @dataclass(frozen=True)
@@ -127,11 +129,13 @@ class Trace:
         problem, waiting = accuracy.problem, self._waiting
         Z = np.array([z_of(passing.x) for passing in waiting])
         residuals: Sequence[float | None] = [None] * len(waiting)
+        rounding = [False] * len(waiting)
         if self.residuals:
             W = product(problem.M, Z.T).T + problem.q
             residuals = [accuracy.natural_residual(z, w) for z, w in zip(Z, W, strict=True)]
-        for passing, z, residual in zip(waiting, Z, residuals, strict=True):
+            rounding = [accuracy.is_rounding(z, w) for z, w in zip(Z, W, strict=True)]
+        for passing, z, residual, no_more in zip(waiting, Z, residuals, rounding, strict=True):
             kept = z.copy() if self.components is None else z[self.components]
             seconds, step, method = passing.seconds, passing.step, passing.method
-            self.rows.append(TraceRow(passing.k, kept, residual, accuracy.error(z), seconds, step, method))
+            self.rows.append(TraceRow(passing.k, kept, residual, accuracy.error(z), seconds, step, method, no_more))
         self._waiting = []

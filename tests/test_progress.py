@@ -108,10 +108,11 @@ def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
 
 
 def test_long_solve_shows_its_line_on_standard_error_alone(tmp_path: Path) -> None:
-    file = tmp_path / "hard.json"
-    files.write(gallery.make("bimatrix", 10), str(file))
-    command = [sys.executable, "-m", "lcpcli", "solve", str(file), "--method", "shi", "--format", "json"]
-    command += ["--time-limit", "1.4", "--max-iterations", "1000000", "--k-star", "1000000"]
+    file = tmp_path / "endless.json"
+    infeasible = Problem([[0, -1], [1, 0]], [-1, -1])  # so that the iterates run off for ever
+    files.write(infeasible, str(file))
+    command = [sys.executable, "-m", "lcpcli", "solve", str(file), "--method", "fixed-point", "--format", "json"]
+    command += ["--time-limit", "1.4", "--max-iterations", "1000000000"]
     theirs, ours = pty.openpty()
     done = subprocess.run(
         command, stdout=subprocess.PIPE, stderr=ours, env={**os.environ, "TERM": "xterm"}, check=False
@@ -121,7 +122,7 @@ def test_long_solve_shows_its_line_on_standard_error_alone(tmp_path: Path) -> No
     os.close(theirs)
     assert done.stdout.startswith(b"{")
     assert done.stdout.count(b"\n") == 1
-    assert re.search(r"shi  k = \d+  relative residual about \d\.\de[-+]\d+  1\.\d s", shown)
+    assert re.search(r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+  1\.\d s", shown)
     assert shown.endswith(progress.ERASE)
     assert "\n" not in shown
 

@@ -27,7 +27,7 @@ ONLY_BY = {
     "lcpcli.driver": "lcpcli api reference exact bench cli",
     "lcpcli.loop": "driver",
     "lcpcli.finish": "driver linear restarts sparse_route",
-    "lcpcli.methods": "advice api cli driver exhaustion finish inspection krylov linear loop multilevel restarts "
+    "lcpcli.methods": "advice api cli driver exact exhaustion finish inspection krylov linear loop multilevel restarts "
     "scaled sparse_route",
     "click": "cli",
     "rich": "report cli",

@@ -32,7 +32,8 @@ class Equilibrium:
     row, column : the mixed strategies, probabilities in the order of the game's rows and columns; None where it is not
         solved, and so are the others.
     payoffs : what the row and the column player may expect, in the game's units.
-    gains : how much more either of them would get by the best response to the other, computed from A and B.
+    gains : how much more either of them would get by the best response to the other, computed from A and B; 0 where
+        that is no more than rounding.
     statement : whether the strategies are an equilibrium.
     exact : row and column as fractions where z is proved, else None.
     """
@@ -112,10 +113,7 @@ class Game:
             exact = {name: [value / sum(part) for value in part] for name, part in parts.items()}
         by_row, by_column = self.A @ y, x @ self.B
         payoffs = float(x @ by_row), float(by_column @ y)
-        gains = (
-            max(float(by_row.max()) - payoffs[0], 0.0),
-            max(float(by_column.max()) - payoffs[1], 0.0),
-        )
+        gains = _gain(by_row, payoffs[0], self.A), _gain(by_column, payoffs[1], self.B)
         small = all(
             gain <= 10 * result.problem.n * result.tol * _span(payoff)
             for gain, payoff in zip(gains, (self.A, self.B), strict=True)
@@ -168,6 +166,12 @@ def _complement(costs: Vector, payoffs: Vector) -> bool:
     with np.errstate(over="ignore", invalid="ignore"):
         total = costs + payoffs
         return bool(np.ptp(total) <= 8 * EPS * (np.abs(costs).max() + np.abs(payoffs).max()))
+
+
+def _gain(replies: Vector, payoff: float, payoffs: Vector) -> float:
+    """What the best of the replies gets beyond the payoff; 0 where that is no more than rounding of the payoffs."""
+    gain = float(replies.max()) - payoff
+    return gain if gain > 8 * EPS * float(np.abs(payoffs).max()) else 0.0
 
 
 def _span(payoffs: Vector) -> float:

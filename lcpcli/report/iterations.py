@@ -5,6 +5,7 @@ Built once as cells of text; the formats differ only in how they set it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -72,7 +73,7 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     for result, rows in zip(results, traces, strict=True):
         labels = _labels(rows, " warm" if result.warm else "")
         largest = float(np.max(result.z))
-        tails = [[row.step][: len(steps)] + _measures(row, bool(problem.solutions), length) for row in rows]
+        tails = [[row.step][: len(steps)] + _measures(row, problem, length) for row in rows]
         cells = [_components(row, largest, components is not None) for row in rows]
         groups.append([[a, str(row.k), *z, *tail] for a, row, z, tail in zip(labels, rows, cells, tails, strict=False)])
     lines = summary.build(results)
@@ -96,8 +97,9 @@ def _components(row: TraceRow, largest: float, elided: bool) -> list[str]:
     return cells
 
 
-def _measures(row: TraceRow, known: bool, length: float) -> list[str]:
-    return [numbers.short(row.error if known else row.residual), f"{row.seconds / length:.3f}"]
+def _measures(row: TraceRow, problem: Problem, length: float) -> list[str]:
+    residual = numbers.short(row.residual, math.inf if row.rounding else 0.0)
+    return [summary.error(row.error, problem) if problem.solutions else residual, f"{row.seconds / length:.3f}"]
 
 
 def _rows(result: Result) -> list[TraceRow]:

@@ -31,14 +31,15 @@ def result_html(result: Result) -> str:
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
+    from lcpcli.report import summary
     from lcpcli.report.outcome import short_vector
 
-    error = [] if result.error is None else [("error", numbers.short(result.error))]
+    error = [] if result.error is None else [("error", summary.error(result.error, result.problem))]
     seconds = result.seconds
     return [
         ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
         ("n =", str(result.problem.n)),
-        ("residual", numbers.short(result.residual)),
+        ("residual", summary.residual(result)),
         *error,
         ("in", numbers.duration(seconds)),
         ("z =", short_vector(result, WIDTH)),

@@ -31,11 +31,11 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format)
     return f"({', '.join([*map(cell, entries[:IN_A_LINE]), *more])})"
 
 
-def short(value: float | None) -> str:
-    """Two significant digits of a residual or an error; empty where there is none."""
+def short(value: float | None, rounding: float = 0.0) -> str:
+    """Two significant digits of a residual or an error; 0 where it is but rounding, empty where there is none."""
     if value is None:
         return ""
-    return f"{value:.1e}" if value else "0"
+    return "0" if value <= rounding else f"{value:.1e}"
 
 
 def above(value: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from lcpcli.accuracy import ROUNDING
 from lcpcli.problem import count
 from lcpcli.report import numbers, summary
 from lcpcli.report.numbers import ELLIPSIS
@@ -32,9 +33,9 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     work = [] if result.solved else [_work(result)]
     if result.status.word in SETTLED:
         return work
-    measures = [f"residual {numbers.short(result.residual)}", f"relative {numbers.short(result.relative_residual)}"]
+    measures = [f"residual {summary.residual(result)}", f"relative {numbers.short(result.relative_residual, ROUNDING)}"]
     if result.error is not None:
-        measures.append(f"error {numbers.short(result.error)}")
+        measures.append(f"error {summary.error(result.error, result.problem)}")
     return [*work, ", ".join(measures), *_vector("z" if result.solved else "best z", result, width or PAGE, whole)]
 
 

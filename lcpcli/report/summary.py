@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from lcpcli.accuracy import Accuracy, size_of_solutions
+from lcpcli.accuracy import ROUNDING, Accuracy, size_of_solutions
+from lcpcli.problem import Problem
 from lcpcli.refinement import is_rounded_solution
 from lcpcli.report import LEVELS, numbers
 from lcpcli.result import Result
@@ -42,6 +44,16 @@ def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
 def name(result: Result) -> str:
     """What a run is called: its method, and that it started near the solution if it did."""
     return f"{result.method} warm" if result.warm else result.method
+
+
+def residual(result: Result) -> str:
+    """The natural residual of a result, 0 where it is no more than rounding of the terms of each row."""
+    return numbers.short(result.residual, math.inf if result.relative_residual <= ROUNDING else 0.0)
+
+
+def error(value: float | None, problem: Problem) -> str:
+    """An error, 0 where it is no more than rounding of the solution."""
+    return numbers.short(value, ROUNDING * size_of_solutions(problem))
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -80,8 +92,8 @@ def _counts(results: Sequence[Result]) -> Cells:
             str(result.iterations),
             str(result.evaluations),
             numbers.duration(result.seconds),
-            numbers.short(result.residual),
-            numbers.short(result.error),
+            residual(result),
+            error(result.error, result.problem),
             result.status.word.replace("_", " "),
         ]
         for result in results
@@ -109,7 +121,7 @@ def _milestones(results: Sequence[Result]) -> Cells:
         claim = ("true" if is_true(result) else "FALSE") if result.solved else NOT_REACHED
         levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
         status = SHORT.get(result.status.word, result.status.word)
-        rows.append([name(result), *levels, end, numbers.short(result.error), status, claim])
+        rows.append([name(result), *levels, end, error(result.error, result.problem), status, claim])
     return header, rows
 
 

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from itertools import groupby
 
+from lcpcli.accuracy import ROUNDING
 from lcpcli.bench import scores
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.statistics import SHIFT, summary
@@ -107,7 +108,7 @@ def _one_below_another(record: Record) -> Sheet:
         rows: list[list[str]] = []
         for row in group:
             length, unit = numbers.unit(summary(row.seconds).median) if row.success else (1.0, "")
-            measures = [numbers.short(row.scaled_residual), numbers.short(row.error)]
+            measures = [numbers.short(row.scaled_residual, ROUNDING), numbers.short(row.error)]
             iterations = "" if row.iterations is None else str(row.iterations)
             rows.append(["" if rows else name, row.solver, _time(row, length), unit, *measures, iterations])
         groups.append(rows)

@@ -1,0 +1,207 @@
+"""Lemke's tableau in double precision, kept as the inverse of the basis, for problems of any size and numbers.
+
+The lexicographic rule after B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli import linalg
+from lcpcli.methods.iterate import Breakdown
+from lcpcli.problem import Problem
+from lcpcli.typing import Indices, Vector
+
+NOISE = 2.0**-36  # an update that leaves no more than this of its terms has cancelled, ratios as close as this tie
+ROUNDING = 2.0**-42  # the same for sums that have just been computed from M and q
+TIE = 2.0**-30  # quotients of entries of the inverse as close as this are equal
+DOUBTFUL = 2.0**-26  # a pivot that cancellation has made so small is computed anew before it is used
+REFACTOR = 50  # pivots, at least, between two inversions of the basis from scratch
+REFACTOR_AT_TIES = 5  # the same where rows tie: there rounding can lead off the path
+
+
+class Tableau:
+    """A basis of w - M z - e z_0 = q, the inverse of its matrix and its basic solution.
+
+    Variables are numbered: w_i is i, z_i is n + i, z_0 is 2 n. Column i of the inverse is a unit vector as long as w_i
+    is basic; the others are the rows of `inverse`. They are at the same time the columns of the tableau that started
+    as the identity, which the lexicographic rule reads.
+
+    basic : the variable of each row, shape (n,).
+    row_of : the row of each variable, shape (2 n + 1,), -1 where it is not basic.
+    values : the basic solution, shape (n,).
+    outside : the k indices i of the w_i that are not basic.
+    inverse : row s holds column outside[s] of the inverse, shape (n, n), of which k rows are in use.
+    age : pivots since the inverse was last computed from scratch.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.n = problem, problem.n
+        self.column_of_M = linalg.column_reader(problem.M)
+        self.basic: Indices = np.arange(self.n)
+        self.row_of: Indices = np.append(self.basic, np.full(self.n + 1, -1))
+        self.values: Vector = problem.q.copy()
+        self.outside: list[int] = []
+        self.inverse: Vector = np.empty((self.n, self.n))
+        self.work: Vector = np.empty((self.n, self.n))
+        self.age = 0
+
+    def value_of(self, variable: int) -> float:
+        """The value of a basic variable."""
+        return float(self.values[self.row_of[variable]])
+
+    def x(self) -> Vector:
+        """(z - w) / 2 of the basic solution; 0 for the pair of which neither is basic."""
+        x = np.zeros(2 * self.n + 1)
+        x[self.basic] = self.values
+        return 0.5 * (x[self.n : -1] - x[: self.n])
+
+    def support(self, entering: int) -> Indices:
+        """The i for which z_i is basic, once `entering` is."""
+        support = self.row_of[self.n : -1] >= 0
+        if entering >= self.n:
+            support[entering - self.n] = True
+        return np.flatnonzero(support)
+
+    def direction(self, column: Vector, entering: int) -> Vector:
+        """How z changes along the ray of an entering variable, of which this is the column."""
+        ray = np.zeros(2 * self.n + 1)
+        ray[self.basic] = np.maximum(-column, 0.0)
+        ray[entering] = 1.0
+        return ray[self.n : -1]
+
+    def multipliers(self) -> Vector:
+        """The multipliers of the row of z_0, which is basic: that row of the inverse with its sign turned."""
+        multipliers = np.zeros(self.n)
+        multipliers[self.outside] = -self.inverse[: len(self.outside), self.row_of[2 * self.n]]
+        return multipliers
+
+    def first_pivot(self) -> tuple[Vector, int, Indices]:
+        """The pivot that brings z_0 in, just large enough for all w = q + e z_0 to be nonnegative."""
+        tied = np.flatnonzero(self.values == self.values.min())
+        return -np.ones(self.n), int(tied[-1]), tied  # the last one is the lexicographic minimum of [q | I]
+
+    def next_pivot(self, entering: int) -> tuple[Vector, int, Indices]:
+        """The entering column, the row of the leaving variable (-1: there is none) and all rows that tie with it.
+
+        If z_0 is among those it is the one that leaves; else the lexicographic rule chooses.
+        """
+        k = len(self.outside)
+        if self.age >= max(REFACTOR, k):
+            self.invert()
+        column, size = self._column(entering)
+        row, tied = self._minimum_ratio(column)
+        delicate = tied.size > 1 and self.age >= max(REFACTOR_AT_TIES, k**2 / self.n)
+        if self.age and (row < 0 or delicate or column[row] < DOUBTFUL * size[row]):
+            self.invert()
+            column, size = self._column(entering)
+            row, tied = self._minimum_ratio(column)
+        return column, row, tied
+
+    def pivot(self, column: Vector, row: int, tied: Indices, entering: int) -> int:
+        """Exchange the basic variable of the row for the entering one; returns the one that leaves."""
+        leaving = int(self.basic[row])
+        step = self.values[row] / column[row]
+        change = step * column
+        self.values -= change
+        self.values[np.abs(self.values) <= NOISE * np.abs(change)] = 0.0
+        self.values[tied] = 0.0
+        self.values[row] = step
+        if leaving < self.n:
+            self.inverse[len(self.outside)] = 0.0
+            self.inverse[len(self.outside), row] = 1.0
+            self.outside.append(leaving)
+        self._eliminate(column, row)
+        self.basic[row] = entering
+        self.row_of[leaving], self.row_of[entering] = -1, row
+        if entering < self.n:
+            place, last = self.outside.index(entering), len(self.outside) - 1
+            self.inverse[place] = self.inverse[last]
+            self.outside[place] = self.outside[last]
+            self.outside.pop()
+        self.age += 1
+        if not np.isfinite(self.values).all():
+            raise Breakdown("the basic solution has overflowed")
+        return leaving
+
+    def invert(self) -> None:
+        """Compute the inverse and the basic solution from scratch; what is within rounding of zero becomes zero."""
+        others = np.flatnonzero(self.basic >= self.n)
+        variables = self.basic[others]
+        outside, inside = np.array(self.outside, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)
+        columns = np.full((self.n, others.size), -1.0)
+        ours = variables < 2 * self.n
+        columns[:, ours] = -linalg.dense_columns(self.problem.M, variables[ours] - self.n)
+        try:
+            block = np.linalg.inv(columns[outside])
+        except np.linalg.LinAlgError:
+            return
+        size = np.abs(block) @ (np.abs(columns[outside]) @ np.abs(block))
+        block[np.abs(block) <= ROUNDING * size] = 0.0
+        rest = -(columns[inside] @ block)
+        rest[np.abs(rest) <= ROUNDING * (np.abs(columns[inside]) @ size)] = 0.0
+        k, rows = others.size, self.row_of[inside]
+        self.inverse[:k, others], self.inverse[:k, rows] = block.T, rest.T
+        q = self.problem.q
+        size = np.abs(q[outside]) @ np.abs(self.inverse[:k])
+        size[rows] += np.abs(q[inside])
+        self.values = q[outside] @ self.inverse[:k]
+        self.values[rows] += q[inside]
+        self.values[np.abs(self.values) <= ROUNDING * size] = 0.0
+        self.age = 0
+
+    def _column(self, entering: int) -> tuple[Vector, Vector]:
+        """The column of a variable in the tableau, and the size of the terms of which its entries are sums."""
+        k = len(self.outside)
+        if entering < self.n:
+            column = self.inverse[self.outside.index(entering)].copy()
+            return column, np.abs(column)
+        m = self.column_of_M(entering - self.n)
+        above, beside = -m[self.outside], -m[self.basic[self.basic < self.n]]
+        size = np.abs(above) @ np.abs(self.inverse[:k], out=self.work[:k])
+        column = above @ self.inverse[:k]
+        rows = np.flatnonzero(self.basic < self.n)
+        column[rows] += beside
+        size[rows] += np.abs(beside)
+        column[np.abs(column) <= NOISE * size] = 0.0
+        return column, size
+
+    def _minimum_ratio(self, column: Vector) -> tuple[int, Indices]:
+        rows = np.flatnonzero(column > 0)
+        if not rows.size:
+            return -1, rows
+        ratios = np.maximum(self.values[rows], 0.0) / column[rows]
+        tied = rows[ratios <= ratios.min() * (1 + NOISE)]
+        if tied.size == 1:
+            return int(tied[0]), tied
+        auxiliary = int(self.row_of[2 * self.n])
+        if auxiliary in tied:
+            return auxiliary, tied
+        return self._lexicographic_minimum(tied, column), tied
+
+    def _lexicographic_minimum(self, rows: Indices, column: Vector) -> int:
+        """Of the rows that tie, the one whose row of the inverse, divided by its entry in the column, is least."""
+        places = {i: place for place, i in enumerate(self.outside)}
+        units = [int(i) for i in self.basic[rows] if i < self.n]
+        for i in sorted([*places, *units]):
+            if i in places:
+                quotients = self.inverse[places[i], rows] / column[rows]
+                least = quotients.min()
+                rows = rows[quotients - least <= TIE * np.maximum(np.abs(quotients), abs(least))]
+            else:
+                rows = rows[rows != self.row_of[i]]
+            if rows.size == 1:
+                break
+        return int(rows[-1])
+
+    def _eliminate(self, column: Vector, row: int) -> None:
+        """The inverse after a pivot on column[row], cancelled entries set to zero."""
+        k = len(self.outside)
+        inverse, change = self.inverse[:k], self.work[:k]
+        quotients = inverse[:, row] / column[row]
+        np.multiply(quotients[:, np.newaxis], column, out=change)
+        inverse -= change
+        np.abs(change, out=change)
+        change *= NOISE
+        inverse[np.abs(inverse) <= change] = 0.0
+        inverse[:, row] = quotients
