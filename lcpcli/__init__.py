@@ -22,38 +22,40 @@ mend. The public names are loaded when they are first used, so that importing th
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lcpcli.api import solve as solve
-    from lcpcli.bounds import error_bound as error_bound
-    from lcpcli.driver import run as run
-    from lcpcli.files import read as read
-    from lcpcli.files import write as write
-    from lcpcli.limits import Limits as Limits
-    from lcpcli.origins.game import from_game as from_game
-    from lcpcli.origins.qp import from_qp as from_qp
-    from lcpcli.problem import Problem as Problem
-    from lcpcli.result import Result as Result
-    from lcpcli.result import Status as Status
-    from lcpcli.trace import Trace as Trace
+    from lcpcli.bounds.error_bound import error_bound as error_bound
+    from lcpcli.files.reading import read as read
+    from lcpcli.files.writing import write as write
+    from lcpcli.model.from_game import from_game as from_game
+    from lcpcli.model.from_program import from_qp as from_qp
+    from lcpcli.model.problem import Problem as Problem
+    from lcpcli.solving.call import solve as solve
+    from lcpcli.solving.limits import Limits as Limits
+    from lcpcli.solving.result import Result as Result
+    from lcpcli.solving.result import Status as Status
+    from lcpcli.solving.run import run as run
+    from lcpcli.solving.trace import Trace as Trace
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Limits": "limits",
-    "Problem": "problem",
-    "Result": "result",
-    "Status": "result",
-    "Trace": "trace",
-    "error_bound": "bounds",
-    "from_game": "origins.game",
-    "from_qp": "origins.qp",
-    "read": "files",
-    "run": "driver",
-    "solve": "api",
-    "write": "files",
+    "Limits": "solving.limits",
+    "Problem": "model.problem",
+    "Result": "solving.result",
+    "Status": "solving.result",
+    "Trace": "solving.trace",
+    "error_bound": "bounds.error_bound",
+    "from_game": "model.from_game",
+    "from_qp": "model.from_program",
+    "read": "files.reading",
+    "run": "solving.run",
+    "solve": "solving.call",
+    "write": "files.writing",
 }
 
 __all__ = [
@@ -72,10 +74,36 @@ __all__ = [
 ]
 
 
+_PICTURES = {  # of classes, by functions of report.notebook
+    "Problem": {"__repr__": "problem_text", "_repr_html_": "problem_html"},
+    "Result": {"__repr__": "result_text", "_repr_html_": "result_html"},
+    "Trace": {"__repr__": "trace_text"},
+}
+
+
 def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
+    _give_pictures()
+    return value
+
+
+def _give_pictures() -> None:
+    """Have the classes that are loaded show themselves as report/ draws them; it is loaded when that is asked for."""
+    for name in list(_PICTURES):
+        module = sys.modules.get(f"lcpcli.{_HOMES[name]}")
+        if module is not None:
+            for method, function in _PICTURES.pop(name).items():
+                setattr(getattr(module, name), method, _picture(function))
+
+
+def _picture(function: str) -> Callable[[Any], str]:
+    def shown(self: Any) -> str:
+        drawn: str = getattr(import_module("lcpcli.report.notebook"), function)(self)
+        return drawn
+
+    return shown
 
 
 def __dir__() -> list[str]:

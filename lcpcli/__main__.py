@@ -1,5 +1,5 @@
 """python -m lcpcli is the command lcp."""
 
-from lcpcli.cli import main
+from lcpcli.cli.main import main
 
 main()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 SHOWN = 40  # characters of a text from a file that a message quotes at most
 
@@ -21,6 +22,28 @@ def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
     begun = [word for word in known if folded and word.startswith(folded)]
     close = begun or get_close_matches(folded, known, n=1)
     return f"did you mean {close[0]}?" if close else otherwise or f"choose one of {', '.join(known)}"
+
+
+def refuse_unknown(
+    field: str,
+    given: Iterable[str],
+    known: Sequence[str],
+    whole: str = "a problem",
+    meant: Mapping[str, str] | None = None,
+) -> None:
+    """Raise ProblemError about the first key that is not known, with the one that is likely meant.
+
+    meant : other words for known keys, in small letters.
+    """
+    folded = {name.casefold(): name for name in known} | dict(meant or {})
+    for key in given:
+        if key not in known:
+            shown = key if len(key) <= SHOWN else f"{key[:SHOWN]}..."
+            from difflib import get_close_matches
+
+            close = get_close_matches(key.casefold(), folded, n=1)
+            mend = f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(known)}"
+            raise ProblemError(f"{field}.{shown}" if field else shown, f"is no key of {whole}", mend)
 
 
 class LCPError(Exception):
@@ -49,3 +72,19 @@ class ProblemError(LCPError):
 
 class OptionError(LCPError):
     """An option's value is out of its range, or the option has no effect on what was asked."""
+
+
+def count(n: int, noun: str) -> str:
+    """A number with its noun: "1 entry", "3 entries"."""
+    plural = noun[:-1] + "ies" if noun.endswith("y") else noun + "s"
+    return f"{n} {noun if n == 1 else plural}"
+
+
+def kind(value: Any) -> str:
+    """What the author of a file would call a value in it."""
+    if type(value).__name__ in ("bool", "bool_"):  # also numpy's
+        return str(value).lower()
+    if isinstance(value, str):
+        return f"the text {quoted(value)}"
+    names = {type(None): "null", dict: "an object", list: "a list", tuple: "a list", int: "a number", float: "a number"}
+    return names.get(type(value), f"of type {type(value).__name__}")

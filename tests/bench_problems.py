@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import peers
-from lcpcli.peers import Claim
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.peers import registry as peers
+from lcpcli.peers.registry import Claim
 
 PROBLEMS: dict[str, dict[str, Any]] = {
     "one": {"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [4 / 3, 7 / 3]},

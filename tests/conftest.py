@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import pytest
 from hypothesis import settings
 
-from lcpcli import Problem, cli, read, shipped
+from lcpcli import Problem, read
+from lcpcli.cli import main as cli
 from lcpcli.cli import session
+from lcpcli.files import shipped
 
 # the same examples every time, so that a change is what makes a test fail; HYPOTHESIS_PROFILE=searching tries new ones
 settings.register_profile("steady", derandomize=True, deadline=None)
@@ -38,7 +40,7 @@ def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> C
 
     def run(*arguments: str) -> Outcome:
         monkeypatch.setattr("sys.argv", ["lcp", *arguments])
-        monkeypatch.setattr("lcpcli.compiled.leave", sys.exit)  # a call that was abandoned must not end the tests
+        monkeypatch.setattr("lcpcli.interrupts.leave", sys.exit)  # a call that was abandoned must not end the tests
         with pytest.raises(SystemExit) as ending:
             cli.main()
         out, err = capfd.readouterr()

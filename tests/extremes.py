@@ -10,7 +10,7 @@ from numpy.random import Generator
 from scipy import sparse
 
 from lcpcli import Problem
-from lcpcli.scaling import equilibrate
+from lcpcli.linalg.equilibration import equilibrate
 
 from . import exact
 

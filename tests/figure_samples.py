@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from lcpcli import Trace, read, run, shipped
-from lcpcli.report.figures import Curve, Growth, GrowthPanel, Panel, Profile
+from lcpcli import Trace, read, run
+from lcpcli.files import shipped
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
 PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from lcpcli import Problem
-from lcpcli.problem import is_sparse
+from lcpcli.linalg.matrices import is_sparse
 
 
 def dense(problem: Problem) -> np.ndarray:

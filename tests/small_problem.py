@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lcpcli import Problem
-from lcpcli.problem import is_sparse
+from lcpcli.linalg.matrices import is_sparse
 
 M = [[2.0, -1.0], [-0.5, 2.0]]
 Q = [-1.0, 0.25]

@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, read, shipped
-from lcpcli.accuracy import Accuracy
-from lcpcli.linalg import norm_inf, row_and_column_maxima
-from lcpcli.scaling import equilibrate
+from lcpcli import Problem, read
+from lcpcli.files import shipped
+from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.matrices import norm_inf, row_and_column_maxima
+from lcpcli.verify.accuracy import Accuracy
 
 NAMES = ["paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json", "bimatrix.json"]
 

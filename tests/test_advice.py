@@ -10,8 +10,10 @@ from typing import Any
 
 import pytest
 
-from lcpcli import Limits, Problem, Status, files, gallery, read, run, shipped
-from lcpcli.advice import advice
+from lcpcli import Limits, Problem, Status, read, run
+from lcpcli.files import shipped, writing
+from lcpcli.gallery import families as gallery
+from lcpcli.solving.advice import advice
 
 SETTLED = {0, 3}
 FAILING = {
@@ -68,7 +70,7 @@ def ways_in(out: str) -> list[str]:
 def test_following_the_advice_settles_the_problem(name: str, lcp: Lcp, tmp_path: Path) -> None:
     family, n, arguments = FAILING[name]
     file = tmp_path / "problem.json"
-    files.write(gallery.make(family, n), str(file))
+    writing.write(gallery.make(family, n), str(file))
     failed = lcp("solve", str(file), *arguments)
     assert failed.code == 1
     for way in ways_in(failed.out):

@@ -16,8 +16,10 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from lcpcli import Limits, Problem, Status, Trace, gallery, read, run, shipped, solve, write
-from lcpcli.certificate import proves_infeasible
+from lcpcli import Limits, Problem, Status, Trace, read, run, solve, write
+from lcpcli.files import shipped
+from lcpcli.gallery import families as gallery
+from lcpcli.verify.certificate import proves_infeasible
 
 from . import exact
 

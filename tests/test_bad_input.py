@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from lcpcli import Result, driver
+from lcpcli import Result
+from lcpcli.solving import run as driver
 
 from .bad_input.file_kinds import CSV, FILES, STANDARD_INPUT
 from .bad_input.json_kinds import COORDINATES, JSON, MATRICES

@@ -19,8 +19,8 @@ import pytest
 from lcpcli.bench import record as records
 from lcpcli.bench.environment import Machine
 from lcpcli.bench.record import Record
-from lcpcli.peers import Claim
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.peers.registry import Claim
 
 from . import bench_problems
 
@@ -173,7 +173,7 @@ def slowly(case):
     return prepare(case)
 suites.prepare = slowly
 sys.argv = ["lcp", *sys.argv[1:]]
-from lcpcli.cli import main
+from lcpcli.cli.main import main
 main()
 """
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from lcpcli import shipped
 from lcpcli.bench import record as records
 from lcpcli.bench.record import Record
-from lcpcli.report import LEVELS
-from lcpcli.report.bench import convergence
+from lcpcli.bench.report import convergence
+from lcpcli.files import shipped
+from lcpcli.report.formats import LEVELS
 
 FILES = [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
 FAST = ("--budget", "0")

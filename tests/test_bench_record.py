@@ -19,7 +19,7 @@ from lcpcli.bench.judge import Judge
 from lcpcli.bench.record import Measurement, Record, Settings
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
 from lcpcli.errors import OptionError
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 from lcpcli.report.numbers import finite
 
 NUMBERS = st.none() | st.floats(allow_nan=False, allow_infinity=False)

@@ -14,10 +14,11 @@ import pytest
 from lcpcli.bench import record as records
 from lcpcli.bench.environment import Machine
 from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
+from lcpcli.bench.report import plot, sheets
+from lcpcli.bench.report.render import render
 from lcpcli.bench.scores import growths, scores
 from lcpcli.bench.statistics import shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
-from lcpcli.report.bench import plot, render, sheets
 
 SECONDS = {
     ("auto", 100): [0.010, 0.011, 0.012, 0.013, 0.014],

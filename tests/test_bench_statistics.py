@@ -8,13 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli.bench.statistics import (
-    growth,
-    median_interval,
-    performance_ratios,
-    shifted_geometric_mean,
-    summary,
-)
+from lcpcli.bench.statistics import growth, median_interval, performance_ratios, shifted_geometric_mean, summary
 
 TIMES = st.lists(st.floats(1e-6, 1e3), min_size=1, max_size=40)
 

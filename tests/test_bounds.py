@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from numpy.random import Generator
 from scipy.sparse import csr_array, diags_array
 
-from lcpcli import Problem, error_bound, read, shipped
+from lcpcli import Problem, error_bound, read
 from lcpcli.bounds import comparison, definite, rounding
 from lcpcli.errors import ProblemError
+from lcpcli.files import shipped
 
 from . import exact
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, error_bound, files, read, shipped
+from lcpcli import Problem, error_bound, read
+from lcpcli.files import shipped, writing
 from lcpcli.report import numbers
 
 
@@ -20,7 +21,7 @@ def test_printed_bound_is_rounded_upwards() -> None:
 
 def test_json_holds_the_bound_where_it_is_asked_for(lcp: Callable[..., Any], tmp_path: Path) -> None:
     file = str(tmp_path / "problem.json")
-    files.write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
+    writing.write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
     plain, bounded = (json.loads(lcp("solve", file, "--format", "json", *o).out) for o in ([], ["--bound"]))
     assert (plain["error_bound"], plain["error_bound_source"]) == (None, None)
     expected = error_bound(read(file), np.array(bounded["z"]))

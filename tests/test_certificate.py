@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, rational
-from lcpcli.certificate import farkas, proves_infeasible
+from lcpcli import Problem
+from lcpcli.rational import sums
+from lcpcli.verify.certificate import farkas, proves_infeasible
 
 from . import exact
 
@@ -75,7 +76,7 @@ def test_proof_that_no_floats_can_write_is_corrected_and_found_valid() -> None:
     """M'y = 0 forces y_1 = 3 y_2 / 0.1, where 0.1 and so the quotient are no short fractions."""
     problem = Problem([[0.1, -0.1], [-3, 3]], [-1, 0])
     rounded = np.array([3 / 0.1, 1.0]) / 7
-    product = [rational.product(column, [Fraction(value) for value in rounded]) for column in problem.M.T]
+    product = [sums.product(column, [Fraction(value) for value in rounded]) for column in problem.M.T]
     assert any(product)
     assert proves_infeasible(problem, rounded)
     assert farkas(problem) is not None
@@ -134,15 +135,15 @@ def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof() -> 
 
 def test_rational_solve_says_whether_its_solution_is_the_only_one() -> None:
     one, zero = Fraction(1), Fraction(0)
-    assert rational.solve(np.array([[2.0, 0.0], [0.0, 4.0]]), [one, one]) == ([Fraction(1, 2), Fraction(1, 4)], True)
-    assert rational.solve(np.array([[1.0, 1.0], [2.0, 2.0]]), [one, 2 * one]) == ([one, zero], False)
-    assert rational.solve(np.array([[1.0, 1.0], [2.0, 2.0]]), [one, one]) is None
-    assert rational.solve(np.zeros((0, 1)), []) == ([zero], False)
+    assert sums.solve(np.array([[2.0, 0.0], [0.0, 4.0]]), [one, one]) == ([Fraction(1, 2), Fraction(1, 4)], True)
+    assert sums.solve(np.array([[1.0, 1.0], [2.0, 2.0]]), [one, 2 * one]) == ([one, zero], False)
+    assert sums.solve(np.array([[1.0, 1.0], [2.0, 2.0]]), [one, one]) is None
+    assert sums.solve(np.zeros((0, 1)), []) == ([zero], False)
 
 
 def test_sign_of_a_product_is_exact_where_floats_cancel() -> None:
     a, y = np.array([1e200, 1.0, -1e200]), np.array([1e200, 1e-200, 1e200])
-    assert rational.sign_of_product(a, y) > 0
-    assert rational.sign_of_product(-a, y) < 0
-    assert rational.sign_of_product(a, y * [1, 0, 1]) == 0
-    assert rational.sign_of_product(np.array([5e-324, -5e-324]), np.array([5e-324, 1e-323])) < 0
+    assert sums.sign_of_product(a, y) > 0
+    assert sums.sign_of_product(-a, y) < 0
+    assert sums.sign_of_product(a, y * [1, 0, 1]) == 0
+    assert sums.sign_of_product(np.array([5e-324, -5e-324]), np.array([5e-324, 1e-323])) < 0

@@ -15,9 +15,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lcpcli import Problem, files, shipped
-from lcpcli.exact.problem import ExactProblem
-from lcpcli.judgement import judge, judge_exactly
+from lcpcli import Problem
+from lcpcli.files import shipped, writing
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.verify.verification import judge, judge_exactly
 
 from . import exact as oracle
 
@@ -116,7 +117,7 @@ def test_wrong_answer_is_told_what_it_violates(checked: Callable[..., Any]) -> N
 
 
 def test_at_most_ten_violations_are_listed(lcp: Callable[..., Any], tmp_path: Path) -> None:
-    files.write(Problem(np.eye(30), -np.arange(1.0, 31.0)), tmp_path / "p.json")
+    writing.write(Problem(np.eye(30), -np.arange(1.0, 31.0)), tmp_path / "p.json")
     (tmp_path / "z.txt").write_text("0 " * 30)
     record = json.loads(lcp("check", str(tmp_path / "p.json"), str(tmp_path / "z.txt"), "--format", "json").out)
     assert (record["violated"], len(record["violations"])) == (30, 10)
@@ -226,7 +227,7 @@ def test_q_in_a_file_of_its_own(lcp: Callable[..., Any], tmp_path: Path) -> None
 def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; sys.argv = ['lcp', 'check', '--help']\n"
-        "from lcpcli.cli import main\n"
+        "from lcpcli.cli.main import main\n"
         "try: main()\n"
         "finally: print(sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'rich', 'flint'}))"
     )

@@ -15,9 +15,9 @@ from hypothesis.extra.numpy import arrays
 from numpy.random import Generator
 from scipy import sparse
 
-from lcpcli import gallery
-from lcpcli.classes import CLASSES, classify
+from lcpcli.classes.classify import CLASSES, classify
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict
+from lcpcli.gallery import families as gallery
 
 from . import definitions
 

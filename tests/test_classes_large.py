@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from lcpcli.classes import classify
+from lcpcli.classes.classify import classify
 from lcpcli.classes.verdict import NO, OPEN, YES
 
 

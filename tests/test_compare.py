@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, read, run, shipped, write
-from lcpcli.report import LEVELS, summary
+from lcpcli import Limits, Problem, read, run, write
+from lcpcli.files import shipped
+from lcpcli.report import summary
+from lcpcli.report.formats import LEVELS
+from lcpcli.solving.conclusions import verified
 
 EXAMPLE = shipped.path("paper-example-1.json")
 
@@ -86,9 +89,10 @@ def test_problem_without_solution_is_compared_by_residuals(lcp: Lcp, tmp_path: P
 
 def test_claim_is_checked_anew_and_not_believed() -> None:
     honest = run(read(EXAMPLE), "fixed-point")
-    assert summary.is_true(honest)
-    assert not summary.is_true(replace(honest, z=honest.z + 1e-3))
-    assert not summary.is_true(replace(honest, z=-honest.z))
+    assert verified(honest).verified is True
+    assert verified(replace(honest, z=honest.z + 1e-3)).verified is False
+    assert verified(replace(honest, z=-honest.z)).verified is False
+    assert verified(run(read(EXAMPLE), "fixed-point", limits=Limits(max_iterations=1))).verified is None
 
 
 def test_small_residual_far_from_the_solution_is_remarked() -> None:
@@ -110,7 +114,7 @@ def test_size_of_the_disturbance_is_checked(size: str, lcp: Lcp) -> None:
 
 
 def test_disturbance_is_the_same_each_time_and_of_the_size_asked_for() -> None:
-    from lcpcli.reference import near
+    from lcpcli.solving.reference import near
 
     problem = read(EXAMPLE)
     start, again = near(problem, 1e-3), near(problem, 1e-3)

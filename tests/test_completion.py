@@ -12,15 +12,16 @@ from pathlib import Path
 import click
 import pytest
 
-from lcpcli import files, gallery
 from lcpcli.bench import suites
 from lcpcli.cli import program
 from lcpcli.cli.command import VARIABLE
 from lcpcli.cli.completion import SHELLS
 from lcpcli.cli.shells import SHELLS as CLASSES
-from lcpcli.methods import METHODS
-from lcpcli.peers import PEERS, select
-from lcpcli.report import FORMATS
+from lcpcli.files import reading
+from lcpcli.gallery import families as gallery
+from lcpcli.methods.registry import METHODS
+from lcpcli.peers.registry import PEERS, select
+from lcpcli.report.formats import FORMATS
 
 from .conftest import Outcome
 
@@ -114,7 +115,7 @@ def test_files_are_those_that_can_be_read(folder: Path) -> None:
     problems = ["a.json", "b.csv", "c.npz", "d.mtx", "e.mtx.gz", "f.JSON", "inner"]
     assert offered("solve", "") == offered("solve", "M.mtx", "") == offered("compare", "x.json", "") == problems
     assert offered("inspect", "") == problems
-    assert {Path(name).suffix.casefold() for name in problems[:4]} == set(files.FORMATS)
+    assert {Path(name).suffix.casefold() for name in problems[:4]} == set(reading.FORMATS)
     assert offered("check", "a.json", "") == sorted([*problems, "g.txt"])
     assert offered("bench", "") == [*suites.SUITES, suites.ALL, *problems]
     assert offered("bench", "--resume", "") == ["a.json", "f.JSON", "inner"]
@@ -159,7 +160,7 @@ def test_lines_for_the_shells(folder: Path) -> None:
 def test_a_word_is_completed_without_numpy(words: str) -> None:
     code = (
         "import sys; sys.argv = ['lcp']\n"
-        "from lcpcli.cli import main\n"
+        "from lcpcli.cli.main import main\n"
         "try: main()\n"
         "finally: print(sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'rich'}))"
     )

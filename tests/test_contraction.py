@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Limits, Problem, Trace, run
-from lcpcli.contraction import contraction, measured
-from lcpcli.modulus import x_of
-from lcpcli.reference import with_reference
+from lcpcli.diagnosis.contraction import contraction, measured
+from lcpcli.model.modulus import x_of
+from lcpcli.solving.reference import with_reference
 
 
 def random_problem(seed: int, n: int, symmetric: bool) -> Problem:

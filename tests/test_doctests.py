@@ -13,7 +13,8 @@ import pytest
 from scipy.sparse import eye_array
 
 import lcpcli
-from lcpcli import Limits, Problem, Trace, read, run, shipped, solve
+from lcpcli import Limits, Problem, Trace, read, run, solve
+from lcpcli.files import shipped
 
 HOMES = ["lcpcli", *sorted({getattr(lcpcli, name).__module__ for name in lcpcli.__all__})]
 

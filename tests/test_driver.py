@@ -8,12 +8,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from lcpcli import Limits, Problem, Status, Trace, methods, read, run, shipped
-from lcpcli.accuracy import Accuracy
+from lcpcli import Limits, Problem, Status, Trace, read, run
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files import shipped
+from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
-from lcpcli.trace import Passing
+from lcpcli.solving.trace import Passing
 from lcpcli.typing import Vector
+from lcpcli.verify.accuracy import Accuracy
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))
 ANSWER = np.array([0.5, -0.5, 0.5, -0.5])

@@ -15,13 +15,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lcpcli import Limits, Problem, Result, Status, files, run, shipped
-from lcpcli.exact import lemke
-from lcpcli.exact.farkas import exact_proof
-from lcpcli.exact.numbers import rounded
-from lcpcli.exact.problem import ExactProblem
-from lcpcli.exact.proof import prove
-from lcpcli.exact.solution import from_point
+from lcpcli import Limits, Problem, Result, Status, run
+from lcpcli.files import shipped, writing
+from lcpcli.rational.numbers import rounded
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving import exact_lemke
+from lcpcli.solving.exact_solution import from_point
+from lcpcli.solving.proof import prove
+from lcpcli.verify.exact_farkas import exact_proof
 
 from . import exact as oracle
 
@@ -74,7 +75,7 @@ def refutes(problem: Problem, y: list[Fraction]) -> bool:
 @given(st.integers(0, 10**6))
 def test_lemkes_path_ends_at_solutions_only(seed: int) -> None:
     problem = oracle.random_problem(seed, 4, list(oracle.CLASSES)[seed % 4])
-    z = lemke.solve(ExactProblem.of_floats(problem), UNTIL)
+    z = exact_lemke.solve(ExactProblem.of_floats(problem), UNTIL)
     if z is not None:
         assert oracle.solves(problem, z)
     else:
@@ -128,7 +129,7 @@ def narrow() -> dict[str, Any]:
 def test_decimals_are_taken_as_written(lcp: Callable[..., Any], tmp_path: Path) -> None:
     decimals, doubles = tmp_path / "a.json", tmp_path / "a.npz"
     decimals.write_text(json.dumps(narrow()))
-    files.write(Problem(**narrow()), doubles)
+    writing.write(Problem(**narrow()), doubles)
     outcome = lcp("solve", str(decimals), "--exact", "--format", "json")
     assert (outcome.code, json.loads(outcome.out)["exact"]["z"][:2]) == (0, ["1", "3"])
     outcome = lcp("solve", str(doubles), "--exact", "--format", "json")
@@ -205,7 +206,7 @@ def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
     result = prove(ExactProblem.of_floats(problem), run(problem, "auto"), -1.0)
     assert result.exact is not None
     assert (result.exact.status, result.exit_code) == (None, 1)
-    assert lemke.solve(ExactProblem.of_floats(problem), time.perf_counter() - 1) is None
+    assert exact_lemke.solve(ExactProblem.of_floats(problem), time.perf_counter() - 1) is None
 
 
 def test_farkas_vector_is_corrected_where_no_double_fits() -> None:

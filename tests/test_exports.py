@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Trace, files, read, run, shipped
+from lcpcli import Problem, Trace, read, run
+from lcpcli.files import shipped, writing
 
 EXAMPLE = shipped.path("paper-example-1.json")
 TRIDIAGONAL = shipped.path("tridiagonal-100.json")
@@ -92,7 +93,7 @@ def test_latex_is_a_booktabs_table_with_as_many_cells_a_row(lcp: Lcp) -> None:
 
 def test_latex_and_markdown_escape_what_they_must(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "own.json"
-    files.write(Problem([[1.0]], [-1.0], name="a_b & 50% | <x>"), str(file))
+    writing.write(Problem([[1.0]], [-1.0], name="a_b & 50% | <x>"), str(file))
     assert (
         r"\caption{a\_b \& 50\% \textbar{} \textless{}x\textgreater{}"
         in lcp("solve", str(file), "--format", "latex").out

@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lcpcli import Limits, Problem, Result, Status, Trace, run, solve
-from lcpcli.bounds import error_bound
+from lcpcli.bounds.error_bound import error_bound
+from lcpcli.diagnosis.inspection import inspect
 from lcpcli.errors import ProblemError
-from lcpcli.exact.problem import ExactProblem
-from lcpcli.exact.proof import prove
-from lcpcli.inspection import inspect
-from lcpcli.judgement import judge
-from lcpcli.reference import with_reference
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving.proof import prove
+from lcpcli.solving.reference import with_reference
+from lcpcli.verify.verification import judge
 
 from . import exact, extremes
 

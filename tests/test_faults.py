@@ -13,13 +13,15 @@ from typing import Any
 
 import pytest
 
-from lcpcli import compiled, driver, files, shipped
+from lcpcli import interrupts
+from lcpcli.files import reading, shipped
+from lcpcli.solving import run as driver
 
 resource = pytest.importorskip("resource")
 
 EXAMPLE = shipped.path("paper-example-1.json")
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
-MAIN = "from lcpcli.cli import main; main()"
+MAIN = "from lcpcli.cli.main import main; main()"
 Run = Callable[..., Any]
 
 
@@ -123,7 +125,7 @@ def test_refused_memory_is_told_in_one_line(error: Exception, lcp: Run, monkeypa
             raise ImportError("a page\nof advice") from error
         raise error
 
-    monkeypatch.setattr(files, "read", refuse)
+    monkeypatch.setattr(reading, "read", refuse)
     outcome = lcp("solve", EXAMPLE)
     assert (outcome.code, outcome.out) == (1, "")
     assert re.fullmatch(r"lcp: .*memory.*\n", outcome.err)
@@ -135,13 +137,13 @@ def test_call_for_which_there_is_no_thread_is_made_all_the_same(monkeypatch: pyt
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr("threading.Thread.start", refuse)
-    assert compiled.interruptibly(lambda: "made") == "made"
+    assert interrupts.interruptibly(lambda: "made") == "made"
 
 
 def test_stray_fault_of_a_file_names_the_file(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> Any:
         raise PermissionError(13, "Permission denied", "/elsewhere")
 
-    monkeypatch.setattr(files, "read", refuse)
+    monkeypatch.setattr(reading, "read", refuse)
     outcome = lcp("solve", EXAMPLE)
     assert (outcome.code, outcome.err) == (2, "lcp: /elsewhere: Permission denied\n")

@@ -8,7 +8,8 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli.report.figures import Curve, Panel, bench_figure, convergence_figure, ranges, style
+from lcpcli.report.figures import bench_figure, convergence_figure, ranges, style
+from lcpcli.report.figures.data import Curve, Panel
 from lcpcli.report.figures.ranges import Range
 
 from .figure_samples import odd

@@ -17,18 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from lcpcli.errors import OptionError
-from lcpcli.report import figures
-from lcpcli.report.figures import (
-    Curve,
-    Growth,
-    GrowthPanel,
-    Panel,
-    Profile,
-    bench_figure,
-    convergence_figure,
-    curves,
-    style,
-)
+from lcpcli.report.figures import bench_figure, convergence_figure, curves, style
+from lcpcli.report.figures import drawing as figures
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
 
 from .figure_samples import METHODS, PEERS, crowd, decaying, growth, odd, paper_panel, profiles, strange
 
@@ -204,8 +195,8 @@ def test_methods_are_told_apart_in_grey_and_visible_on_white() -> None:
 
 
 def test_every_method_and_every_peer_has_a_look() -> None:
-    from lcpcli.methods import METHODS as methods
-    from lcpcli.peers import PEERS as peers
+    from lcpcli.methods.registry import METHODS as methods
+    from lcpcli.peers.registry import PEERS as peers
 
     assert set(style.METHODS) == set(methods)
     assert set(style.PEERS) == set(peers)
@@ -264,7 +255,7 @@ def test_a_missing_package_is_told_in_one_line(package: str, monkeypatch: pytest
 
 def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> None:
     code = (
-        "import sys, lcpcli.report, lcpcli.report.figures as f; f.require(); f.require('plotext'); f.form_of('a.png');"
+        "import sys, lcpcli.report.figures.drawing as f; f.require(); f.require('plotext'); f.form_of('a.png');"
         "print([m for m in ('matplotlib', 'plotext', 'numpy') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, diags_array
 
-from lcpcli import Problem, linalg
-from lcpcli.finish import STEP, finish
+from lcpcli import Problem
+from lcpcli.linalg import factors
+from lcpcli.methods.finish import STEP, finish
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
-from lcpcli.modulus import z_of
+from lcpcli.model.modulus import z_of
 from lcpcli.typing import Vector
 
 
@@ -37,7 +38,7 @@ def with_solution(M: Vector, seed: int) -> tuple[Problem, Vector]:
     return Problem(M, w - M @ z, solutions=[z]), x
 
 
-@pytest.mark.parametrize("n", [5, linalg.SMALL + 20])
+@pytest.mark.parametrize("n", [5, factors.SMALL + 20])
 @pytest.mark.parametrize("kind", ["dense", "sparse", "nonsymmetric"])
 def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
     M, _ = positive_definite(n, 1)
@@ -132,7 +133,7 @@ def test_no_more_time_is_spent_than_the_method_has_taken() -> None:
         return original(mask)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lcpcli.finish.NEARLY", 1.0)
+        patch.setattr("lcpcli.methods.finish.NEARLY", 1.0)
         patch.setattr(np, "flatnonzero", slow)
         for _ in finish(problem, iterates(), clock):
             pass

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 
-from lcpcli import Limits, Problem, Status, linalg, read, run, shipped
+from lcpcli import Limits, Problem, Status, read, run
 from lcpcli.errors import OptionError
+from lcpcli.files import shipped
+from lcpcli.linalg import factors
 from lcpcli.methods.anderson import Anderson
-from lcpcli.methods.fixed_point import fixed_point
-from lcpcli.spectrum import best_omega
+from lcpcli.methods.fixed_point import best_omega, fixed_point
 
 EXAMPLE_1 = read(shipped.path("paper-example-1.json"))
 
@@ -70,7 +71,7 @@ def test_singular_matrix_is_refused_by_name(M: list[list[float]]) -> None:
 
 @pytest.mark.parametrize("sparse", [False, True])
 def test_singular_matrix_is_refused_however_large(sparse: bool) -> None:
-    n = linalg.SMALL + 1
+    n = factors.SMALL + 1
     M = -np.eye(n)
     M[0, 0] = 1.0
     result = run(Problem(csr_array(M) if sparse else M, -np.ones(n)), "fixed-point")
@@ -84,7 +85,7 @@ def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(M: list[list[flo
     assert run(problem, "fixed-point", limits=Limits(max_iterations=3)).status is Status.ITERATION_LIMIT
 
 
-@pytest.mark.parametrize("n", [linalg.SMALL, linalg.SMALL + 1])
+@pytest.mark.parametrize("n", [factors.SMALL, factors.SMALL + 1])
 def test_small_large_and_sparse_matrices_give_the_same_iterates(n: int) -> None:
     generator = np.random.default_rng(n)
     S = diags_array([-np.ones(n - 1), 4 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
@@ -101,7 +102,7 @@ def test_solve_by_inverse_is_as_accurate_as_by_elimination() -> None:
     hilbert = 1 / (np.arange(n)[:, None] + np.arange(n) + 1.0)
     b = hilbert.sum(axis=1)
     shift = 1e-9
-    x = linalg.factorizer(hilbert)(shift)(b)
+    x = factors.factorizer(hilbert)(shift)(b)
     A = hilbert + shift * np.eye(n)
     residual = np.abs(b - A @ x).max()
     assert residual <= 4 * np.finfo(float).eps * np.abs(A).sum(axis=1).max() * np.abs(x).max() * n

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import files
 from lcpcli.bench import session as benching
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files import reading
 from lcpcli.options import OPTIONS
 
 Run = Callable[..., Any]
@@ -51,7 +51,9 @@ ARCHIVES = {
 
 
 @pytest.mark.parametrize("content", ARCHIVES.values(), ids=ARCHIVES)
-@pytest.mark.parametrize("read", [files.read, lambda path: files.read_candidate(path, 2)], ids=["problem", "answer"])
+@pytest.mark.parametrize(
+    "read", [reading.read, lambda path: reading.read_candidate(path, 2)], ids=["problem", "answer"]
+)
 def test_broken_archive_is_told_in_one_short_line(read: Callable[[str], Any], content: bytes, tmp_path: Path) -> None:
     file = tmp_path / "p.npz"
     file.write_bytes(content)
@@ -66,7 +68,7 @@ def test_broken_archive_is_told_in_one_short_line(read: Callable[[str], Any], co
 def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path: Path) -> None:
     file = tmp_path / "p.npz"
     file.write_bytes(archive(M=spoiled(EYE, b"(2, 2), }  ", b"(2L, 2L), }"), q=array([1.0, 1.0])))
-    assert files.read(str(file)).M.tolist() == [[1, 0], [0, 1]]
+    assert reading.read(str(file)).M.tolist() == [[1, 0], [0, 1]]
 
 
 @pytest.mark.parametrize(
@@ -82,7 +84,7 @@ def test_long_file_is_refused_in_a_time_in_proportion(name: str, content: str, f
     file = tmp_path / name
     file.write_text(content)
     with pytest.raises(ProblemError, match=fault):
-        files.read(str(file))
+        reading.read(str(file))
 
 
 @pytest.mark.parametrize("setting", ["n=3", "seed=1", "name=x"])

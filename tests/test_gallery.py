@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lcpcli import Problem, Status, gallery, run
-from lcpcli.certificate import proves_infeasible
+from lcpcli import Problem, Status, run
 from lcpcli.errors import OptionError
-from lcpcli.problem import is_sparse
+from lcpcli.gallery import families as gallery
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.verify.certificate import proves_infeasible
 
 from . import exact
 from .matrix_classes import (

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from lcpcli import Problem, gallery, run
+from lcpcli import Problem, run
+from lcpcli.gallery import families as gallery
 
 from .matrix_classes import dense
 

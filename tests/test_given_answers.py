@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli import shipped
+from lcpcli.files import shipped
 
 EXAMPLE = shipped.path("paper-example-2.json")
 INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'

@@ -14,14 +14,15 @@ from typing import Any
 import click
 import pytest
 
-from lcpcli import methods, shipped
 from lcpcli.bench import suites
 from lcpcli.cli import program
 from lcpcli.cli.command import Command
 from lcpcli.cli.options import LIMITS, OWN, STARTS
-from lcpcli.methods import ITERATIVE, METHODS
+from lcpcli.files import shipped
+from lcpcli.methods import registry as methods
+from lcpcli.methods.registry import ITERATIVE, METHODS
 from lcpcli.options import OPTIONS
-from lcpcli.peers import PEERS
+from lcpcli.peers.registry import PEERS
 
 from .conftest import Outcome
 

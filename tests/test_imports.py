@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lcpcli import Problem, files, shipped
+from lcpcli import Problem
+from lcpcli.files import shipped, writing
 
 EXAMPLE = shipped.path("paper-example-1.json")
 REPORT = """
 import sys
 sys.argv = ["lcp", *sys.argv[1:]]
-from lcpcli.cli import main
+from lcpcli.cli.main import main
 try:
     main()
 finally:
@@ -54,7 +55,7 @@ def test_help_and_version_load_neither_numpy_nor_scipy_nor_rich(arguments: list[
 @pytest.mark.parametrize("n", [4, 200])
 def test_dense_solve_to_json_loads_neither_rich_nor_scipy(method: str, n: int, tmp_path: Path) -> None:
     file = tmp_path / "dense.json"
-    files.write(Problem(4 * np.eye(n), -np.ones(n)), str(file))
+    writing.write(Problem(4 * np.eye(n), -np.ones(n)), str(file))
     loaded = modules_after("solve", str(file), "--method", method, "--format", "json")
     assert "numpy" in loaded
     assert not loaded & {"scipy", "rich"}
@@ -93,3 +94,9 @@ def test_every_public_name_can_be_loaded() -> None:
     import lcpcli
 
     assert all(getattr(lcpcli, name) is not None for name in lcpcli.__all__)
+
+
+def test_names_and_descriptions_of_peers_load_nothing() -> None:
+    code = "import sys; from lcpcli.peers.registry import select; select(['siconos']); print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

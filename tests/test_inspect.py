@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from lcpcli import Limits, Problem, Status, Trace, run, shipped, write
-from lcpcli.classes import CLASSES
-from lcpcli.inspection import Inspection, inspect
-from lcpcli.methods import METHODS
-from lcpcli.reference import with_reference
+from lcpcli import Limits, Problem, Status, Trace, run, write
+from lcpcli.classes.classify import CLASSES
+from lcpcli.diagnosis.inspection import Inspection, inspect
+from lcpcli.files import shipped
+from lcpcli.methods.registry import METHODS
 from lcpcli.report import inspection_json, inspection_text
+from lcpcli.solving.reference import with_reference
 
 from .conftest import Outcome
 

@@ -13,17 +13,18 @@ from typing import Any
 
 import pytest
 
-from lcpcli import bounds, driver, files, reference, shipped
 from lcpcli.bench import session as benching
-from lcpcli.exact import proof
-from lcpcli.files import whole
-from lcpcli.report import figures
+from lcpcli.bounds import error_bound
+from lcpcli.files import atomic_write, reading, shipped
+from lcpcli.report.figures import drawing as figures
+from lcpcli.solving import proof, reference
+from lcpcli.solving import run as driver
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 
 EXAMPLE = shipped.path("paper-example-1.json")
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
-MAIN = "from lcpcli.cli import main; main()"
+MAIN = "from lcpcli.cli.main import main; main()"
 Run = Callable[..., Any]
 
 
@@ -52,7 +53,7 @@ def test_run_that_is_interrupted_outside_its_method_leaves_the_finished_ones(
 
 
 def test_interrupted_bound_leaves_the_result(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bounds, "error_bound", later(bounds.error_bound, 1))
+    monkeypatch.setattr(error_bound, "error_bound", later(error_bound.error_bound, 1))
     outcome = lcp("compare", EXAMPLE, "--format", "json", "--bound")
     first, second = map(json.loads, outcome.out.splitlines())
     assert outcome.code == 130
@@ -91,7 +92,7 @@ def test_interrupt_that_a_library_wraps_ends_without_a_word(
     def wrapped(*_: Any) -> Any:
         raise kind("no reason given") from KeyboardInterrupt()
 
-    monkeypatch.setattr(files, "read", wrapped)
+    monkeypatch.setattr(reading, "read", wrapped)
     outcome = lcp("solve", EXAMPLE)
     assert (outcome.code, outcome.out, outcome.err) == (130, "", "")
 
@@ -109,8 +110,8 @@ def test_interrupted_figure_comes_after_the_results(lcp: Run, monkeypatch: pytes
     ("line", "module", "name"),
     [
         (f"compare {EXAMPLE}", reference, "with_reference"),
-        (f"inspect {EXAMPLE}", files, "read"),
-        (f"check {EXAMPLE} {EXAMPLE}", files, "read"),
+        (f"inspect {EXAMPLE}", reading, "read"),
+        (f"check {EXAMPLE} {EXAMPLE}", reading, "read"),
         (BENCH, benching, "start"),
     ],
 )
@@ -155,10 +156,10 @@ def test_interrupt_waits_until_files_are_whole(tmp_path: Path, monkeypatch: pyte
         signal.raise_signal(signal.SIGINT)
         return temporary(target, data)
 
-    temporary = whole._temporary
-    monkeypatch.setattr(whole, "_temporary", pressed)
+    temporary = atomic_write._temporary
+    monkeypatch.setattr(atomic_write, "_temporary", pressed)
     with pytest.raises(KeyboardInterrupt):
-        whole.write_together({str(tmp_path / "M.mtx"): "M", str(tmp_path / "q.mtx"): "q"})
+        atomic_write.write_together({str(tmp_path / "M.mtx"): "M", str(tmp_path / "q.mtx"): "q"})
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"M.mtx": "M", "q.mtx": "q"}
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
@@ -167,7 +168,7 @@ def test_termination_waits_until_a_file_is_whole(tmp_path: Path) -> None:
     code = """
 import signal, sys
 from pathlib import Path
-from lcpcli.files import write_whole
+from lcpcli.files.atomic_write import write_whole
 replace = Path.replace
 Path.replace = lambda *given: signal.raise_signal(signal.SIGTERM) or replace(*given)
 write_whole(sys.argv[1], "whole")

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 
-from lcpcli import Limits, Problem, Status, Trace, read, run, shipped
-from lcpcli.certificate import proves_infeasible
+from lcpcli import Limits, Problem, Status, Trace, read, run
+from lcpcli.files import shipped
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke
+from lcpcli.verify.certificate import proves_infeasible
 
 
 def murty(n: int) -> NDArray[np.float64]:

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import gallery, read
+from lcpcli import read
 from lcpcli.cli import output
-from lcpcli.problem import is_sparse
+from lcpcli.gallery import families as gallery
+from lcpcli.linalg.matrices import is_sparse
 
 from .conftest import Outcome
 

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from lcpcli import Limits, Problem, Result, Status, enumeration, read, run, shipped
-from lcpcli.certificate import proves_infeasible
-from lcpcli.compiled import silence
+from lcpcli import Limits, Problem, Result, Status, read, run
+from lcpcli.files import shipped
+from lcpcli.interrupts import silence
+from lcpcli.methods import enumeration
+from lcpcli.verify.certificate import proves_infeasible
 
 from . import exact
 from .test_certificate import nearly_infeasible

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 
-from lcpcli.conjugate import bicgstab, conjugate_gradients, identity
-from lcpcli.linalg import is_symmetric
+from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity
+from lcpcli.linalg.matrices import is_symmetric
+from lcpcli.methods.auto.multilevel import COARSEST, Hierarchy
 from lcpcli.methods.iterate import Breakdown
-from lcpcli.multilevel import COARSEST, Hierarchy
 from lcpcli.typing import Mask, Matrix
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from lcpcli import Limits, Problem, Status, Trace, read, run, shipped
+from lcpcli import Limits, Problem, Status, Trace, read, run
+from lcpcli.files import shipped
 
 
 def test_rows_of_the_papers_first_table_are_its_own() -> None:

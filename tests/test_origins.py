@@ -17,8 +17,8 @@ from scipy.optimize import linprog, minimize
 
 import lcpcli
 from lcpcli import Problem, Result, Status, from_game, from_qp, read, run, write
-from lcpcli.origins.game import Equilibrium
-from lcpcli.origins.qp import Minimum
+from lcpcli.solving.answer import Equilibrium, Minimum
+from lcpcli.solving.conclusions import concluded
 
 PORTFOLIO_Q = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]]
 PORTFOLIO_A, PORTFOLIO_B = [[1, 1, 1], [-1, -1, -1], [0.12, 0.08, 0.04]], [1, -1, 0.07]
@@ -123,7 +123,7 @@ def test_strategies_are_best_responses_to_each_other(data: st.DataObject) -> Non
 
 def test_strategies_that_are_no_equilibrium_are_told_so() -> None:
     result = run(from_game(*BATTLE), "auto")
-    wrong = equilibrium(replace(result, z=np.array([1.0, 0.0, 0.0, 1.0])))
+    wrong = equilibrium(concluded([replace(result, z=np.array([1.0, 0.0, 0.0, 1.0]))])[0])
     assert wrong.payoffs == (0, 0)
     assert wrong.gains == (2, 2)
     assert wrong.statement == (
@@ -226,12 +226,12 @@ def test_csv_loses_the_origin(tmp_path: Path) -> None:
 
 def test_exact_minimum_meets_the_conditions_of_the_decimals_as_written(tmp_path: Path) -> None:
     pytest.importorskip("flint")
-    from lcpcli.exact.proof import prove
-    from lcpcli.files import read_exact
+    from lcpcli.files.reading import read_exact
+    from lcpcli.solving.proof import prove
 
     write(PROBLEMS["qp"](), tmp_path / "own.json")
     data = read_exact(str(tmp_path / "own.json"))
-    exact = minimum(prove(data, run(data.problem, "auto"))).exact
+    exact = minimum(concluded([prove(data, run(data.problem, "auto"))])[0]).exact
     assert exact is not None
     x, y = exact["x"], exact["y"]
     Q, A, b = (decimals(values) for values in (PORTFOLIO_Q, PORTFOLIO_A, [PORTFOLIO_B]))

@@ -10,8 +10,10 @@ from typing import Any
 
 import pytest
 
-from lcpcli import Problem, Trace, read, run, shipped
-from lcpcli.report import LEVELS, outcome, summary
+from lcpcli import Problem, Trace, read, run
+from lcpcli.files import shipped
+from lcpcli.report import outcome, summary
+from lcpcli.report.formats import LEVELS
 
 EXAMPLE = shipped.path("paper-example-1.json")
 TRIDIAGONAL = shipped.path("tridiagonal-100.json")

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Trace, read, run, shipped
+from lcpcli import Problem, Trace, read, run
+from lcpcli.files import shipped
 
 TABLE_1 = {
     1: "0.0000000 0.0000000 0.0000000 0.0000000",

@@ -16,10 +16,13 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 import lcpcli
-from lcpcli import Problem, gallery, peers
-from lcpcli.accuracy import Accuracy
+from lcpcli import Problem
 from lcpcli.errors import OptionError
-from lcpcli.peers import Claim, quadratic, siconos, storage
+from lcpcli.gallery import families as gallery
+from lcpcli.peers import quadratic, siconos, storage
+from lcpcli.peers import registry as peers
+from lcpcli.peers.registry import Claim
+from lcpcli.verify.accuracy import Accuracy
 
 TOL = 1e-9
 TIME_LIMIT = 20.0
@@ -29,11 +32,12 @@ INDEFINITE = Problem([[0, 1], [1, 0]], [-1, -1])
 COMPILED = """
 import numpy as np, time
 from quantecon.optimize import lcp_lemke
-from lcpcli import Problem, peers
+from lcpcli import Problem
+from lcpcli.peers.registry import load
 clock = time.perf_counter
 problem = Problem(np.eye(3, order="F"), -np.ones(3))
 problem.M.setflags(write=False)
-peer = peers.load("quantecon")
+peer = load("quantecon")
 def spy():
     print(len(lcp_lemke.signatures))
     return clock()
@@ -292,9 +296,3 @@ def test_siconos_newton_may_claim_a_negative_z() -> None:
     assert claim.z is not None
     assert claim.z[1] == pytest.approx(-1.01e-6, rel=1e-3)
     assert lcpcli.run(problem, "auto").z == pytest.approx([0.02, 0])
-
-
-def test_names_and_descriptions_of_peers_load_nothing() -> None:
-    code = "import sys; from lcpcli import peers; peers.select(['siconos']); print({'numpy', 'scipy'} & {*sys.modules})"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "set()"

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from lcpcli import Problem, run
 from lcpcli.errors import ProblemError
-from lcpcli.problem import is_sparse
+from lcpcli.linalg.matrices import is_sparse
 
 from .small_problem import M, Q, numbers
 

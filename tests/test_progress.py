@@ -15,10 +15,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lcpcli import Limits, Problem, compiled, files, gallery, methods, run
+from lcpcli import Limits, Problem, interrupts, run
 from lcpcli.cli import progress
+from lcpcli.files import writing
+from lcpcli.gallery import families as gallery
+from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Iterate
-from lcpcli.observer import INTERVAL, Observer
+from lcpcli.solving.observer import INTERVAL, Observer
 from lcpcli.typing import Vector
 
 pty = pytest.importorskip("pty")  # there is none on Windows
@@ -74,10 +77,10 @@ def test_driver_tells_the_iterate_and_its_level(clock: Clock, monkeypatch: pytes
 
 def test_a_long_step_in_compiled_code_is_watched_too() -> None:
     looks: list[int] = []
-    with compiled.within(10.0, lambda: looks.append(1)):
-        assert compiled.interruptibly(lambda: time.sleep(3.5 * compiled.WAIT) or "done") == "done"
+    with interrupts.within(10.0, lambda: looks.append(1)):
+        assert interrupts.interruptibly(lambda: time.sleep(3.5 * interrupts.WAIT) or "done") == "done"
     assert looks
-    assert compiled.interruptibly(lambda: "unwatched") == "unwatched"
+    assert interrupts.interruptibly(lambda: "unwatched") == "unwatched"
 
 
 def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,7 +113,7 @@ def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
 def test_long_solve_shows_its_line_on_standard_error_alone(tmp_path: Path) -> None:
     file = tmp_path / "endless.json"
     infeasible = Problem([[0, -1], [1, 0]], [-1, -1])  # so that the iterates run off for ever
-    files.write(infeasible, str(file))
+    writing.write(infeasible, str(file))
     command = [sys.executable, "-m", "lcpcli", "solve", str(file), "--method", "fixed-point", "--format", "json"]
     command += ["--time-limit", "1.4", "--max-iterations", "1000000000"]
     theirs, ours = pty.openpty()

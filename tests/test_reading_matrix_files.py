@@ -13,8 +13,8 @@ import pytest
 from scipy import sparse
 
 from lcpcli import read
-from lcpcli.files import read_start
-from lcpcli.problem import is_sparse
+from lcpcli.files.reading import read_start
+from lcpcli.linalg.matrices import is_sparse
 
 from .small_problem import M, Q, numbers
 

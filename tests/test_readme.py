@@ -14,11 +14,13 @@ from typing import Any
 
 import pytest
 
-from lcpcli import gallery, options, result
+from lcpcli import options
 from lcpcli.bench import rate, suites
 from lcpcli.bench.answer import Method
+from lcpcli.bench.report import stability
 from lcpcli.cli.options import OF_METHODS
-from lcpcli.report.bench import stability
+from lcpcli.gallery import families as gallery
+from lcpcli.solving import result
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()

@@ -11,9 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from lcpcli import Problem, read, reference, run, shipped
-from lcpcli.reference import with_reference
-from lcpcli.refinement import accurate_residual, refined
+from lcpcli import Problem, read, run
+from lcpcli.files import shipped
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.solving import reference
+from lcpcli.solving.reference import with_reference
+from lcpcli.verify.refinement import refined
 
 from . import exact
 

@@ -65,7 +65,7 @@ FAMILY = '''
 
 import numpy as np
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
 
@@ -78,7 +78,7 @@ FORMAT = '''
 
 import numpy as np
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 
 def parse(content):
@@ -95,7 +95,7 @@ PEER = '''
 
 import numpy as np
 
-from lcpcli.peers import Claim
+from lcpcli.peers.registry import Claim
 
 PACKAGE = "toy"
 
@@ -115,7 +115,7 @@ def solve(problem, tol, time_limit):
 
 def test_method(package: Path, lcp: Run) -> None:
     (package / "methods" / "toy.py").write_text(METHOD)
-    register(package / "methods" / "__init__.py", "METHODS", '"toy": "the inverse"')
+    register(package / "methods" / "registry.py", "METHODS", '"toy": "the inverse"')
     record = json.loads(
         lcp("solve", "-", "--method", "toy", "--format", "json", given='{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
     )
@@ -125,7 +125,7 @@ def test_method(package: Path, lcp: Run) -> None:
 
 def test_family(package: Path, lcp: Run) -> None:
     (package / "gallery" / "toy.py").write_text(FAMILY)
-    register(package / "gallery" / "__init__.py", "FAMILIES", '"toy": "the identity"')
+    register(package / "gallery" / "families.py", "FAMILIES", '"toy": "the identity"')
     problem = json.loads(lcp("make", "toy", "-n", "3", "--set", "load=2"))
     assert (problem["name"], problem["q"]) == ("toy-3", [-2, -2, -2])
     assert "toy" in lcp("make", "--list")
@@ -133,7 +133,7 @@ def test_family(package: Path, lcp: Run) -> None:
 
 def test_problem_format(package: Path, lcp: Run) -> None:
     (package / "files" / "toy_format.py").write_text(FORMAT)
-    register(package / "endings.py", "FORMATS", '".toy": "toy"')
+    register(package / "files" / "formats.py", "FORMATS", '".toy": "toy"')
     lcp("make", "diagonal", "-n", "3", "--set", "decades=0", "-o", "problem.toy")
     assert (package.parent / "problem.toy").read_text() == "1.0 1.0 1.0\n-1.0 1.0 -1.0"
     assert json.loads(lcp("solve", "problem.toy", "--format", "json"))["z"] == [1.0, 0.0, 1.0]
@@ -141,7 +141,7 @@ def test_problem_format(package: Path, lcp: Run) -> None:
 
 def test_peer(package: Path, lcp: Run) -> None:
     (package / "peers" / "toy.py").write_text(PEER)
-    register(package / "peers" / "__init__.py", "PEERS", '"toy": "says 1"')
+    register(package / "peers" / "registry.py", "PEERS", '"toy": "says 1"')
     (package.parent / "problem.json").write_text('{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
     out = lcp("bench", "problem.json", "--method", "newton", "--peer", "toy", "--budget", "0", "--format", "json")
     rows = {row["solver"]: row for row in json.loads(out)["measurements"]}

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem, read, write
-from lcpcli.problem import VERDICTS, is_sparse
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import VERDICTS
 
 from .small_problem import M, Q
 

@@ -11,10 +11,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from lcpcli import Problem, Status, Trace, read, run, shipped
+from lcpcli import Problem, Status, Trace, read, run
+from lcpcli.files import shipped
 from lcpcli.methods.iterate import Iterate, Stalled
 from lcpcli.methods.shi import AVERAGE, PLANE, SELECTED, STEEPEST, STEEPEST_AT_MULTIPLE, direction, shi
-from lcpcli.smoothing import Smoothed
+from lcpcli.methods.smoothing import Smoothed
 
 Vector = NDArray[np.float64]
 EXAMPLE_1, EXAMPLE_2 = (read(shipped.path(f"paper-example-{number}.json")) for number in (1, 2))

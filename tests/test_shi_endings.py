@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lcpcli import Limits, Problem, Status, read, run, shipped
+from lcpcli import Limits, Problem, Status, read, run
 from lcpcli.errors import OptionError
+from lcpcli.files import shipped
 from lcpcli.methods.iterate import Breakdown
 from lcpcli.methods.shi import shi
-from lcpcli.smoothing import Point, Smoothed
+from lcpcli.methods.smoothing import Point, Smoothed
 
 Vector = NDArray[np.float64]
 EXAMPLE_1 = read(shipped.path("paper-example-1.json"))

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, read, run, shipped
-from lcpcli.problem import is_sparse
+from lcpcli import Problem, Status, read, run
+from lcpcli.files import shipped
+from lcpcli.linalg.matrices import is_sparse
 
 FOLDER = Path(shipped.path("paper-example-1.json")).parent
 NAMES = sorted(path.name for path in FOLDER.glob("*.json"))

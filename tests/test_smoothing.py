@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli import Problem
-from lcpcli.smoothing import WINDOW, Smoothed, excess, slope, split
+from lcpcli.methods.smoothing import WINDOW, Smoothed, excess, slope, split
 
 SIZES = st.floats(min_value=1e-300, max_value=1e300)
 NUMBERS = st.floats(min_value=-1e300, max_value=1e300)

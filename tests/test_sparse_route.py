@@ -7,11 +7,11 @@ import pytest
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from lcpcli import Problem
-from lcpcli.accuracy import Accuracy
+from lcpcli.methods.auto.sparse_route import sparse_route
 from lcpcli.methods.iterate import Breakdown, Stalled
-from lcpcli.modulus import z_of
-from lcpcli.sparse_route import sparse_route
+from lcpcli.model.modulus import z_of
 from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.accuracy import Accuracy
 
 TOL = 1e-10
 

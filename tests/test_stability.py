@@ -14,9 +14,9 @@ from lcpcli import Problem
 from lcpcli.bench.answer import Method
 from lcpcli.bench.judge import Judge
 from lcpcli.bench.record import Machine, Measurement, Record, Settings
+from lcpcli.bench.report import stability
 from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
-from lcpcli.report.bench import stability
-from lcpcli.sensitivity import sensitivity
+from lcpcli.verify.sensitivity import sensitivity
 
 CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
 

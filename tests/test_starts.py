@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, read, run, shipped
+from lcpcli import Problem, Status, read, run
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.modulus import x_of, z_of
+from lcpcli.files import shipped
+from lcpcli.model.modulus import x_of, z_of
 
 from .conftest import Outcome
 

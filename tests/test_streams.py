@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli import shipped
+from lcpcli.files import shipped
 
 EXAMPLE = shipped.path("paper-example-1.json")
 

@@ -1,8 +1,10 @@
-"""The shape of the code: files and functions are short, imports run one way, and each library has its place."""
+"""The shape of the code: files and functions are short, rooms use only rooms below them, nothing runs in circles."""
 
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -12,28 +14,33 @@ import pytest
 ROOT = Path(__file__).parent.parent
 FILES = sorted([*ROOT.glob("lcpcli/**/*.py"), *ROOT.glob("tests/**/*.py")])
 LONGEST_FILE, LONGEST_FUNCTION = 300, 60  # lines
+LOOSE = 8  # modules at the root of the package, which every room may use
 
-# What is imported, anywhere in a module, only by these parts of the package; "lcpcli" is its __init__.
-# files -> Problem -> methods -> loop -> driver -> Result -> report -> cli. Problem, Result and Trace show themselves
-# through report, origins name the keys of files, and proofs and reference solutions run methods through the driver.
-ONLY_BY = {
-    "lcpcli.cli": "__main__",
-    "lcpcli.bench": "report cli",
-    "lcpcli.report": "problem result trace bench cli",
-    "lcpcli.files": "lcpcli origins bench cli",
-    "lcpcli.gallery": "bench cli",
-    "lcpcli.peers": "bench cli",
-    "lcpcli.api": "lcpcli",
-    "lcpcli.driver": "lcpcli api reference exact bench cli",
-    "lcpcli.loop": "driver",
-    "lcpcli.finish": "driver linear restarts sparse_route",
-    "lcpcli.methods": "advice api cli driver exact exhaustion finish inspection krylov linear loop multilevel restarts "
-    "scaled sparse_route",
+# Each room of the package with the rooms that it uses, all of them above it in this table.
+ROOMS = {
+    "linalg": "",
+    "model": "linalg",
+    "rational": "linalg model",
+    "classes": "linalg rational",
+    "bounds": "linalg model",
+    "verify": "linalg model rational bounds",
+    "methods": "linalg model rational verify",
+    "solving": "linalg model rational classes verify methods",
+    "diagnosis": "linalg model classes methods",
+    "files": "linalg model rational",
+    "gallery": "model",
+    "peers": "linalg model",
+    "report": "linalg model rational classes verify solving diagnosis",
+    "bench": "linalg model verify solving diagnosis files gallery peers report",
+    "cli": "model rational bounds verify methods solving diagnosis files gallery peers report bench",
+}
+# Libraries that only some rooms import.
+LIBRARIES = {
     "click": "cli",
-    "rich": "report cli",
+    "rich": "report bench cli",
     "matplotlib": "report",
     "plotext": "report",
-    "flint": "exact sensitivity",
+    "flint": "rational verify",
 }
 
 
@@ -46,33 +53,36 @@ TREES = {name_of(file): ast.parse(file.read_text(encoding="utf-8")) for file in 
 MODULES = {name: tree for name, tree in TREES.items() if name.startswith("lcpcli")}
 
 
-def run_when_imported(body: list[ast.stmt]) -> Iterator[ast.AST]:
-    """The statements of a module outside its functions and what is for type checkers alone."""
-    for node in body:
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            yield from run_when_imported(node.orelse)
-        elif isinstance(node, ast.ClassDef):
-            yield from run_when_imported(node.body)
-        elif not isinstance(node, ast.FunctionDef):
-            yield from ast.walk(node)
+def executed(node: ast.AST) -> Iterator[ast.AST]:
+    """All that may be executed below a node, in functions too, without what is for type checkers alone."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        yield child
+        yield from executed(child)
 
 
-def imported(nodes: Iterator[ast.AST]) -> Iterator[str]:
-    """The modules that these statements import, and, where these are packages, the modules taken from them."""
-    for node in nodes:
+def imported(tree: ast.Module) -> set[str]:
+    """What a module imports, anywhere in it; of a package, the modules that are taken from it."""
+    found: set[str] = set()
+    for node in executed(tree):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, "the package imports by full names"
             assert node.module is not None
             full = [f"{node.module}.{alias.name}" for alias in node.names]
-            yield from (name if name in MODULES else node.module for name in full)
+            found |= {name if name in MODULES else node.module for name in full}
+    return found
 
 
-def with_packages(name: str) -> set[str]:
-    """A module and the packages that it lies in, which are imported with it."""
+def room_of(name: str) -> str:
+    """The room of a module; "" at the root of the package."""
     parts = name.split(".")
-    return {".".join(parts[: end + 1]) for end in range(len(parts))}
+    return parts[1] if len(parts) > 1 and parts[1] in ROOMS else ""
+
+
+IMPORTED = {name: imported(tree) for name, tree in MODULES.items()}
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: name_of(file))
@@ -83,25 +93,51 @@ def test_no_file_and_no_function_is_long(file: Path) -> None:
     assert {name: count for name, count in lines.items() if count > LONGEST_FUNCTION} == {}
 
 
-def test_no_modules_import_each_other_in_a_circle() -> None:
-    graph = {}
-    for name, tree in MODULES.items():
-        named = set(imported(run_when_imported(tree.body)))
-        packages = set().union(*map(with_packages, named)) - with_packages(name)
-        graph[name] = named | packages
-    assert "lcpcli.loop" in graph["lcpcli.driver"]
+def test_no_modules_import_each_other_in_a_circle_imports_inside_functions_counted() -> None:
+    assert "lcpcli.verify.certificate" in IMPORTED["lcpcli.solving.loop"]
     try:
-        TopologicalSorter(graph).prepare()
+        TopologicalSorter(IMPORTED).prepare()
     except CycleError as error:
         pytest.fail(" imports ".join(reversed(error.args[1])))
 
 
-@pytest.mark.parametrize("what", ONLY_BY)
-def test_only_its_own_layers_import(what: str) -> None:
-    importers = {
-        name.removeprefix("lcpcli.").partition(".")[0]
-        for name, tree in MODULES.items()
-        if what not in with_packages(name) and any(what in with_packages(other) for other in imported(ast.walk(tree)))
-    }
-    assert importers, "nothing imports it: is the name right?"
-    assert importers - set(ONLY_BY[what].split()) == set()
+def test_every_module_is_in_a_room_but_for_a_few_that_all_rooms_use() -> None:
+    root = {name for name in MODULES if not room_of(name)}
+    assert {name.count(".") for name in root} == {0, 1}, "a folder is no room of the table"
+    assert len(root) <= LOOSE
+    below = {other for name in root - {"lcpcli", "lcpcli.__main__"} for other in IMPORTED[name] if room_of(other)}
+    assert below == set(), "what every room uses uses none of them"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_room_uses_the_rooms_of_the_table_and_all_of_them_are_below_it(room: str) -> None:
+    used = {room_of(other) for name in MODULES if room_of(name) == room for other in IMPORTED[name]} - {room, ""}
+    assert used == set(ROOMS[room].split())
+    order = list(ROOMS)
+    assert all(order.index(other) < order.index(room) for other in used)
+
+
+@pytest.mark.parametrize("library", LIBRARIES)
+def test_library_is_imported_by_its_rooms_alone(library: str) -> None:
+    importers = {room_of(name) for name in MODULES if any(other.split(".")[0] == library for other in IMPORTED[name])}
+    assert importers == set(LIBRARIES[library].split())
+
+
+def test_packages_name_what_is_inside_and_do_no_work() -> None:
+    packages = [
+        name for name in MODULES if (ROOT / Path(*name.split(".")) / "__init__.py").exists() and name != "lcpcli"
+    ]
+    assert {name for name in packages if len(MODULES[name].body) > 1} == set()
+    assert all(ast.get_docstring(MODULES[name]) for name in packages)
+
+
+def test_public_names_are_callable_after_every_module_has_been_imported() -> None:
+    code = """
+import importlib, lcpcli, sys
+for name in sys.argv[1:]:
+    importlib.import_module(name)
+print([name for name in lcpcli.__all__ if not callable(getattr(lcpcli, name))])
+"""
+    names = [name for name in MODULES if not name.endswith("__main__")]
+    done = subprocess.run([sys.executable, "-c", code, *names], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

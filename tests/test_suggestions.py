@@ -13,10 +13,10 @@ from lcpcli.bench.suites import SUITES
 from lcpcli.cli import program
 from lcpcli.cli.completion import SHELLS
 from lcpcli.errors import likely
-from lcpcli.gallery import FAMILIES
-from lcpcli.methods import METHODS
-from lcpcli.peers import PEERS
-from lcpcli.report import FORMATS
+from lcpcli.gallery.families import FAMILIES
+from lcpcli.methods.registry import METHODS
+from lcpcli.peers.registry import PEERS
+from lcpcli.report.formats import FORMATS
 
 from .conftest import Outcome
 

@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from lcpcli import Problem, Status, shipped
+from lcpcli import Problem, Status
 from lcpcli.cli import session
+from lcpcli.files import shipped
 from lcpcli.report import iterations, numbers
 
 EXAMPLE = shipped.path("paper-example-1.json")
@@ -162,7 +163,7 @@ def test_components_beyond_seven_decimals_are_shown_with_their_exponent() -> Non
 
 
 def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    from lcpcli import driver
+    from lcpcli.solving import run as driver
 
     begun: list[str] = []
     real = driver.run
@@ -189,7 +190,7 @@ def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytes
 
 
 def test_interrupt_of_a_repeat_keeps_what_was_finished(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    from lcpcli import driver
+    from lcpcli.solving import run as driver
 
     runs, real = iter([True, False]), driver.run
 

@@ -7,8 +7,9 @@ import itertools
 import numpy as np
 import pytest
 
-from lcpcli import Limits, Problem, Status, Trace, read, run, shipped
-from lcpcli.trace import MOST_TOGETHER
+from lcpcli import Limits, Problem, Status, Trace, read, run
+from lcpcli.files import shipped
+from lcpcli.solving.trace import MOST_TOGETHER
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))
 

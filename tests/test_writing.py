@@ -16,7 +16,7 @@ import pytest
 
 from lcpcli import Problem, read, write
 from lcpcli.errors import LCPError, ProblemError
-from lcpcli.files import write_whole
+from lcpcli.files.atomic_write import write_whole
 
 from .conftest import Outcome
 from .small_problem import JSON, M, Q, numbers

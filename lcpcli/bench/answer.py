@@ -7,13 +7,14 @@ from typing import Protocol
 
 import numpy as np
 
-from lcpcli import driver, peers
-from lcpcli.compiled import hides_interrupt
-from lcpcli.limits import Limits
-from lcpcli.problem import Problem
-from lcpcli.report import LEVELS
-from lcpcli.result import Result
-from lcpcli.trace import Trace
+from lcpcli.interrupts import hides_interrupt
+from lcpcli.model.problem import Problem
+from lcpcli.peers import registry as peers
+from lcpcli.report.formats import LEVELS
+from lcpcli.solving import run as driver
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.result import Result
+from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 
 SOLUTION, NONE = "solution", "none"  # what may be claimed: z is a solution, or there is none
@@ -78,7 +79,7 @@ class Method:
         known = bool(problem.solutions)
         levels = LEVELS if known else ()
         curve = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
-        result = driver.run(problem, self.name, limits=Limits(tol, time_limit=time_limit), curve=curve)
+        result = driver.run(problem, self.name, limits=Limits(tol, time_limit=time_limit), curve=curve, conclude=False)
         if result.interrupted:
             raise KeyboardInterrupt
         claim = {0: SOLUTION, 3: NONE}.get(result.status.exit_code, "")

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from lcpcli import __version__, peers
+from lcpcli import __version__
+from lcpcli.peers import registry as peers
 
 
 @dataclass(frozen=True)

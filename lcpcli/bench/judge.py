@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli import linalg
-from lcpcli.accuracy import Accuracy
 from lcpcli.bench.answer import NONE, SOLUTION, Answer
-from lcpcli.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.sensitivity import LARGEST, sensitivity
+from lcpcli.linalg import products
+from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
+from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.sensitivity import LARGEST, sensitivity
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -59,7 +59,7 @@ class Judge:
         claimed, scaled = answer.claim == SOLUTION, self._accuracy.scaled_residual(z, w)
         residual, error = self._accuracy.natural_residual(z, w), self._accuracy.error(z)
         success = claimed and scaled <= self._accept and not hopeless
-        terms = linalg.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
+        terms = products.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
         as_said = residual <= self._accept * float(terms.max()) < np.inf and not hopeless
         false = claimed and not success and not as_said
         return Judgement(success, false, residual, scaled, error, *self._stability(error))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from lcpcli.accuracy import size_of_solutions
 from lcpcli.bench.answer import Curve
-from lcpcli.contraction import contraction, measured
-from lcpcli.modulus import x_of
-from lcpcli.problem import Problem
+from lcpcli.diagnosis.contraction import contraction, measured
+from lcpcli.model.modulus import x_of
+from lcpcli.model.problem import Problem
+from lcpcli.verify.accuracy import size_of_solutions
 
 METHOD = "fixed-point"
 LARGEST, SMALLEST = 1e-2, 1e-9  # errors, relative to the solution, between which the rate is measured

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 
-from lcpcli import peers
 from lcpcli.bench import environment, rate, suites
 from lcpcli.bench.answer import Answer, Method, Peer, Solver
 from lcpcli.bench.judge import Judge
@@ -13,7 +12,8 @@ from lcpcli.bench.measure import measure, rest_after
 from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.peers import registry as peers
 from lcpcli.report.numbers import finite
 
 Timing = Callable[[Callable[[bool], Answer], float, float], tuple[Answer, list[float]]]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.errors import OptionError, likely
 
 if TYPE_CHECKING:
-    from lcpcli.problem import Problem
+    from lcpcli.model.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -174,17 +174,17 @@ def budget_of(asked: Sequence[str]) -> float:
 def problem_of(case: Case) -> Problem:
     """The problem of a case, with its known solutions or verdict."""
     if case.file:
-        from lcpcli import files
+        from lcpcli.files import reading
 
-        return files.read(case.file)
-    from lcpcli import gallery
+        return reading.read(case.file)
+    from lcpcli.gallery import families as gallery
 
     return gallery.make(case.family, case.n, case.seed, **case.parameters)
 
 
 def prepare(case: Case) -> Problem:
     """The problem of a case with something to measure errors against: a solution is computed where none is known."""
-    from lcpcli.reference import with_reference
+    from lcpcli.solving.reference import with_reference
 
     return with_reference(problem_of(case))
 

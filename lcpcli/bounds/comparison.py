@@ -15,11 +15,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli import linalg, scaled
 from lcpcli.bounds.neighbour import solver
 from lcpcli.bounds.rounding import EPS, TINY, Theorem, factor, terms
-from lcpcli.linalg import SingularMatrix, Solve
-from lcpcli.problem import Problem
+from lcpcli.linalg import matrices, products
+from lcpcli.linalg.factors import SingularMatrix, Solve
+from lcpcli.model import scaled
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 POWER_STEPS = 20  # after which it is time to factorize
@@ -55,7 +56,7 @@ def theorem(problem: Problem) -> Theorem | None:
 
 def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
     """At most <M> u, for u >= 0: 2 L u - |M| u less all that rounding can have added."""
-    own, all_terms = 2 * diagonal * u, linalg.absolute_product(M, u)
+    own, all_terms = 2 * diagonal * u, products.absolute_product(M, u)
     lost = factor(terms(M)) * (own + all_terms) + (terms(M) + 4) * TINY
     result: Vector = own - all_terms - lost
     return result
@@ -72,7 +73,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
         return None
     u = np.ones(diagonal.size)
     for _ in range(POWER_STEPS):
-        ratios = (linalg.absolute_product(M, u) / diagonal - u) / u
+        ratios = (products.absolute_product(M, u) / diagonal - u) / u
         if ratios.max() < SLOW:
             return u, None
         if not 0 < ratios.max() < np.inf or ratios.min() > 1:
@@ -81,7 +82,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
         u /= u.max()
         u = np.maximum(u, TINY)
     try:
-        solve = solver(linalg.comparison(M))
+        solve = solver(matrices.comparison(M))
     except SingularMatrix:
         return None
     for _ in range(INVERSE_STEPS):
@@ -95,5 +96,5 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
 def _jacobi(M: Matrix, diagonal: Vector, s: Vector, t: Vector) -> Vector:
     """From t >= <M>^-1 s downwards to that, nearly."""
     for _ in range(JACOBI_STEPS):
-        t = np.maximum((linalg.absolute_product(M, t) + s) / diagonal - t, 0.0)
+        t = np.maximum((products.absolute_product(M, t) + s) / diagonal - t, 0.0)
     return t

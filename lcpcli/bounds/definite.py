@@ -23,9 +23,10 @@ import math
 
 import numpy as np
 
-from lcpcli import linalg
 from lcpcli.bounds.rounding import EPS, TINY, Theorem, factor, norm
-from lcpcli.problem import Problem, is_sparse
+from lcpcli.linalg import matrices, products
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 LARGEST_DENSE = 2000  # n up to which a sparse M is taken as a dense one
@@ -44,7 +45,7 @@ def theorems(problem: Problem) -> dict[str, Theorem]:
             return {}
         M = M.toarray()
     scales = {"definite": np.ones(problem.n)}
-    if not linalg.is_symmetric(M):
+    if not matrices.is_symmetric(M):
         scales["symmetrised"] = _symmetrising(M)
     found = {name: _theorem(M, T) for name, T in scales.items()}
     return {name: theorem for name, theorem in found.items() if theorem is not None}
@@ -57,7 +58,7 @@ def _theorem(M: Matrix, T: Vector) -> Theorem | None:
     rows = D * T
     if not all(units.min() >= 1 / LARGEST_UNIT and units.max() <= LARGEST_UNIT for units in (T, D, rows)):
         return None
-    A = linalg.scaled(M, rows, D)
+    A = matrices.scaled(M, rows, D)
     S = 0.5 * (A + A.T)
     least = least_eigenvalue(S)
     if least is None:
@@ -73,7 +74,7 @@ def _theorem(M: Matrix, T: Vector) -> Theorem | None:
         power = 2.0 ** math.frexp(largest)[1]
         first, second = first / power, second / power
         g = first + second @ A
-        off = factor(g.size) * (np.abs(first) + linalg.absolute_product(A.T, np.abs(second)) + TINY)
+        off = factor(g.size) * (np.abs(first) + products.absolute_product(A.T, np.abs(second)) + TINY)
         plain = float(D.max()) * norm(np.abs(g) + off) / least
         return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + TINY
 
@@ -116,7 +117,7 @@ def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -
     """At least the largest D_i |e_i|, from the ball around c = S^-1 g / 2 that holds e; g is off by at most `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
-    image_off = 2 * factor(c.size) * (linalg.absolute_product(S, np.abs(c)) + TINY)
+    image_off = 2 * factor(c.size) * (products.absolute_product(S, np.abs(c)) + TINY)
     left = norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
     gap = np.abs(c) @ (off + image_off + factor(c.size) * (np.abs(g) + np.abs(image)))
     square = max(float(c @ (g - image)) + float(gap) * (1 + factor(c.size)), 0.0)

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli import linalg
 from lcpcli.bounds.rounding import residual
-from lcpcli.conjugate import bicgstab, identity, norm
-from lcpcli.linalg import SingularMatrix, Solve
-from lcpcli.problem import Problem, is_sparse
+from lcpcli.linalg import factors
+from lcpcli.linalg.factors import SingularMatrix, Solve
+from lcpcli.linalg.krylov import bicgstab, identity, norm
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 KRYLOV_STEPS = 100
@@ -60,4 +61,4 @@ def solver(A: Matrix) -> Solve:
 
         if iterate(A.diagonal())[1]:
             return lambda b: iterate(b)[0]
-    return linalg.factorizer(A)(0.0)
+    return factors.factorizer(A)(0.0)

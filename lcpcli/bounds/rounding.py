@@ -11,8 +11,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lcpcli.problem import Problem, is_sparse
-from lcpcli.refinement import accurate_residual
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 EPS = float(np.finfo(np.float64).eps)

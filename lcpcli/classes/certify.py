@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli import linalg
-from lcpcli.band import affordable
-from lcpcli.problem import is_sparse
+from lcpcli.linalg import factors, matrices
+from lcpcli.linalg.band import affordable
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix, Vector
 
 EPS = float(np.finfo(float).eps)
@@ -51,8 +51,8 @@ def definite(S: Matrix) -> Outcome:
         return Outcome(False)
     D = np.exp2(power)
     with np.errstate(over="ignore"):
-        A = linalg.scaled(S, D, D)
-        rounding = EPS * linalg.norm_inf(A)
+        A = matrices.scaled(S, D, D)
+        rounding = EPS * matrices.norm_inf(A)
     if not rounding < 1:
         return Outcome(False)
     outcome = _sparse(A, rounding) if is_sparse(A) else _dense(A, rounding)
@@ -85,8 +85,8 @@ def _sparse(A: Matrix, rounding: float) -> Outcome:
     shift = 2.0**-20
     while shift > 2.0**-44:
         try:
-            lu = linalg.sparse_lu(symmetric=True)((A - shift * eye_array(n, format="csr")).tocsr())
-        except linalg.SingularMatrix:
+            lu = factors.sparse_lu(symmetric=True)((A - shift * eye_array(n, format="csr")).tocsr())
+        except factors.SingularMatrix:
             return Outcome(False)
         if _positive(lu):
             return Outcome(_error(lu, n) + rounding + 4 * EPS < shift)

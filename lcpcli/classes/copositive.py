@@ -16,10 +16,10 @@ from itertools import combinations
 
 import numpy as np
 
-from lcpcli.classes import elimination
-from lcpcli.classes.subject import Subject
+from lcpcli.classes.context import Subject
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set, shown
-from lcpcli.problem import is_sparse
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.rational import elimination
 from lcpcli.typing import Vector
 
 EXACT = 9  # n up to which all index sets are looked at

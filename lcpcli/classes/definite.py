@@ -11,12 +11,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli import linalg
-from lcpcli.classes import certify, elimination
+from lcpcli.classes import certify
+from lcpcli.classes.context import Subject, signs
 from lcpcli.classes.dominance import h_plus_part
-from lcpcli.classes.subject import Subject, signs
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set, shown
-from lcpcli.problem import is_sparse
+from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.rational import elimination
 from lcpcli.typing import Matrix, Vector
 
 EXACT_FIRST = 20  # n up to which exact elimination comes before rounded arithmetic
@@ -124,14 +125,14 @@ def _by_support(subject: Subject) -> Verdict | None:
 
 
 def _weakly_dominant(subject: Subject, S: Matrix) -> Verdict | None:
-    if _exact_sum(subject, S) and (signs(linalg.comparison(S), np.ones(subject.n), subject.check) >= 0).all():
+    if _exact_sum(subject, S) and (signs(matrices.comparison(S), np.ones(subject.n), subject.check) >= 0).all():
         return Verdict(YES, "no diagonal entry of M + M' is smaller than the other entries of its row together")
     return None
 
 
 def _indefinite(subject: Subject, S: Matrix, i: int) -> Verdict | None:
     """A row of M + M' with a zero on the diagonal and another entry: v'Mv < 0 for some v of two entries."""
-    row = linalg.dense(S[[i]])[0]
+    row = matrices.dense(S[[i]])[0]
     j, v = int(np.abs(row).argmax()), np.zeros(subject.n)
     v[i], v[j] = -np.sign(row[j]) * (abs(subject.diagonal[j]) / abs(row[j]) + 1.0), 1.0
     if not subject.form_is(lambda sign: sign < 0, v):
@@ -163,7 +164,7 @@ def _vector(subject: Subject, indices: tuple[int, ...]) -> Vector | None:
     rows = list(indices)
     block = subject.symmetric_part[rows][:, rows]
     try:
-        v[rows] = np.linalg.eigh(linalg.dense(block))[1][:, 0]
+        v[rows] = np.linalg.eigh(matrices.dense(block))[1][:, 0]
     except np.linalg.LinAlgError:
         return None
     return v

@@ -12,15 +12,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from lcpcli import linalg
-from lcpcli.band import affordable
-from lcpcli.classes import elimination
-from lcpcli.classes.subject import Subject, signs
+from lcpcli.classes.context import Subject, signs
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, index_set, shown
-from lcpcli.conjugate import bicgstab, conjugate_gradients, norm
-from lcpcli.principal import PrincipalSolver
-from lcpcli.problem import is_sparse
-from lcpcli.products import product as multiply
+from lcpcli.linalg import factors, matrices
+from lcpcli.linalg.band import affordable
+from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.principal import PrincipalSolver
+from lcpcli.linalg.products import product as multiply
+from lcpcli.rational import elimination
 from lcpcli.typing import Matrix, Vector
 
 EXACT = 64  # n up to which the leading minors of C are computed exactly
@@ -35,7 +35,7 @@ def h_plus(subject: Subject) -> Verdict:
     low = np.flatnonzero(subject.diagonal <= 0)
     if low.size:
         return Verdict(NO, f"M[{low[0]}][{low[0]}] = {subject.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
-    return _scaled_dominance(linalg.comparison(subject.M), subject.check)
+    return _scaled_dominance(matrices.comparison(subject.M), subject.check)
 
 
 def m_matrix(subject: Subject) -> Verdict:
@@ -50,7 +50,7 @@ def m_matrix(subject: Subject) -> Verdict:
 
 def h_plus_part(S: Matrix, check: Callable[[], None]) -> bool:
     """Whether S, the sum of M and M' without rounding, is shown to be an H+-matrix."""
-    return bool(S.diagonal().min() > 0) and _scaled_dominance(linalg.comparison(S), check).word == YES
+    return bool(S.diagonal().min() > 0) and _scaled_dominance(matrices.comparison(S), check).word == YES
 
 
 def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
@@ -69,9 +69,9 @@ def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
     if v.any() and (signs(C, v, check) <= 0).all():
         return _excluded(v)
     if n <= EXACT:
-        from lcpcli.rational import integers
+        from lcpcli.rational.sums import integers
 
-        order = elimination.first_nonpositive(integers(linalg.dense(C)), check)
+        order = elimination.first_nonpositive(integers(matrices.dense(C)), check)
         if order is None:
             return Verdict(YES, "the leading principal minors of its comparison matrix are positive, exactly computed")
         indices = tuple(range(order))
@@ -97,7 +97,7 @@ def _scalings(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             try:
                 yield PrincipalSolver(A).solve(everything, diagonal) if direct else _krylov(A, diagonal, check)
-            except linalg.SingularMatrix:
+            except factors.SingularMatrix:
                 continue
 
 
@@ -117,7 +117,7 @@ def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
     def precondition(r: Vector) -> Vector:
         return r / diagonal
 
-    solve = conjugate_gradients if linalg.is_symmetric(C) else bicgstab
+    solve = conjugate_gradients if matrices.is_symmetric(C) else bicgstab
     start = np.ones(diagonal.size)
     target = 0.5 * float(diagonal.min())
     return solve(product, diagonal, start, min(target, 1e-3 * norm(diagonal)), KRYLOV_STEPS, precondition)[0]

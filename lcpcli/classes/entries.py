@@ -6,16 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lcpcli import linalg
-from lcpcli.classes.subject import Subject, signs
+from lcpcli.classes.context import Subject, signs
 from lcpcli.classes.verdict import NO, YES, Verdict
-from lcpcli.problem import is_sparse
+from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
 
 
 def symmetric(subject: Subject) -> Verdict:
     """M' = M."""
-    if linalg.is_symmetric(subject.M):
+    if matrices.is_symmetric(subject.M):
         return Verdict(YES, "M' = M, entry by entry")
     with np.errstate(over="ignore"):
         i, j = _first(subject.M - subject.M.T)
@@ -60,7 +60,7 @@ def strictly_diagonally_dominant(subject: Subject) -> Verdict:
 
 def weak_row(M: Matrix, check: Callable[[], None]) -> int | None:
     """The first row that is not strictly diagonally dominant; None if there is none. `check` may raise Late."""
-    weak = np.flatnonzero(signs(linalg.comparison(M), np.ones(M.shape[0]), check) <= 0)
+    weak = np.flatnonzero(signs(matrices.comparison(M), np.ones(M.shape[0]), check) <= 0)
     return int(weak[0]) if weak.size else None
 
 

@@ -12,10 +12,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.classes import elimination
-from lcpcli.classes.subject import Subject, signs
+from lcpcli.classes.context import Subject, signs
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, index_set, shown
-from lcpcli.problem import is_sparse
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.rational import elimination
 from lcpcli.typing import Vector
 
 EXACT = 14  # n up to which all 2^n - 1 minors are computed

@@ -18,9 +18,9 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from lcpcli.classes import elimination
-from lcpcli.classes.subject import Subject
+from lcpcli.classes.context import Subject
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set, shown
+from lcpcli.rational import elimination
 
 EXACT = 8  # n up to which all pairs of index sets are looked at
 

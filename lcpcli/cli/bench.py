@@ -6,13 +6,13 @@ from typing import Any
 
 import click
 
+from lcpcli.bench.report.formats import FORMATS
 from lcpcli.bench.suites import ALL, SUITES
 from lcpcli.cli import candidates
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric, output_file, several_methods
-from lcpcli.methods import METHODS
-from lcpcli.peers import PEERS
-from lcpcli.report.bench import FORMATS
+from lcpcli.methods.registry import METHODS
+from lcpcli.peers.registry import PEERS
 
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"

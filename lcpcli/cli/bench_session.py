@@ -14,15 +14,16 @@ from lcpcli.bench import record as records
 from lcpcli.bench import session as benching
 from lcpcli.bench import suites
 from lcpcli.bench.record import Record, Settings
-from lcpcli.cli import INTERRUPTED
+from lcpcli.bench.report import plot
+from lcpcli.bench.report.render import render
+from lcpcli.cli.exit_codes import INTERRUPTED
 from lcpcli.cli.output import emit, form_of, terminal
 from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file
 from lcpcli.errors import OptionError
-from lcpcli.files import refuse_unwritable, write_whole
+from lcpcli.files.atomic_write import refuse_unwritable, write_whole
 from lcpcli.options import OPTIONS, flag
-from lcpcli.report import figures
-from lcpcli.report.bench import plot, render
+from lcpcli.report.figures import drawing as figures
 
 ASKED = ("suite", "methods", "peers", "tol", "time_limit", "accept", "budget")  # what a resumed bench knows already
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.endings import COMPRESSED, FORMATS
+from lcpcli.files.formats import COMPRESSED, FORMATS
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem

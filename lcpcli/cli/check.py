@@ -15,7 +15,7 @@ from lcpcli.options import OPTIONS
 from lcpcli.report.judged import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.judgement import Judgement
+    from lcpcli.verify.verification import Judgement
 
 
 @click.command(
@@ -59,21 +59,23 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> 
 
 
 def _judgement(problem_paths: tuple[str, ...], solution: str, tol: float | None, exact: bool) -> Judgement:
-    from lcpcli import files, judgement, options
-    from lcpcli.exact.numbers import rounded
+    from lcpcli import options
+    from lcpcli.files import reading
+    from lcpcli.rational.numbers import rounded
+    from lcpcli.verify import verification
 
     options.check(tol=tol)
-    data = files.read_exact(*problem_paths) if exact else None
-    problem = data.problem if data else files.read(*problem_paths)
-    answer = files.read_candidate(solution, problem.n)
+    data = reading.read_exact(*problem_paths) if exact else None
+    problem = data.problem if data else reading.read(*problem_paths)
+    answer = reading.read_candidate(solution, problem.n)
     if answer.kind == "farkas":
         if tol is not None:
             raise OptionError("--tol", "has no effect on a proof", "leave it out")
         if data:
-            return judgement.judge_farkas_exactly(data, answer.values, is_rounded=not answer.exact)
-        return judgement.judge_farkas(problem, answer.values)
+            return verification.judge_farkas_exactly(data, answer.values, is_rounded=not answer.exact)
+        return verification.judge_farkas(problem, answer.values)
     if data:
-        judged = judgement.judge_exactly(data, answer.values, answer.w)
+        judged = verification.judge_exactly(data, answer.values, answer.w)
     else:
-        judged = judgement.judge(problem, rounded(answer.values), tol or float(OPTIONS["tol"].default or 0))
+        judged = verification.judge(problem, rounded(answer.values), tol or float(OPTIONS["tol"].default or 0))
     return replace(judged, message=f"{judged.message}; {answer.claim}") if answer.claim else judged

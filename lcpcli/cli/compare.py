@@ -6,12 +6,12 @@ from typing import Any
 
 import click
 
-from lcpcli import shipped
 from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, argument
 from lcpcli.cli.options import EXITS, numeric, several_methods, solving
-from lcpcli.methods import METHODS
-from lcpcli.report import LEVELS
+from lcpcli.files import shipped
+from lcpcli.methods.registry import METHODS
+from lcpcli.report.formats import LEVELS
 
 AS_PUBLISHED = ("fixed-point", "shi")
 

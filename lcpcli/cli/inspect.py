@@ -42,17 +42,17 @@ def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, 
     output = None if output == "-" else output
     form = form or form_of(output, SUFFIXES)
     refuse_clashes([name for name in (file, q_file) if name], output)
-    from lcpcli import files
+    from lcpcli.files import atomic_write, reading
 
     if output is not None:
-        files.refuse_unwritable(output)
-    from lcpcli import inspection
+        atomic_write.refuse_unwritable(output)
+    from lcpcli.diagnosis import inspection
     from lcpcli.report import inspection_json, inspection_text
 
-    found = inspection.inspect(files.read(file, q_file), time_limit)
+    found = inspection.inspect(reading.read(file, q_file), time_limit)
     text = inspection_json.render(found) if form == "json" else inspection_text.render(found)
     if output is None:
         emit(text, color=False)
     else:
-        files.write_whole(output, text)
+        atomic_write.write_whole(output, text)
     return 0

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli import gallery
 from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import output_file
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import OptionError, quoted
+from lcpcli.gallery import families as gallery
 
 if TYPE_CHECKING:
-    from lcpcli.problem import Problem
+    from lcpcli.model.problem import Problem
 
 WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
@@ -102,23 +102,22 @@ def make(
 
 
 def _converted(option: str, source: str) -> Problem:
-    from lcpcli import files
+    from lcpcli.files import reading
 
-    return files.read_converted(option.removeprefix("--from-"), source)
+    return reading.read_converted(option.removeprefix("--from-"), source)
 
 
 def _write(made: Callable[[], Problem], output: str | None) -> None:
-    from lcpcli import files
-    from lcpcli.files import json_format
+    from lcpcli.files import atomic_write, json_format, writing
 
     if output is not None:
-        files.ending_of(output)
-        files.refuse_unwritable(output)
+        writing.ending_of(output)
+        atomic_write.refuse_unwritable(output)
     problem = made()
     if output is None:
         emit(json_format.render(problem)[""].decode(), color=False)
     else:
-        files.write(problem, output)
+        writing.write(problem, output)
 
 
 def _show_list() -> int:

@@ -13,13 +13,13 @@ from lcpcli import options
 from lcpcli.cli import candidates
 from lcpcli.cli.command import Choice, argument, option
 from lcpcli.errors import OptionError
-from lcpcli.methods import ADDITIONS, ITERATIVE, METHODS, load, options_of
+from lcpcli.methods.registry import ADDITIONS, ITERATIVE, METHODS, load, options_of
 from lcpcli.options import AUTO, OPTIONS, flag
-from lcpcli.report import FORMATS
+from lcpcli.report.formats import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.limits import Limits
-    from lcpcli.problem import Problem
+    from lcpcli.model.problem import Problem
+    from lcpcli.solving.limits import Limits
     from lcpcli.typing import Vector
 
 STARTS = ("x0", "x1", "z0")
@@ -150,7 +150,7 @@ def _starts() -> list[Declaration]:
 
 def limits(given: dict[str, Any]) -> Limits:
     """The limits among the given options; a default for each that is not given."""
-    from lcpcli.limits import Limits
+    from lcpcli.solving.limits import Limits
 
     return Limits(**{name: given[name] for name in LIMITS if given[name] is not None})
 
@@ -196,8 +196,8 @@ def _default(value: float) -> str:
 
 
 def _vector(name: str, given: str, n: int) -> Vector:
-    from lcpcli.files import read_start
-    from lcpcli.problem import as_vector
+    from lcpcli.files.reading import read_start
+    from lcpcli.model.arrays import as_vector
 
     if given and os.path.exists(given):  # noqa: PTH110 (Path.exists raises an error for a long text)
         return read_start(flag(name), given, n, as_x=name != "z0")

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 import click
 
 from lcpcli import options
-from lcpcli.cli import CLOSED_PIPE
+from lcpcli.cli.exit_codes import CLOSED_PIPE
 from lcpcli.errors import OptionError
 from lcpcli.options import OPTIONS
-from lcpcli.report import SUFFIXES, TABLES
+from lcpcli.report.formats import SUFFIXES, TABLES
 
 if TYPE_CHECKING:
-    from lcpcli.problem import Problem
-    from lcpcli.result import Result
-    from lcpcli.trace import Trace
+    from lcpcli.model.problem import Problem
+    from lcpcli.solving.result import Result
+    from lcpcli.solving.trace import Trace
 
 MOST_ROWS = 60  # of one method in a table, unless --every asks for more
 FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows even on a low one, and lines that are not rows
@@ -59,7 +59,7 @@ class Output:
                 raise OptionError(flag, "has no effect on the format csv, which shows iterates alone", "leave it out")
         options.check(every=every)
         if output is not None:
-            from lcpcli.files import refuse_unwritable
+            from lcpcli.files.atomic_write import refuse_unwritable
 
             refuse_unwritable(output)
         self._iterates = not self.silent and (trace or self.form != "json")
@@ -69,7 +69,7 @@ class Output:
         """An empty trace for a run whose iterates will be shown in that width, to keep only what will be read."""
         if not self._iterates:
             return None
-        from lcpcli.trace import Trace
+        from lcpcli.solving.trace import Trace
 
         if self.form not in TABLES:
             return Trace(self._every or 1)
@@ -112,12 +112,12 @@ class Plot:
         self.timed = path is not None or bool(levels)  # whether anybody reads how long it took to get where
         if path is None:
             return
-        from lcpcli.report import figures
+        from lcpcli.report.figures import drawing as figures
 
         figures.require("plotext" if path == HERE else "matplotlib")
         if path != HERE:
             figures.form_of(path)
-            from lcpcli.files import refuse_unwritable
+            from lcpcli.files.atomic_write import refuse_unwritable
 
             refuse_unwritable(path)
 
@@ -128,23 +128,24 @@ class Plot:
             return None
         import numpy as np
 
-        from lcpcli.trace import Trace
+        from lcpcli.solving.trace import Trace
 
         none = np.empty(0, dtype=np.intp)
         if self.path is None:
             return Trace(sys.maxsize, components=none, residuals=False, levels=levels)
         return Trace(1, MOST_POINTS, none, residuals=not problem.solutions, levels=levels)
 
-    def show(self, results: Sequence[Result]) -> None:
+    def show(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, those on one problem in one panel."""
         if self.path is None:
             return
-        from lcpcli import files
-        from lcpcli.report import curves, figures
+        from lcpcli.files import atomic_write
+        from lcpcli.report import curves
+        from lcpcli.report.figures import drawing as figures
 
-        panels = curves.panels(results)
+        panels = curves.panels(runs)
         if self.path != HERE:
-            files.write_whole(self.path, figures.convergence(panels, figures.form_of(self.path)))
+            atomic_write.write_whole(self.path, figures.convergence(panels, figures.form_of(self.path)))
             return
         from shutil import get_terminal_size
 

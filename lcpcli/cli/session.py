@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
-from lcpcli.cli import INTERRUPTED
+from lcpcli.cli.exit_codes import INTERRUPTED
 from lcpcli.cli.options import for_methods, limits
 from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
 from lcpcli.cli.progress import Line, wanted
 from lcpcli.errors import OptionError
 
 if TYPE_CHECKING:
-    from lcpcli.exact.problem import ExactProblem
-    from lcpcli.limits import Limits
-    from lcpcli.problem import Problem
-    from lcpcli.result import Result
+    from lcpcli.model.problem import Problem
+    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.solving.limits import Limits
+    from lcpcli.solving.result import Result
     from lcpcli.typing import Vector
 
 OF_OUTPUT = ("form", "trace", "every", "output", "quiet", "bound")
@@ -45,7 +45,7 @@ def run(
     plot = Plot(given["plot"], levels)
     options.check(warm=given.get("warm"))
     if exact:
-        from lcpcli.exact.linear import require
+        from lcpcli.rational.linear import require
 
         require()
     _refuse_amiss(paths, output, plot)
@@ -55,34 +55,43 @@ def run(
     if levels or plot.path is not None:
         problems = [_referred(problem, bounds) for problem in problems]
     width, color = (None, False) if output.path else terminal()
-    proofs = dict(zip(map(id, problems), data, strict=True)) if exact else {}
     runs = _runs(problems, methods, chosen, bounds, given.get("warm"), (output, plot, width), wanted(given["quiet"]))
-    results, interrupted = _finished(runs, proofs, bounds, given["bound"])
+    results, interrupted = _finished(runs, data, bounds, given["bound"])
+    if not output.silent:
+        results = [_concluded(own, compared=bool(levels)) for own in results]
     _show(results, output, width, color, compared=bool(levels))
     plot.show(results)
-    return INTERRUPTED if interrupted else max(result.exit_code for result in results)
+    return INTERRUPTED if interrupted else max(result.exit_code for own in results for result in own)
 
 
 def _finished(
-    runs: Iterator[Result], proofs: dict[int, ExactProblem], bounds: Limits, bounded: bool
-) -> tuple[list[Result], bool]:
-    """The results, with what was to be proved of them, as far as Ctrl-C lets them come; and whether it came."""
-    results: list[Result] = []
+    runs: Iterator[tuple[int, Result]], proofs: Sequence[ExactProblem], bounds: Limits, bounded: bool
+) -> tuple[list[list[Result]], bool]:
+    """The results by problem, with what was to be proved of them, as far as Ctrl-C lets them come; whether it came."""
+    results: dict[int, list[Result]] = {}
     try:
-        for result in runs:
-            results.append(result)
+        for i, result in runs:
+            results.setdefault(i, []).append(result)
             if result.interrupted:
-                return results, True
-        if proofs:
-            results[:] = _proved(proofs, results, bounds)
-        if bounded:
-            for i, result in enumerate(results):
-                results[i] = result if result.interrupted else _bounded(result)
+                return list(results.values()), True
+        for i, own in results.items():
+            if proofs:
+                own[:] = _proved(proofs[i], own, bounds)
+        for own in results.values():
+            for k, result in enumerate(own if bounded else []):
+                own[k] = result if result.interrupted else _bounded(result)
     except KeyboardInterrupt:
         if not results:
             raise
-        return results, True
-    return results, any(result.interrupted for result in results)
+        return list(results.values()), True
+    return list(results.values()), any(result.interrupted for own in results.values() for result in own)
+
+
+def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
+    """Results on one problem with what is concluded from them; of a comparison, with whether their claims hold."""
+    from lcpcli.solving.conclusions import concluded, verified
+
+    return [verified(result) if compared else result for result in concluded(results)]
 
 
 def _refuse_amiss(paths: Paths, output: Output, plot: Plot) -> None:
@@ -94,23 +103,24 @@ def _refuse_amiss(paths: Paths, output: Output, plot: Plot) -> None:
 
 def _read(paths: Paths, exact: bool) -> tuple[list[Problem], list[ExactProblem]]:
     """The problems in the files, and where they are needed, the same in rational numbers."""
-    from lcpcli import files
+    from lcpcli.files import reading
 
-    data = [files.read_exact(*path) for path in paths] if exact else []
-    return [known.problem for known in data] or [files.read(*path) for path in paths], data
+    data = [reading.read_exact(*path) for path in paths] if exact else []
+    return [known.problem for known in data] or [reading.read(*path) for path in paths], data
 
 
-def _show(results: Sequence[Result], output: Output, width: int | None, color: bool, compared: bool) -> None:
+def _show(results: Sequence[Sequence[Result]], output: Output, width: int | None, color: bool, compared: bool) -> None:
     """Print the results, or write them to the file asked for."""
     if output.silent:
         return
-    from lcpcli import files, report
+    from lcpcli.files import atomic_write
+    from lcpcli.report import render as report
 
     text = report.render(results, output.form, width, color, compared=compared, whole=output.path is not None)
     if output.path is None:
         emit(text, color)
     else:
-        files.write_whole(output.path, text)
+        atomic_write.write_whole(output.path, text)
 
 
 def _runs(
@@ -121,10 +131,11 @@ def _runs(
     warm: float | None,
     shown: tuple[Output, Plot, int | None],
     watched: bool,
-) -> Iterator[Result]:
-    """One result a problem and method, problem by problem; with `warm`, a second one from near the solution."""
-    from lcpcli import driver
-    from lcpcli.methods import STARTED
+) -> Iterator[tuple[int, Result]]:
+    """One result a problem and method, each with the number of its problem; with `warm`, a second one from near the
+    solution."""
+    from lcpcli.methods.registry import STARTED
+    from lcpcli.solving import run as driver
 
     output, plot, width = shown
 
@@ -132,16 +143,19 @@ def _runs(
         trace, curve = output.trace(problem, width), plot.curve(problem)
         with Line() as line:
             observe = line.tell if watched else None
-            return driver.run(problem, method, limits=bounds, trace=trace, curve=curve, observe=observe, **values)
+            return driver.run(
+                problem, method, limits=bounds, trace=trace, curve=curve, observe=observe, conclude=False, **values
+            )
 
-    for problem, own in zip(problems, chosen, strict=True):
+    for i, (problem, own) in enumerate(zip(problems, chosen, strict=True)):
         near = None if warm is None else _near(problem, warm)
         for method, values in zip(methods, own, strict=True):
-            yield from _quickest(partial(run_once, problem, method, values), plot.timed)
+            for result in _quickest(partial(run_once, problem, method, values), plot.timed):
+                yield i, result
             if near is not None and method in STARTED:
                 again = {**values, "x0": near, "z0": None}
-                warmed = _quickest(partial(run_once, problem, method, again), plot.timed)
-                yield from (replace(result, warm=True) for result in warmed)
+                for result in _quickest(partial(run_once, problem, method, again), plot.timed):
+                    yield i, replace(result, warm=True)
 
 
 def _quickest(once: Callable[[], Result], timed: bool) -> Iterator[Result]:
@@ -161,32 +175,29 @@ def _quickest(once: Callable[[], Result], timed: bool) -> Iterator[Result]:
         raise KeyboardInterrupt
 
 
-def _proved(data: dict[int, ExactProblem], results: Sequence[Result], bounds: Limits) -> list[Result]:
+def _proved(data: ExactProblem, results: Sequence[Result], bounds: Limits) -> list[Result]:
     """Each result with what is proved of it, in what time the run has left."""
-    from lcpcli.exact.proof import prove
+    from lcpcli.solving.proof import prove
 
-    return [
-        prove(data[id(result.problem)], result, bounds.time_limit - result.setup_seconds - result.solve_seconds)
-        for result in results
-    ]
+    return [prove(data, result, bounds.time_limit - result.seconds) for result in results]
 
 
 def _near(problem: Problem, size: float) -> Vector:
-    from lcpcli import reference
+    from lcpcli.solving import reference
 
     return reference.near(problem, size)
 
 
 def _bounded(result: Result) -> Result:
     """The result with what is proved about its error."""
-    from lcpcli.bounds import NO_BOUND, error_bound
+    from lcpcli.bounds.error_bound import NO_BOUND, error_bound
 
     return replace(result, bound=error_bound(result.problem, result.z) or NO_BOUND)
 
 
 def _referred(problem: Problem, bounds: Limits) -> Problem:
     """The problem with a solution to measure errors against, if one is found in the time that a run may take."""
-    from lcpcli import reference
+    from lcpcli.solving import reference
 
     return reference.with_reference(problem, min(bounds.time_limit, reference.SECONDS))
 
@@ -204,9 +215,9 @@ def refuse_clashes(inputs: Sequence[str], *outputs: str | None) -> None:
 
 def refuse_twice(paths: Sequence[str | None]) -> None:
     """Raise OptionError if standard input stands for two files."""
-    from lcpcli import files
+    from lcpcli.files import reading
 
-    if paths.count(files.STANDARD_INPUT) > 1:
+    if paths.count(reading.STANDARD_INPUT) > 1:
         raise OptionError("standard input", "can be read only once", "name a file")
 
 

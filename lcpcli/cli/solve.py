@@ -9,7 +9,7 @@ import click
 from lcpcli.cli import session
 from lcpcli.cli.command import Choice, Command, option
 from lcpcli.cli.options import EXITS, problem_file, solving
-from lcpcli.methods import METHODS
+from lcpcli.methods.registry import METHODS
 
 
 @click.command(

@@ -15,16 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli import linalg
-from lcpcli.errors import ProblemError, quoted
+from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.text import decode
-from lcpcli.problem import Problem, as_vector, count
+from lcpcli.linalg import matrices
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.exact.problem import Rows
+    from lcpcli.rational.problem import Rows
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, and so is no name in a header
@@ -55,7 +56,7 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
 
 def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
     """M and, if there is a last column for it, q of a text that `parse` has accepted, with all decimals."""
-    from lcpcli.exact.numbers import fraction
+    from lcpcli.rational.numbers import fraction
 
     table = _rows(decode(content), fraction)
     n = len(table)
@@ -65,14 +66,14 @@ def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
     """A vector that `parse_vector` has accepted, with all decimals."""
-    from lcpcli.exact.numbers import fraction
+    from lcpcli.rational.numbers import fraction
 
     return [value for row in _rows(decode(content), fraction) for value in row]
 
 
 def render(problem: Problem) -> dict[str, bytes]:
     """[M | q], one row a line, with all digits."""
-    M = linalg.dense(problem.M)
+    M = matrices.dense(problem.M)
     rows = np.column_stack((M, problem.q)).tolist()
     return {"": "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()}
 

@@ -14,16 +14,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
 from lcpcli.files.text import decode
-from lcpcli.problem import Problem, as_vector, count, is_sparse, kind
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.exact.problem import Rows
+    from lcpcli.rational.problem import Rows
 
 COO_KEYS = ("format", "shape", "rows", "cols", "values")
 
@@ -54,7 +56,7 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
 
 def parse_exact(content: bytes) -> tuple[Rows, list[Fraction]]:
     """M and q of a problem that `parse` has accepted, with all decimals."""
-    from lcpcli.exact.numbers import fraction
+    from lcpcli.rational.numbers import fraction
 
     data = load(decode(content), fraction)
     M = data["M"]
@@ -69,7 +71,7 @@ def parse_exact(content: bytes) -> tuple[Rows, list[Fraction]]:
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
     """A JSON list that `parse_vector` has accepted, with all decimals."""
-    from lcpcli.exact.numbers import fraction
+    from lcpcli.rational.numbers import fraction
 
     numbers: list[Fraction] = load(decode(content), fraction)
     return numbers

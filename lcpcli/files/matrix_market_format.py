@@ -14,15 +14,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted
+from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.memory import refuse_beyond_memory
-from lcpcli.problem import Problem, as_vector, count, is_sparse
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.exact.problem import Rows
+    from lcpcli.rational.problem import Rows
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
@@ -105,7 +107,7 @@ def _matrix(field: str, content: bytes) -> Any:
 
 def _exact_rows(field: str, content: bytes) -> Rows:
     """The rows of the matrix with all decimals: it is assembled from the places of its numbers in the file."""
-    from lcpcli.exact.numbers import fraction
+    from lcpcli.rational.numbers import fraction
 
     header, numbers = _entries(field, _uncompressed(content))
     width = WIDTHS[header.form]

@@ -21,13 +21,15 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.json_format import load
 from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
 from lcpcli.files.memory import refuse_beyond_memory
-from lcpcli.problem import Problem, as_vector, is_sparse
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.exact.problem import Rows
+    from lcpcli.rational.problem import Rows
 
 VECTORS = ("x0", "x1")
 LONGEST_FAULT = 80  # characters: numpy quotes whole headers
@@ -68,7 +70,7 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
 
 def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
     """M and, if the archive holds it, q as the rationals that their doubles are."""
-    from lcpcli.exact.problem import fractions_of, rows_of
+    from lcpcli.rational.problem import fractions_of, rows_of
 
     held = parse(content)
     return (rows_of(held.M), fractions_of(held.q)) if isinstance(held, Problem) else (rows_of(held), None)
@@ -76,7 +78,7 @@ def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
     """A vector as the rationals that its doubles are."""
-    from lcpcli.exact.problem import fractions_of
+    from lcpcli.rational.problem import fractions_of
 
     return fractions_of(parse_vector(field, content))
 

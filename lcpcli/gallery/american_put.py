@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from lcpcli.gallery.ranges import require
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite, M"
 SOURCE = "Wilmott, Dewynne and Howison 1993"

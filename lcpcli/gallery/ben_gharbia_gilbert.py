@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.gallery.ranges import require
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "P"
 SOURCE = "Ben Gharbia and Gilbert 2012"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 from lcpcli.gallery.ranges import require
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 CLASS = "copositive"

@@ -4,7 +4,7 @@ quadratic optimization, Comput. Optim. Appl. 60 (2015) 311-341.
 
 from __future__ import annotations
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
 SOURCE = "Curtis, Han and Robinson 2015"

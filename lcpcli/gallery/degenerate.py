@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 CLASS = "symmetric positive definite"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "H+"
 SOURCE = "random, of this program"

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.gallery.murty import triangle
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
 SOURCE = "Fathi 1979"

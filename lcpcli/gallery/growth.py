@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "M"
 SOURCE = "after Wilkinson 1961"

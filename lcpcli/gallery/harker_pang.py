@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "positive definite"
 SOURCE = "Harker and Pang 1990"

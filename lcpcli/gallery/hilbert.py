@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
 SOURCE = "the Hilbert matrix (Hilbert 1894)"

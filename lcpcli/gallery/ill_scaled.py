@@ -8,7 +8,7 @@ import numpy as np
 
 from lcpcli.gallery.harker_pang import harker_pang
 from lcpcli.gallery.ranges import require
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "P"
 SOURCE = "after Harker and Pang 1990, rows and columns rescaled"

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from lcpcli.origins.qp import bordered
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.quadratic_program import bordered
 from lcpcli.typing import Vector
 
 CLASS = "skew-symmetric"

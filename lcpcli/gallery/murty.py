@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 CLASS = "P, positive semidefinite"

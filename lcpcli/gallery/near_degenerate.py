@@ -8,7 +8,7 @@ import numpy as np
 
 from lcpcli.gallery.degenerate import integer_matrix
 from lcpcli.gallery.ranges import require
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
 SOURCE = "random, of this program"

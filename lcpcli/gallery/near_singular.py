@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.gallery.ranges import require
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
 SOURCE = "random, of this program"

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from lcpcli.gallery.tridiagonal import second_difference
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite, M"
 SOURCE = "Glowinski 1984, chapter II, five-point differences"

@@ -8,8 +8,8 @@ import numpy as np
 
 from lcpcli.gallery.degenerate import integer_matrix
 from lcpcli.gallery.lp import constraints, pairs
-from lcpcli.origins.qp import bordered
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.quadratic_program import bordered
 
 CLASS = "positive semidefinite"
 SOURCE = "Cottle and Dantzig 1968, random program"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite, M"
 SOURCE = "after El foutayeni and Khaladi 2012, Example 1, random q"

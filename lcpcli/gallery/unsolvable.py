@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.gallery.degenerate import integer_matrix
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 
 CLASS = "none"
 SOURCE = "random, of this program"

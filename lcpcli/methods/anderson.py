@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from lcpcli.conjugate import norm
+from lcpcli.linalg.krylov import norm
 from lcpcli.typing import Vector
 
 RUNAWAY = 2.0  # how far the change |g - x| may rise above its smallest before the memory is dropped

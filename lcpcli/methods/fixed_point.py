@@ -12,13 +12,14 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from lcpcli import linalg, options
+from lcpcli import options
+from lcpcli.linalg import factors, matrices
+from lcpcli.linalg.products import product
+from lcpcli.linalg.spectrum import ends
 from lcpcli.methods.anderson import Anderson
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.model.problem import Problem
 from lcpcli.options import AUTO, OPTIONS
-from lcpcli.problem import Problem
-from lcpcli.products import product
-from lcpcli.spectrum import best_omega
 from lcpcli.typing import Matrix, Vector
 
 
@@ -57,17 +58,17 @@ def fixed_point(
     Stalled : the iterates have stopped changing.
     """
     options.check(omega=omega, anderson=anderson)
-    return _iterates(problem, x0, omega, int(anderson), linalg.factorizer(problem.M))
+    return _iterates(problem, x0, omega, int(anderson), factors.factorizer(problem.M))
 
 
 def _iterates(
-    problem: Problem, x: Vector, omega: float | str, anderson: int, factorize: Callable[[float], linalg.Solve]
+    problem: Problem, x: Vector, omega: float | str, anderson: int, factorize: Callable[[float], factors.Solve]
 ) -> Iterator[Iterate]:
     M, q = problem.M, problem.q
     omega = best_omega(M) if omega == AUTO else float(omega)
     try:
         solve = factorize(omega)
-    except linalg.SingularMatrix:
+    except factors.SingularMatrix:
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
         raise Breakdown(
             f"{name} is singular to working precision, the iteration is not defined; try another --omega"
@@ -96,3 +97,21 @@ def _image(M: Matrix, omega: float, x: Vector) -> Vector:
     image = product(M, distance)
     distance *= omega
     return np.subtract(distance, image, out=image)
+
+
+def best_omega(M: Matrix) -> float:
+    """The omega > 0 by which the modulus iteration (omega I + M) x' = (omega I - M) |x| - q does best, roughly.
+
+    M symmetric positive definite: sqrt(lambda_min lambda_max) minimises the contraction factor
+    max |omega - lambda| / |omega + lambda|; both ends by a few steps of power and of inverse iteration, for which M is
+    factorized. Rough ends do: the factor is flat around its minimum.
+    Any other M: the largest diagonal entry, the least scalar omega for which Bai (2010) proves
+    convergence for H-matrices with positive diagonal; if no diagonal entry is positive, the largest row sum of |M|.
+    """
+    found = ends(M)
+    if found is not None:
+        omega = float(np.sqrt(found[0]) * np.sqrt(found[1]))
+        if 0 < omega < np.inf:
+            return omega
+    diagonal = float(M.diagonal().max())
+    return diagonal if diagonal > 0 else matrices.norm_inf(M) or 1.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lcpcli.certificate import Certificate
 from lcpcli.typing import Vector
+from lcpcli.verify.certificate import Certificate
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,14 +11,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lcpcli import linalg
-from lcpcli.certificate import Certificate, proves_infeasible
-from lcpcli.methods.integer_tableau import IntegerTableau
+from lcpcli.linalg import factors, matrices, products
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, Stalled
 from lcpcli.methods.tableau import Tableau
-from lcpcli.principal import PrincipalSolver
-from lcpcli.problem import Problem, is_sparse
+from lcpcli.model.problem import Problem
+from lcpcli.rational.tableau import IntegerTableau
 from lcpcli.typing import Indices, Vector
+from lcpcli.verify.certificate import Certificate, proves_infeasible
 
 EPS = float(np.finfo(float).eps)
 LARGEST = 5000  # unknowns; the inverse of the basis is dense
@@ -75,7 +76,7 @@ def _are_small_integers(problem: Problem) -> bool:
 
 
 def _integer_path(problem: Problem) -> Iterator[Iterate]:
-    M = [{j: int(a) for j, a in enumerate(row) if a} for row in linalg.dense(problem.M).tolist()]
+    M = [{j: int(a) for j, a in enumerate(row) if a} for row in matrices.dense(problem.M).tolist()]
     tableau = IntegerTableau(M, list(map(int, problem.q.tolist())))
     for pivots, _ in enumerate(tableau.path(), 1):
         cover = float(tableau.value_of(2 * problem.n))
@@ -114,14 +115,14 @@ def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]
     z = np.zeros(n)
     try:
         z[support] = PrincipalSolver(M).solve(support, -q[support])
-    except linalg.SingularMatrix:
+    except factors.SingularMatrix:
         return -0.5 * q, np.minimum(q, 0.0), False
     w = problem.w(z)
     w[support] = 0.0
     x = 0.5 * (z - w)
     z, w = 2 * np.maximum(x, 0.0), 2 * np.maximum(-x, 0.0)
     F = problem.w(z) - w
-    return x, F, bool((np.abs(F) <= 2 * (n + 1) * EPS * (linalg.absolute_product(M, z) + w + np.abs(q))).all())
+    return x, F, bool((np.abs(F) <= 2 * (n + 1) * EPS * (products.absolute_product(M, z) + w + np.abs(q))).all())
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificate:

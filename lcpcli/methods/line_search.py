@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.methods.iterate import Stalled
-from lcpcli.smoothing import Point, Smoothed
+from lcpcli.methods.smoothing import Point, Smoothed
 from lcpcli.typing import Vector
 
 MAX_TRIALS = 200

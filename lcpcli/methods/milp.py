@@ -16,16 +16,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lcpcli import enumeration, linalg
-from lcpcli import farkas as systems
-from lcpcli.certificate import Certificate, proof_in_units
-from lcpcli.compiled import interruptibly, silence
-from lcpcli.enumeration import Mask
-from lcpcli.farkas import linprog, stack
+from lcpcli.interrupts import interruptibly, silence
+from lcpcli.linalg import matrices
+from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.matrices import is_sparse, stack
+from lcpcli.methods import enumeration
+from lcpcli.methods.enumeration import Mask
 from lcpcli.methods.iterate import Iterate, NoSolution, OutOfTime, Stalled
-from lcpcli.problem import Problem, is_sparse
-from lcpcli.scaling import equilibrate
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
+from lcpcli.verify import farkas
+from lcpcli.verify.certificate import Certificate, proof_in_units
 
 GAP = 1e3  # any alpha > 0 will do: the solver may stop at one that is 1 / GAP of the largest
 NO_POINT = "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate"
@@ -68,7 +70,7 @@ def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Itera
     scaled = _Scaled(problem)
     if not scaled.finite:
         raise Stalled("the problem overflows when it is equilibrated")
-    proof = systems.alternative(scaled.M, scaled.q, time_limit).proof
+    proof = farkas.alternative(scaled.M, scaled.q, time_limit).proof
     y = None if proof is None else proof_in_units(problem, scaled.R, proof)
     if y is not None:
         raise NoSolution(Certificate("farkas", NO_POINT, y))
@@ -139,10 +141,10 @@ class _Scaled:
     def __init__(self, problem: Problem) -> None:
         with np.errstate(all="ignore"):
             self.R, self.C = equilibrate(problem.M, problem.q)
-            self.M, q = linalg.scaled(problem.M, self.R, self.C), self.R * problem.q
+            self.M, q = matrices.scaled(problem.M, self.R, self.C), self.R * problem.q
             self.s = float(np.exp2(-math.frexp(np.abs(q).max())[1]))
             self.q = self.s * q
-            back = linalg.scaled(self.M, 1 / self.R, 1 / self.C) - problem.M
+            back = matrices.scaled(self.M, 1 / self.R, 1 / self.C) - problem.M
             self.finite = bool(
                 np.isfinite(self.M.sum()) and np.isfinite(self.q).all() and np.isfinite(1 / self.R).all()
             )
@@ -160,11 +162,11 @@ class _Scaled:
                     continue
                 z[inside] = np.maximum(z_P, 0.0)
                 w = self.M @ z + self.q
-                if min(z_P.min(initial=0.0), w.min()) < -systems.ACTIVE * max(z.max(), 1.0):
+                if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE * max(z.max(), 1.0):
                     continue
                 x = (self.C * z - np.where(P, 0.0, np.maximum(w, 0.0)) / self.R) / (2 * self.s)
                 wrong = np.where(P, np.abs(w), -w)
-                rounding = 4 * (w.size + 2) * systems.EPS * (abs(self.M) @ z + np.abs(self.q))
+                rounding = 4 * (w.size + 2) * farkas.EPS * (abs(self.M) @ z + np.abs(self.q))
                 if np.isfinite(x).all() and (wrong <= rounding).all():
                     return x, True
         return (x if x is not None and np.isfinite(x).all() else None), False
@@ -189,7 +191,7 @@ def _singular(M: Matrix, q: Vector, P: Mask) -> Vector | None:
     found = linprog(np.ones(inside.size), -beside, q[outside], equal=(A, -q[inside])) if inside.size else None
     if found is None:
         return None
-    support = np.flatnonzero(found.x > systems.SNAP * found.x.max())
+    support = np.flatnonzero(found.x > farkas.SNAP * found.x.max())
     z: Vector = np.zeros(inside.size)
     for _ in range(2):
         z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[inside], rcond=None)[0]

@@ -14,10 +14,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lcpcli import linalg
+from lcpcli.linalg import factors, matrices, products
+from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.methods.iterate import Breakdown, Iterate
-from lcpcli.principal import PrincipalSolver
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 LEAST_INDEX = "least index"
@@ -58,7 +58,7 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Iterator
         z = np.zeros(problem.n)
         try:
             z[inside] = solver.solve(np.flatnonzero(inside), -problem.q[inside])
-        except linalg.SingularMatrix:
+        except factors.SingularMatrix:
             raise Breakdown(f"the principal submatrix of {int(inside.sum())} indices is singular") from None
         w = problem.w(z)
         w[inside] = 0.0
@@ -82,7 +82,7 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Iterator
 def _beyond_rounding(problem: Problem, z: Vector, w: Vector, infeasible: Indices) -> bool:
     """Whether a negative z_i or w_i is more than what rounding leaves of zero in its row."""
     rows = problem.M[infeasible]
-    terms = linalg.absolute_product(rows, np.abs(z)) + np.abs(problem.q[infeasible])
-    sizes = linalg.row_maxima(rows)
+    terms = products.absolute_product(rows, np.abs(z)) + np.abs(problem.q[infeasible])
+    sizes = matrices.row_maxima(rows)
     violations = -np.minimum(z[infeasible] * sizes, w[infeasible])
     return bool((violations > ROUNDING * terms).any())

@@ -13,12 +13,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lcpcli import linalg, options
+from lcpcli import options
+from lcpcli.linalg import matrices
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
 from lcpcli.methods.line_search import search
+from lcpcli.methods.smoothing import Smoothed
+from lcpcli.model.problem import Problem
 from lcpcli.options import OPTIONS
-from lcpcli.problem import Problem
-from lcpcli.smoothing import Smoothed
 from lcpcli.typing import Vector
 
 EPS = float(np.finfo(float).eps)
@@ -76,7 +77,7 @@ def shi(
 def default_p(problem: Problem) -> float:
     """The p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the rounding error of q, eps |q|_inf."""
     scale = float(np.max(np.abs(problem.q))) or 1.0
-    return min(math.log(3) * (1 + linalg.norm_inf(problem.M)) / EPS / scale, 1e300)
+    return min(math.log(3) * (1 + matrices.norm_inf(problem.M)) / EPS / scale, 1e300)
 
 
 def _iterates(

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli import linalg
+from lcpcli.linalg import matrices
 from lcpcli.methods.iterate import Breakdown
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 NOISE = 2.0**-36  # an update that leaves no more than this of its terms has cancelled, ratios as close as this tie
@@ -37,7 +37,7 @@ class Tableau:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.n = problem, problem.n
-        self.column_of_M = linalg.column_reader(problem.M)
+        self.column_of_M = matrices.column_reader(problem.M)
         self.basic: Indices = np.arange(self.n)
         self.row_of: Indices = np.append(self.basic, np.full(self.n + 1, -1))
         self.values: Vector = problem.q.copy()
@@ -131,7 +131,7 @@ class Tableau:
         outside, inside = np.array(self.outside, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)
         columns = np.full((self.n, others.size), -1.0)
         ours = variables < 2 * self.n
-        columns[:, ours] = -linalg.dense_columns(self.problem.M, variables[ours] - self.n)
+        columns[:, ours] = -matrices.dense_columns(self.problem.M, variables[ours] - self.n)
         try:
             block = np.linalg.inv(columns[outside])
         except np.linalg.LinAlgError:

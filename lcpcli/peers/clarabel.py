@@ -11,8 +11,9 @@ import time
 
 import numpy as np
 
-from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.peers import quadratic, storage
+from lcpcli.peers.registry import Claim, distribution_version, library
 
 PACKAGE = "clarabel"
 

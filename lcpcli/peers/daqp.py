@@ -11,9 +11,10 @@ import time
 
 import numpy as np
 
-from lcpcli import linalg
-from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
-from lcpcli.problem import Problem
+from lcpcli.linalg import matrices
+from lcpcli.model.problem import Problem
+from lcpcli.peers import quadratic, storage
+from lcpcli.peers.registry import Claim, distribution_version, library
 
 PACKAGE = "daqp"
 INFINITE = 1e30
@@ -44,7 +45,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     M, q, A = storage.dense(problem.M), problem.q.copy(), np.zeros((0, n))
     upper, lower, sense = np.full(n, INFINITE), np.zeros(n), np.zeros(n, dtype=np.int32)
     settings = {
-        "is_avi": not linalg.is_symmetric(problem.M),
+        "is_avi": not matrices.is_symmetric(problem.M),
         "primal_tol": tol,
         "time_limit": min(time_limit, INFINITE),
     }

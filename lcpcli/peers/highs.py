@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.peers import quadratic, storage
+from lcpcli.peers.registry import Claim, distribution_version, library
 
 PACKAGE = "highspy"
 SMALLEST_TOLERANCE = 1e-10

@@ -10,9 +10,10 @@ import time
 
 import numpy as np
 
-from lcpcli.compiled import silence
-from lcpcli.peers import Claim, distribution_version, library, quadratic, storage
-from lcpcli.problem import Problem
+from lcpcli.interrupts import silence
+from lcpcli.model.problem import Problem
+from lcpcli.peers import quadratic, storage
+from lcpcli.peers.registry import Claim, distribution_version, library
 
 PACKAGE = "osqp"
 NO_LIMIT = 2 * 10**9  # iterations

@@ -9,8 +9,9 @@ import time
 
 import numpy as np
 
-from lcpcli.peers import Claim, distribution_version, library, storage
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.peers import storage
+from lcpcli.peers.registry import Claim, distribution_version, library
 
 PACKAGE = "quantecon"
 STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}

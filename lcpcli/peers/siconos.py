@@ -22,8 +22,9 @@ from pathlib import Path
 import numpy as np
 
 from lcpcli.errors import OptionError
-from lcpcli.peers import Claim, storage
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
+from lcpcli.peers import storage
+from lcpcli.peers.registry import Claim
 
 PYTHON = "LCP_SICONOS_PYTHON"
 ASK = "from importlib.metadata import version; print(version('siconos'))"

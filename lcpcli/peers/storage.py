@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.problem import Problem, is_sparse
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
 CONVERTED = 2000  # unknowns up to which a matrix is converted: beyond, the peer would be measured at what it is not for

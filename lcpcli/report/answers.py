@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.report import numbers, summary
-from lcpcli.result import Result
+from lcpcli.solving.result import Result
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -23,7 +23,7 @@ def lines(result: Result, compared: bool) -> list[str]:
         return []
     told = [text for text in (", ".join(_parts(result)), answer.statement) if text]
     if answer.exact:
-        from lcpcli.exact.numbers import brief
+        from lcpcli.rational.numbers import brief
 
         told += [f"exact {key} = {numbers.vector(part, brief)}" for key, part in answer.exact.items() if part]
     return [f"{summary.name(result)}: " * compared + text for text in told]
@@ -39,7 +39,7 @@ def data(result: Result) -> dict[str, Any] | None:
 
 
 def _parts(result: Result) -> list[str]:
-    from lcpcli.origins.qp import Minimum
+    from lcpcli.solving.answer import Minimum
 
     answer, origin = result.answer, result.problem.origin
     if isinstance(answer, Minimum):
@@ -75,6 +75,6 @@ def _json(value: Any) -> Any:
 
 
 def _fractions(values: Sequence[Fraction]) -> list[str]:
-    from lcpcli.exact.numbers import text
+    from lcpcli.rational.numbers import text
 
     return [text(value) for value in values]

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Sequence
 from io import StringIO
 
-from lcpcli.result import Result
+from lcpcli.solving.result import Result
 
 
 def render(results: Sequence[Result]) -> str:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
 
 from lcpcli.report import numbers, summary
-from lcpcli.report.figures import Curve, Panel
-from lcpcli.result import Result
+from lcpcli.report.figures.data import Curve, Panel
+from lcpcli.solving.result import Result
 
 
-def panels(results: Sequence[Result]) -> list[Panel]:
-    """The curves of the runs, those on one problem together; each run must have been given a `curve` to keep.
+def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
+    """The curves of the runs, those on one problem together; each must have been given a `curve` to keep.
 
     Errors are drawn where a solution is known or computed, else residuals. Time counts from the start of the set-up.
     """
-    return [_panel(list(run)) for _, run in groupby(results, key=lambda result: id(result.problem))]
+    return [_panel(results) for results in runs]
 
 
 def _panel(results: Sequence[Result]) -> Panel:

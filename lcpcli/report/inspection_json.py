@@ -7,10 +7,10 @@ import math
 from typing import Any
 
 from lcpcli.classes.verdict import Verdict
-from lcpcli.inspection import Inspection
-from lcpcli.inspection.matrix import Spread
-from lcpcli.inspection.rates import Rate
-from lcpcli.problem import is_sparse
+from lcpcli.diagnosis.inspection import Inspection
+from lcpcli.diagnosis.matrix import Spread
+from lcpcli.diagnosis.rates import Rate
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.report.numbers import finite
 
 

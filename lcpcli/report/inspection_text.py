@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from textwrap import wrap
 
-from lcpcli.inspection import Inspection
-from lcpcli.inspection.rates import Rate
+from lcpcli.diagnosis.inspection import Inspection
+from lcpcli.diagnosis.rates import Rate
+from lcpcli.errors import count
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import OPTIONS
-from lcpcli.problem import count, is_sparse
 
 WIDTH = 80
 TITLES = {

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.certificate import Certificate
-from lcpcli.problem import Problem
+from lcpcli.model.problem import Problem
 from lcpcli.report import answers, numbers, outcome, summary
 from lcpcli.report.numbers import ELLIPSIS
-from lcpcli.result import Exact, Result
-from lcpcli.trace import TraceRow
+from lcpcli.solving.result import Exact, Result
+from lcpcli.solving.trace import TraceRow
 from lcpcli.typing import Indices
+from lcpcli.verify.certificate import Certificate
 
 CELL = 11  # the usual width of a component and the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
@@ -131,7 +131,7 @@ def _vector(certificate: Certificate) -> str:
 
 def _exact(exact: Exact) -> list[str]:
     """The exact vectors, as far as a line has room for them, and the proof where the message does not tell it."""
-    from lcpcli.exact.numbers import brief
+    from lcpcli.rational.numbers import brief
 
     named = [(name, values) for name, values in (("z", exact.z), ("w", exact.w), ("y", exact.y)) if values]
     lines = [f"exact {name} = {numbers.vector(values, brief)}" for name, values in named]

@@ -8,7 +8,7 @@ from typing import Any
 
 from lcpcli.report import answers
 from lcpcli.report.numbers import finite
-from lcpcli.result import Result
+from lcpcli.solving.result import Result
 
 STARTS = ("x1",)  # vectors among a method's options
 
@@ -89,7 +89,7 @@ def _exact(result: Result) -> dict[str, Any] | None:
     exact = result.exact
     if exact is None:
         return None
-    from lcpcli.exact.numbers import text
+    from lcpcli.rational.numbers import text
 
     named = {"z": exact.z, "w": exact.w, "y": exact.y}
     vectors = {name: None if values is None else [text(value) for value in values] for name, values in named.items()}

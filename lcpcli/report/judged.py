@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.report.numbers import above, finite, short, title
 
 if TYPE_CHECKING:
-    from lcpcli.judgement import Judgement, Violation
+    from lcpcli.verify.verification import Judgement, Violation
 
 FORMATS = {"table": "for people", "json": "one object, for scripts"}
 
@@ -47,7 +47,7 @@ def _cells(violation: Violation[float] | Violation[Fraction]) -> list[str]:
 def _size(value: float | Fraction) -> str:
     if isinstance(value, float):
         return f"{value:.7g}"
-    from lcpcli.exact.numbers import brief
+    from lcpcli.rational.numbers import brief
 
     return brief(value)
 
@@ -77,7 +77,7 @@ def _json(judgement: Judgement) -> str:
 
 def _number(value: float | Fraction | None) -> Any:
     if isinstance(value, Fraction):
-        from lcpcli.exact.numbers import text
+        from lcpcli.rational.numbers import text
 
         return text(value)
     return finite(value)

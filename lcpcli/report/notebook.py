@@ -6,13 +6,14 @@ from collections.abc import Iterable
 from html import escape
 from typing import TYPE_CHECKING
 
-from lcpcli.problem import count, is_sparse
+from lcpcli.errors import count
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.report import numbers
 
 if TYPE_CHECKING:
-    from lcpcli.problem import Problem
-    from lcpcli.result import Result
-    from lcpcli.trace import Trace
+    from lcpcli.model.problem import Problem
+    from lcpcli.solving.result import Result
+    from lcpcli.solving.trace import Trace
 
 WIDTH = 60  # of z
 SMALL = 6  # unknowns of a problem whose numbers are shown

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lcpcli.problem import Problem
+    from lcpcli.model.problem import Problem
 
 LARGEST_FIXED = 1e6
 SMALLEST_FIXED = 1e-3

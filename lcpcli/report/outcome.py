@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from lcpcli.accuracy import ROUNDING
-from lcpcli.problem import count
+from lcpcli.errors import count
 from lcpcli.report import numbers, summary
 from lcpcli.report.numbers import ELLIPSIS
-from lcpcli.result import Result
+from lcpcli.solving.result import Result
+from lcpcli.verify.accuracy import ROUNDING
 
 PAGE = 80
 DIGITS = 7

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
-from lcpcli.accuracy import ROUNDING, Accuracy, size_of_solutions
-from lcpcli.problem import Problem
-from lcpcli.refinement import is_rounded_solution
-from lcpcli.report import LEVELS, numbers
-from lcpcli.result import Result
-from lcpcli.trace import Milestone
+from lcpcli.model.problem import Problem
+from lcpcli.report import numbers
+from lcpcli.report.formats import LEVELS
+from lcpcli.solving.result import Result
+from lcpcli.solving.trace import Milestone
+from lcpcli.verify.accuracy import ROUNDING, size_of_solutions
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # where a row is full
 NOT_REACHED = "-"
@@ -54,14 +52,6 @@ def residual(result: Result) -> str:
 def error(value: float | None, problem: Problem) -> str:
     """An error, 0 where it is no more than rounding of the solution."""
     return numbers.short(value, ROUNDING * size_of_solutions(problem))
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def is_true(result: Result) -> bool:
-    """Whether a claim of success holds: by the relative residual of z, computed once more, or by exact arithmetic."""
-    accuracy = Accuracy(result.problem, result.tol)
-    small = accuracy.relative_residual(result.z, accuracy.w(result.z)) <= result.tol
-    return small or is_rounded_solution(result.problem, result.z)
 
 
 def doubt(result: Result) -> str:
@@ -118,7 +108,7 @@ def _milestones(results: Sequence[Result]) -> Cells:
     for result in results:
         reached = {m.level: _cell(result, m) for m in (result.curve.milestones if result.curve else ())}
         end = _taken(result.iterations, result.seconds)
-        claim = ("true" if is_true(result) else "FALSE") if result.solved else NOT_REACHED
+        claim = NOT_REACHED if result.verified is None else "true" if result.verified else "FALSE"
         levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
         status = SHORT.get(result.status.word, result.status.word)
         rows.append([name(result), *levels, end, error(result.error, result.problem), status, claim])

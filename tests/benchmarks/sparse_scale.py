@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 import lcpcli
-from lcpcli import gallery
+from lcpcli.gallery import families as gallery
 
 CASES = {
     "tridiagonal, n = 10^6": ("tridiagonal", 10**6, True),

@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from lcpcli.report.figures import Curve, Growth, GrowthPanel, Panel, Profile, curves, labels, ranges
+from lcpcli.report.figures import curves, labels, ranges
 from lcpcli.report.figures.convergence_figure import against_time
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
 from lcpcli.report.figures.labels import Drawn, End
 from lcpcli.report.figures.ranges import Range
 from lcpcli.report.figures.style import FONT, POINTS, SMALL, Looks, add_axes, fitted, looks, name_axes, page

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lcpcli.report.figures import Panel, curves, labels, ranges
+from lcpcli.report.figures import curves, labels, ranges
+from lcpcli.report.figures.data import Panel
 from lcpcli.report.figures.labels import Drawn, End
 from lcpcli.report.figures.ranges import Range
 from lcpcli.report.figures.style import FONT, POINTS, Looks, add_axes, fitted, looks, name_axes, page

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from lcpcli.report.figures import Curve
+from lcpcli.report.figures.data import Curve
 
 NEGLIGIBLE = 1e-17  # relative to the start: what is less is drawn at the lower end, like 0
 GROWN = 1e4  # relative to the start: what is more is drawn at the upper end, like inf

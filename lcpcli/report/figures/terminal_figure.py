@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from string import ascii_letters, digits
 from textwrap import wrap
 
-from lcpcli.report.figures import Panel, ranges
+from lcpcli.report.figures import ranges
+from lcpcli.report.figures.data import Panel
 from lcpcli.report.figures.ranges import Point, Range
 
 COLORS = ("red", "blue", "green", "magenta", "orange", "cyan")

@@ -1,0 +1,70 @@
+"""How the methods of a bench converge: who reaches which error first, and how fast fixed-point contracts."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.report.sheet import Sheet
+from lcpcli.report import numbers
+from lcpcli.report.formats import LEVELS
+
+NOT_REACHED = "-"
+SHOWN = LEVELS[1]  # the level whose times are listed
+ALIKE = 1.02  # times within this factor are no victory
+
+
+def reached(record: Record) -> Sheet:
+    """What time each method took to an error of SHOWN on each problem, and who was first to each level how often."""
+    first = {level: dict.fromkeys(record.methods, 0) for level in LEVELS}
+    rows = []
+    for name, group in groupby(record.measurements, key=lambda row: row.problem):
+        own = {row.solver: row for row in group if row.milestones is not None}
+        if len(own) < 2:
+            continue
+        for level in LEVELS:
+            for winner in _first(own, level):
+                first[level][winner] += 1
+        times = [_seconds(own.get(method), SHOWN) for method in record.methods]
+        length, unit = numbers.unit(min((seconds for seconds in times if seconds is not None), default=0.0))
+        cells = [NOT_REACHED if seconds is None else numbers.digits(seconds / length) for seconds in times]
+        rows.append([name, unit if set(cells) != {NOT_REACHED} else "", *cells])
+    title = f"Time to an error of {numbers.level(SHOWN)} of the solution's largest component"
+    counts = [_count(level, wins) for level, wins in first.items()]
+    notes = [f"First to an error of {', '.join(counts)}."]
+    return Sheet(title, ["problem", "in", *record.methods], [rows] if rows else [], notes)
+
+
+def _seconds(row: Measurement | None, level: float) -> float | None:
+    reached = (row.milestones or []) if row is not None else []
+    return next((seconds for at, _, seconds in reached if at == level), None)
+
+
+def _first(own: dict[str, Measurement], level: float) -> list[str]:
+    """The methods that are first to a level, more than one where they are alike."""
+    times = {method: seconds for method, row in own.items() if (seconds := _seconds(row, level)) is not None}
+    return [method for method, seconds in times.items() if seconds <= ALIKE * min(times.values())]
+
+
+def _count(level: float, wins: dict[str, int]) -> str:
+    told = ", ".join(f"{method} {number}" for method, number in wins.items())
+    return f"{numbers.level(level)}: {told}"
+
+
+def rates(record: Record) -> Sheet:
+    """By what factor an iteration of fixed-point shrinks the error, measured and by theory."""
+    rows = [_rate(row, row.rate) for row in record.measurements if row.rate is not None]
+    notes = [
+        "measured: by least squares on the logarithms of errors. local: the spectral radius of the iteration at a "
+        "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - lambda| / |1 + lambda| for symmetric M."
+    ]
+    header = ["problem", "iterations", "measured", "local", "bound"]
+    return Sheet("Linear convergence of fixed-point: factor an iteration", header, [rows] if rows else [], notes)
+
+
+def _rate(row: Measurement, factors: dict[str, float]) -> list[str]:
+    return [row.problem, str(row.iterations), *(_factor(factors.get(name)) for name in ("measured", "local", "bound"))]
+
+
+def _factor(factor: float | None) -> str:
+    return "" if factor is None else f"{factor:.4f}"

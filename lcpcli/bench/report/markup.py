@@ -1,0 +1,38 @@
+"""A bench in Markdown and in LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from lcpcli.bench.report.sheet import LEFT, Sheet
+from lcpcli.bench.report.sheets import Report
+from lcpcli.report import latex, markdown
+
+
+def in_markdown(report: Report) -> str:
+    """A heading, how it was measured, and one section a table."""
+    parts = [f"## {markdown.escape(report.title)}", *(f"- {markdown.escape(line)}" for line in report.lines)]
+    head = "\n".join([parts[0], "", *parts[1:]])
+    return "\n\n".join([head, *(_section(sheet) for sheet in report.sheets)]) + "\n"
+
+
+def in_latex(report: Report) -> str:
+    """A comment on how it was measured, then one table environment a table, ready to be \\input."""
+    head = [f"% {' '.join(line.split())}" for line in (report.title, *report.lines)]
+    return "\n".join([*head, *(_environment(sheet) for sheet in report.sheets)]) + "\n"
+
+
+def _section(sheet: Sheet) -> str:
+    rows = [row for group in sheet.groups for row in group]
+    notes = [markdown.escape(note) for note in sheet.notes]
+    return "\n\n".join([f"### {markdown.escape(sheet.title)}", markdown.grid(sheet.header, rows, LEFT), *notes])
+
+
+def _environment(sheet: Sheet) -> str:
+    lines = [r"\begin{table}", rf"\caption{{{latex.escape(sheet.title)}}}", r"\centering"]
+    lines += latex.tabular(sheet.header, sheet.groups, LEFT)
+    lines += [rf"\par\smallskip {latex.escape(note)}" for note in sheet.notes]
+    return "\n".join([*lines, r"\end{table}"])
+
+
+RENDERERS: dict[str, Callable[[Report], str]] = {"markdown": in_markdown, "latex": in_latex}

@@ -1,0 +1,72 @@
+"""A bench as a picture: performance profile, error against time on a few problems, and growth of the time with n."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.scores import growths, times
+from lcpcli.bench.statistics import performance_ratios, summary
+from lcpcli.bench.suites import series
+from lcpcli.report.figures import drawing as figures
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
+
+MOST_PANELS = 4
+
+
+def draw(record: Record, form: str) -> bytes:
+    """The picture of a bench in which something was measured; form is one of `figures.FORMS`."""
+    profiles = [Profile(name, name, ratios) for name, ratios in performance_ratios(times(record)).items() if ratios]
+    return figures.bench(profiles, _panels(record), _growth_panels(record), form)
+
+
+def _panels(record: Record) -> list[Panel]:
+    """The problems with the most successes, the largest of each series and the one with the longest curves first."""
+    problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
+    problems.sort(key=lambda rows: (sum(row.success for row in rows), max(_points(row) for row in rows)), reverse=True)
+    largest: dict[str, list[Measurement]] = {}
+    for rows in problems:
+        name = series(rows[0].family, rows[0].parameters) if rows[0].family else rows[0].problem
+        if name not in largest or rows[0].n > largest[name][0].n:
+            largest[name] = rows
+    drawable = [rows for rows in largest.values() if any(row.curve for row in rows)]
+    return [_panel(rows) for rows in drawable[:MOST_PANELS]]
+
+
+def _points(row: Measurement) -> int:
+    return len(row.curve or ())
+
+
+def _panel(rows: list[Measurement]) -> Panel:
+    measure = next(row.curve_of for row in rows if row.curve_of)
+    curves = [_curve(row, measure) for row in rows if not row.excluded]
+    return Panel(rows[0].problem, measure, [curve for curve in curves if curve.k])
+
+
+def _curve(row: Measurement, measure: str) -> Curve:
+    """A method's curve; a peer, which shows only how it ends, is a single point."""
+    if row.curve:
+        k, seconds, errors = zip(*row.curve, strict=True)
+        return Curve(row.solver, row.solver, k, seconds, errors, row.success)
+    end = row.error if measure == "error" else row.residual
+    if end is None:
+        return Curve(row.solver, row.solver, [], [], [], row.success)
+    return Curve(row.solver, row.solver, [None], [summary(row.seconds).median], [end], row.success)
+
+
+def _growth_panels(record: Record) -> list[GrowthPanel]:
+    panels = []
+    for name, own in groupby(growths(record), key=lambda growth: growth.series):
+        lines = [
+            Growth(
+                name=growth.solver,
+                label=growth.solver,
+                n=[n for n, _ in growth.points],
+                seconds=[seconds for _, seconds in growth.points],
+                exponent=growth.fit.exponent,
+                coefficient=growth.fit.coefficient,
+            )
+            for growth in own
+        ]
+        panels.append(GrowthPanel(name, lines))
+    return panels[:MOST_PANELS]

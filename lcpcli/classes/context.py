@@ -1,0 +1,138 @@
+"""The matrix whose classes are to be found out, with what several tests need of it, and the time that is left."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+
+from lcpcli.classes.verdict import NO, YES, Late, Verdict
+from lcpcli.linalg import matrices, products
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.products import product
+from lcpcli.rational import elimination, sums
+from lcpcli.typing import Matrix, Vector
+
+EPS = float(np.finfo(float).eps)
+TINY = float(np.finfo(float).tiny)
+DENSE = 2000  # n up to which a sparse matrix may be made dense
+
+
+class Subject:
+    """M, dense or sparse of shape (n, n), what has been found out about it, and a deadline by time.perf_counter()."""
+
+    def __init__(self, M: Matrix, deadline: float) -> None:
+        self.M, self.n, self.deadline = M, int(M.shape[0]), deadline
+        self.verdicts: dict[str, Verdict] = {}
+
+    def yes(self, *names: str) -> bool:
+        """Whether M is known to belong to all of these classes."""
+        return all(name in self.verdicts and self.verdicts[name].word == YES for name in names)
+
+    def no(self, name: str) -> bool:
+        """Whether M is known not to belong to the class."""
+        return name in self.verdicts and self.verdicts[name].word == NO
+
+    def witness(self, name: str) -> Vector | None:
+        """The vector of what has been found out about a class, if there is one."""
+        return self.verdicts[name].vector if name in self.verdicts else None
+
+    def check(self) -> None:
+        """Raise Late when the time is used up."""
+        if time.perf_counter() > self.deadline:
+            raise Late
+
+    @cached_property
+    def diagonal(self) -> Vector:
+        """The diagonal of M, shape (n,)."""
+        return np.asarray(self.M.diagonal(), dtype=np.float64)
+
+    @cached_property
+    def symmetric_part(self) -> Matrix:
+        """M + M', rounded once an entry; exact where M is symmetric. Its definiteness is that of v'Mv."""
+        with np.errstate(over="ignore"):
+            total = self.M + self.M.T
+        return total.tocsr() if is_sparse(self.M) else total
+
+    @cached_property
+    def dense(self) -> Vector | None:
+        """M as a dense array; None for a sparse one of more than DENSE rows."""
+        if not is_sparse(self.M):
+            return np.asarray(self.M)
+        return np.asarray(self.M.toarray()) if self.n <= DENSE else None
+
+    def whole(self) -> list[list[int]]:
+        """M as whole numbers, multiplied by a power of two; for n up to DENSE."""
+        assert self.dense is not None
+        return sums.integers(self.dense)
+
+    def whole_symmetric_part(self) -> list[list[int]]:
+        """M + M' as whole numbers, multiplied by a power of two; for n up to DENSE."""
+        A = self.whole()
+        return [
+            [a + b for a, b in zip(row, column, strict=True)]
+            for row, column in zip(A, zip(*A, strict=True), strict=True)
+        ]
+
+    @cached_property
+    def definiteness(self) -> elimination.Definiteness:
+        """What exact elimination of M + M' shows, for n up to DENSE. May raise Late."""
+        return elimination.definiteness(self.whole_symmetric_part(), self.check)
+
+    def form_is(self, holds: Callable[[int], bool], v: Vector) -> bool:
+        """Whether `holds` is true of the sign of v'Mv, -1, 0 or 1, which is decided exactly; False if undecided."""
+        if not np.isfinite(v).all() or not v.any():
+            return False
+        with np.errstate(over="ignore", invalid="ignore"):
+            value = float(v @ product(self.M, v))
+            size = float(np.abs(v) @ products.absolute_product(self.M, np.abs(v)))
+        if abs(value) > (2 * self.n + 4) * EPS * size + (self.n * self.n + 1) * TINY * max(1.0, float(np.abs(v).max())):
+            return holds(1 if value > 0 else -1)
+        support = np.flatnonzero(v)
+        if support.size > DENSE // 4:
+            return False
+        block = self.M[support][:, support]
+        total = sums.sign_of_form(matrices.dense(block), v[support])
+        return holds((total > 0) - (total < 0))
+
+
+def signs(A: Matrix, d: Vector, check: Callable[[], None]) -> Vector:
+    """The sign of every component of A d, -1, 0 or 1, decided exactly, for finite A of shape (n, n), d of shape (n,).
+
+    In double precision where the rounding error cannot change it, which for d = e and entries on a common grid there
+    is none of; else in exact arithmetic. `check` is called for each row of that, and may raise Late.
+    """
+    n = d.size
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = product(A, d)
+        size = products.absolute_product(A, np.abs(d))
+        bound = (n + 2) * EPS * size + n * TINY
+    sign: Vector = np.sign(value)
+    if np.array_equal(d, np.ones(n)) and _sums_exactly(A, float(size.max())):
+        return sign
+    for i in np.flatnonzero(~(np.abs(value) > bound)):
+        check()
+        total = _sign_of_row(A, int(i), d)
+        sign[i] = (total > 0) - (total < 0)
+    return sign
+
+
+def _sign_of_row(A: Matrix, i: int, d: Vector) -> int:
+    if not is_sparse(A):
+        return sums.sign_of_product(A[i], d)
+    part = slice(A.indptr[i], A.indptr[i + 1])
+    return sums.sign_of_product(A.data[part], d[A.indices[part]])
+
+
+def _sums_exactly(A: Matrix, largest: float) -> bool:
+    """Whether sums of entries no larger than `largest` in all are free of rounding: all are multiples of one unit."""
+    if not 0 < largest < np.inf:
+        return False
+    entries = A.data if is_sparse(A) else A
+    with np.errstate(over="ignore"):
+        units = np.ldexp(entries, 51 - int(np.frexp(largest)[1]))
+    return bool(
+        np.isfinite(units).all() and np.array_equal(units, np.rint(units)) and not ((units == 0) & (entries != 0)).any()
+    )

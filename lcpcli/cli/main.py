@@ -1,0 +1,112 @@
+"""The command lcp: how it starts, and how it ends. Errors become one line on standard error and exit code 2.
+
+Nothing but the standard library is imported before Ctrl-C is taken care of.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import Iterator
+
+from lcpcli.cli.exit_codes import CLOSED_PIPE, INTERRUPTED
+
+
+def main() -> None:
+    """Run the command line and exit with its code."""
+    try:
+        with _ending_at_once():
+            from lcpcli.cli import program as program
+            from lcpcli.interrupts import leave
+    except (ImportError, MemoryError) as error:
+        sys.exit(_complain_of_loading(error))
+    if sys.stdout is None:  # closed by the caller
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 (os.devnull is no path on Windows)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    leave(_run())
+
+
+@contextlib.contextmanager
+def _ending_at_once() -> Iterator[None]:
+    """Have Ctrl-C end the process without a word, as long as there is nothing to report or to tidy up."""
+    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    try:
+        if usual:
+            signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+    except ValueError:  # only the main thread may, and only it gets signals
+        usual = False
+    yield
+    if usual:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _run() -> int:
+    import click
+
+    from lcpcli.cli.command import VARIABLE
+    from lcpcli.cli.program import lcp
+    from lcpcli.errors import LCPError
+    from lcpcli.interrupts import hides_interrupt
+
+    if VARIABLE in os.environ:
+        from lcpcli.cli.shells import register
+
+        register()
+    output = sys.stdout
+    try:
+        code = lcp.main(standalone_mode=False, complete_var=VARIABLE)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except click.exceptions.Exit as ending:
+        return ending.exit_code
+    except click.UsageError as error:
+        where = error.ctx.command_path if error.ctx else "lcp"
+        return _complain(f"{where}: {_one_line(error.format_message())} (see {where} --help)")
+    except click.ClickException as error:
+        return _complain(f"lcp: {_one_line(error.format_message())}")
+    except LCPError as error:
+        return _complain(f"lcp: {error}")
+    except (click.Abort, KeyboardInterrupt):
+        return INTERRUPTED
+    except MemoryError:
+        return _complain("lcp: not enough memory for this problem", 1)
+    except (ImportError, SystemError) as error:
+        return INTERRUPTED if hides_interrupt(error) else _complain_of_loading(error)
+    except SystemExit:
+        if sys.stdout is output:
+            raise
+        return CLOSED_PIPE  # as click, which wraps the stream then, has found
+    except OSError as error:  # files turn theirs into an LCPError
+        if error.filename is not None:
+            return _complain(f"lcp: {error.filename}: {error.strerror}")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _complain(f"lcp: standard output cannot be written ({error.strerror}); choose another place with -o")
+
+
+def _complain(message: str, code: int = 2) -> int:
+    """Print one line on standard error, if that can be done; return the exit code."""
+    readable = "".join(mark if mark.isprintable() else repr(mark)[1:-1] for mark in message)
+    if sys.stderr is not None:  # closed by the caller
+        try:
+            print(readable, file=sys.stderr, flush=True)
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+    return code
+
+
+def _complain_of_loading(error: BaseException) -> int:
+    """Tell of a library that does not load, also for want of memory, by what led to its error: libraries wrap a page of
+    advice around that."""
+    while error.__cause__ or error.__context__:
+        error = error.__cause__ or error.__context__ or error
+    fault = _one_line(str(error) or type(error).__name__)
+    return _complain(f"lcp: {fault}; is memory short, or the installation broken?", 1)
+
+
+def _one_line(message: str) -> str:
+    line = " ".join(message.split())
+    return (line[0].lower() + line[1:]).rstrip(".") if line else line

@@ -1,0 +1,79 @@
+"""How fast Schäfer's fixed point iteration must converge, and how fast it does.
+
+With T = (omega I + M)^-1 (omega I - M), the iteration is x' = T |x| - (omega I + M)^-1 q. As | |x| - |y| | <= |x - y|,
+each step shrinks the Euclidean distance to the solution by the factor |T|_2 or more, which for symmetric M is the
+maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981). Near a solution
+without x*_i = 0 the iteration is linear, and the factor is in the end the spectral radius of T S, S = diag(sign x*).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.linalg import matrices
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix, Vector
+
+LARGEST = 1000  # n up to which the matrix T is formed
+FEWEST = 8  # iterates from which a rate is taken
+
+
+@dataclass(frozen=True)
+class Contraction:
+    """Factors by which an error shrinks in an iteration.
+
+    bound : |T|_2. local : the spectral radius of T S; None where some x*_i is 0, and the iteration has kinks there.
+    """
+
+    bound: float
+    local: float | None
+
+
+def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
+    """The factors that theory gives at the solution x = (z - w) / 2, shape (n,), in units of z.
+
+    None where n is above LARGEST or omega I + M is singular. It costs the eigenvalues and singular values of an
+    n-by-n matrix.
+    """
+    if problem.n > LARGEST:
+        return None
+    try:
+        T = _iteration_matrix(problem.M, omega)
+        local = float(np.abs(np.linalg.eigvals(T * np.sign(x))).max()) if x.all() else None
+        return Contraction(float(np.linalg.norm(T, 2)), local)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def bound(M: Matrix, omega: float) -> float | None:
+    """|T|_2 for M of shape (n, n), n up to LARGEST; None where omega I + M is singular, or T overflows."""
+    try:
+        T = _iteration_matrix(M, omega)
+        return float(np.linalg.norm(T, 2)) if np.isfinite(T).all() else None
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _iteration_matrix(M: Matrix, omega: float) -> Vector:
+    dense = matrices.dense(M)
+    shift = omega * np.eye(M.shape[0])
+    return np.asarray(np.linalg.solve(shift + dense, shift - dense))
+
+
+def measured(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
+    """The factor by which errors fall in an iteration, by least squares on their logarithms.
+
+    Taken from the first error below `largest` to the last one above `smallest`, so that neither the start nor rounding
+    counts; None where these are fewer than FEWEST iterates.
+    """
+    below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
+    above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)
+    kept = [i for i in range(below, above + 1) if errors[i] > 0]
+    if len(kept) < FEWEST:
+        return None
+    slope = float(np.polyfit([k[i] for i in kept], [math.log(errors[i]) for i in kept], 1)[0])
+    return math.exp(slope)

@@ -1,0 +1,93 @@
+"""What a problem is: the classes of M with evidence, how hard it is, and which methods must work."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.classes import classify
+from lcpcli.classes.verdict import YES, Late, Verdict
+from lcpcli.diagnosis import matrix, rates, remarks
+from lcpcli.diagnosis.guarantees import Guarantee, guarantees
+from lcpcli.linalg.band import affordable
+from lcpcli.model.problem import Problem
+from lcpcli.options import INSPECTION_SECONDS
+
+
+@dataclass(frozen=True, eq=False)
+class Inspection:
+    """What is found out about one problem. None stands for what was too dear to find out.
+
+    condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
+    spread, equilibrated_spread : of M and of R M C. spectrum : of a symmetric M.
+    published, best : of `fixed-point`, with omega = 1 and with `--omega auto`.
+    obvious : the answer, where M and q show it at a glance; else "".
+    """
+
+    problem: Problem
+    nonzeros: int
+    classes: dict[str, Verdict]
+    spread: matrix.Spread
+    equilibrated_spread: matrix.Spread
+    condition: float | None
+    equilibrated_condition: float | None
+    spectrum: matrix.Spectrum | None
+    cost: matrix.Cost
+    published: rates.Rate | None
+    best: rates.Rate | None
+    smoothing: rates.Smoothing
+    guarantees: dict[str, Guarantee]
+    obvious: str
+    hints: list[str]
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def inspect(problem: Problem, seconds: float = INSPECTION_SECONDS) -> Inspection:
+    """Look at a problem for about so many seconds: nothing further that takes time is begun after that.
+
+    A sparse M is made dense only where it is small. A factorization that has begun is not interrupted.
+    """
+    deadline = time.perf_counter() + seconds
+
+    def check() -> None:
+        if time.perf_counter() > deadline:
+            raise Late
+
+    found = classify.classify(problem.M, seconds)
+    definite = found["symmetric"].word == found["positive_definite"].word == YES
+    before, after, scaled = matrix.spreads(problem)
+    condition = equilibrated = spectrum = published = best = None
+    hints: list[str] = []
+    with suppress(Late):
+        if affordable(problem.M):
+            check()
+            condition = matrix.condition(problem.M)
+            check()
+            equilibrated = matrix.condition(scaled)
+        if found["symmetric"].word == YES:
+            check()
+            spectrum = matrix.eigenvalues(problem.M, definite)
+        check()
+        published, best = rates.rates(problem.M, spectrum if definite else None)
+    with suppress(Late):
+        hints = remarks.hints(problem, found, (before, after), equilibrated, spectrum, check)
+    return Inspection(
+        problem=problem,
+        nonzeros=matrix.nonzeros(problem.M),
+        classes=found,
+        spread=before,
+        equilibrated_spread=after,
+        condition=condition,
+        equilibrated_condition=equilibrated,
+        spectrum=spectrum,
+        cost=matrix.cost(problem.M, definite),
+        published=published,
+        best=best,
+        smoothing=rates.smoothing(problem),
+        guarantees=guarantees(found, problem.n, float(problem.M.diagonal().max())),
+        obvious=remarks.obvious(problem, found),
+        hints=hints,
+    )

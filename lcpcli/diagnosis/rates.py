@@ -1,0 +1,87 @@
+"""How fast `fixed-point` must converge, and what error the smoothing of `shi` leaves, as theory tells beforehand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.diagnosis import contraction
+from lcpcli.diagnosis.matrix import Spectrum
+from lcpcli.linalg import matrices
+from lcpcli.linalg.band import affordable
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.methods.fixed_point import best_omega
+from lcpcli.methods.shi import default_p
+from lcpcli.model.problem import Problem
+from lcpcli.options import OPTIONS
+from lcpcli.typing import Matrix
+
+FORMED = 500  # n up to which the iteration matrix is formed
+
+
+@dataclass(frozen=True)
+class Rate:
+    """One omega of the modulus iteration: the factor |T|_2 by which the error shrinks in each iteration, or more.
+
+    iterations : to reduce the error by the default tolerance, at most; None where the factor is not below 1.
+    Both are None where they are not known.
+    """
+
+    omega: float
+    factor: float | None
+    iterations: int | None
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """The default p of `shi`, in 1 / (units of z), and the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
+
+    p: float
+    error: float
+
+
+def rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
+    """The rate for one omega: by the ends of a positive definite spectrum if there are any, else for small M."""
+    if ends is not None and ends.smallest > 0:
+        factor = max(abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest))
+        return Rate(omega, factor, _iterations(factor))
+    norm = None
+    if M.shape[0] <= FORMED:
+        with np.errstate(over="ignore", invalid="ignore"):
+            norm = contraction.bound(M, omega)
+    if norm is None:
+        return Rate(omega, None, None)
+    return Rate(omega, norm, _iterations(norm))
+
+
+def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
+    """As published, with omega = 1, and with `spectrum.best_omega`, for which a symmetric M must be affordable."""
+    published = rate(M, float(OPTIONS["omega"].default or 0), ends)
+    omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
+    return published, rate(M, omega, ends) if omega < math.inf else None
+
+
+def smoothing(problem: Problem) -> Smoothing:
+    """What the default p of `shi` leaves of the difference between F~ and F."""
+    p = default_p(problem)
+    with np.errstate(over="ignore"):
+        return Smoothing(p, math.log(3) / p * _distance_from_identity(problem.M))
+
+
+def _distance_from_identity(M: Matrix) -> float:
+    if is_sparse(M):
+        from scipy.sparse import eye_array
+
+        return matrices.norm_inf((M - eye_array(M.shape[0])).tocsr())
+    shifted = M.copy()
+    shifted.reshape(-1)[:: M.shape[0] + 1] -= 1
+    return matrices.norm_inf(shifted)
+
+
+def _iterations(factor: float) -> int | None:
+    tol = OPTIONS["tol"].default or 0.0
+    if not factor < 1:
+        return None
+    return 1 if factor <= tol else math.ceil(math.log(tol) / math.log(factor))

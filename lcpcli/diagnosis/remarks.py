@@ -1,0 +1,85 @@
+"""What can be seen of a problem without solving it, and what looks like a mistake in its data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lcpcli.classes.context import EPS
+from lcpcli.classes.entries import weak_row
+from lcpcli.classes.verdict import NO, YES, Verdict
+from lcpcli.diagnosis.matrix import Spectrum, Spread
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix
+
+BAD_SPREAD = 4.0  # decades
+BAD_CONDITION = 1e12
+NEARLY = 1e-12  # of the largest entry: a difference from the transpose that looks like rounding
+
+
+def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
+    """The answer where M and q show it at a glance, else ""."""
+    if (problem.q >= 0).all():
+        alone = ", and nothing else does, as M is a P-matrix" if classes["p_matrix"].word == YES else ""
+        return f"q >= 0: z = 0 solves it{alone}"
+    rows = (problem.q < 0) & ~_with_positive_entry(problem)
+    if rows.any():
+        i = int(np.flatnonzero(rows)[0])
+        return (
+            f"q[{i}] < 0 and no entry of row {i} of M is positive: there is no solution, as w[{i}] < 0 for every z >= 0"
+        )
+    return ""
+
+
+def _with_positive_entry(problem: Problem) -> NDArray[np.bool_]:
+    return np.asarray((problem.M > 0).sum(axis=1)).ravel() > 0
+
+
+def hints(
+    problem: Problem,
+    classes: dict[str, Verdict],
+    spread: tuple[Spread, Spread],
+    condition: float | None,
+    ends: Spectrum | None,
+    check: Callable[[], None],
+) -> list[str]:
+    """What may be wrong with the data, or helps with them; only where there is evidence. `check` may raise Late."""
+    found = []
+    before, after = spread
+    if before.largest > BAD_SPREAD and after.largest < before.largest - 1:
+        found.append(
+            f"badly scaled: the largest entries of rows or columns differ by {before.largest:.1f} decades, "
+            f"by {after.largest:.1f} once equilibrated; use auto, or --scale with shi and fixed-point"
+        )
+    if condition is not None and BAD_CONDITION < condition < math.inf:
+        digits = min(math.log10(condition), 16.0)
+        found.append(f"ill-conditioned, even once equilibrated: about {digits:.0f} digits of z may be lost")
+    if ends is not None and classes["positive_semidefinite"].word == NO and _by_rounding(ends, problem.n):
+        found.append("M misses being positive semidefinite by no more than rounding: it may have been meant to be")
+    if classes["symmetric"].word == NO:
+        found += _transposed(problem, classes, check)
+    return found
+
+
+def _by_rounding(ends: Spectrum, n: int) -> bool:
+    return abs(ends.smallest) <= 4 * n * EPS * ends.largest
+
+
+def _transposed(problem: Problem, classes: dict[str, Verdict], check: Callable[[], None]) -> list[str]:
+    """Whether M looks like the transpose of what was meant, or is symmetric but for rounding."""
+    M = problem.M
+    with np.errstate(over="ignore"):
+        difference = abs(M - M.T).max()
+    if difference <= NEARLY * abs(M).max():
+        return ["M is symmetric but for rounding: if it was meant to be, make it so, which halves the work"]
+    if classes["strictly_diagonally_dominant"].word == NO and weak_row(_transpose(M), check) is None:
+        return ["strictly diagonally dominant by columns, not by rows: if rows were meant to be, M is transposed"]
+    return []
+
+
+def _transpose(M: Matrix) -> Matrix:
+    return M.T.tocsr() if is_sparse(M) else np.ascontiguousarray(M.T)

@@ -1,0 +1,1 @@
+"""What numpy and scipy lack: products, factorizations, scaling, Krylov methods. It knows arrays, not problems."""

@@ -1,0 +1,134 @@
+"""Factorizations of dense and sparse matrices: each gives a solver, or says that the matrix is singular.
+
+scipy is imported only where it is needed: for sparse or large matrices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from lcpcli.interrupts import interruptibly
+from lcpcli.linalg.matrices import is_sparse, is_symmetric, row_and_column_maxima
+from lcpcli.linalg.products import product
+from lcpcli.typing import Matrix, Vector
+
+SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
+QUICK = 10_000  # entries up to which a sparse factorization is not worth a thread that can be left
+Solve = Callable[[Vector], Vector]
+
+
+class SingularMatrix(Exception):
+    """The matrix is singular, or so close to it that a solve has no correct digit."""
+
+
+def factorizer(M: Matrix) -> Callable[[float], Solve]:
+    """What factorizes shift I + M for a given shift, with all that it needs imported: importing is not solving time.
+
+    It returns a solver x = solve(b) of (shift I + M) x = b, and raises SingularMatrix if that matrix is singular to
+    working precision. That is found out by solving a system whose solution is known: no digit comes back. Unlike a
+    condition number, that is not upset by rows and columns in different units.
+    """
+    factorize = _sparse_factorizer(M) if is_sparse(M) else _dense_factorizer(M)
+
+    def checked(shift: float) -> Solve:
+        solve = factorize(shift)
+        ones = np.ones(M.shape[0])
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            known = 1 / np.maximum(row_and_column_maxima(M, ones, ones)[1], shift)
+            back = solve(product(M, known) + shift * known)
+            if not np.max(np.abs(back / known - 1)) < 0.5:
+                raise SingularMatrix
+        return solve
+
+    return checked
+
+
+def _sparse_factorizer(M: Matrix) -> Callable[[float], Solve]:
+    from scipy.sparse import eye_array
+
+    lu = sparse_lu(is_symmetric(M))
+    identity = eye_array(M.shape[0], format="csr")
+
+    def factorize(shift: float) -> Solve:
+        solve: Solve = lu(M + shift * identity).solve
+        return solve
+
+    return factorize
+
+
+def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
+    """scipy's splu of a csr_array, raising SingularMatrix; with pivots on the diagonal where M is symmetric.
+
+    An ordering of M + M' in the place of one of M'M halves the fill-in of symmetric matrices. Diagonal pivots are safe
+    for positive definite ones; the solve of a known system in `factorizer` or refinement finds out where they are not.
+    SuperLU must not see a structurally singular matrix: on some it hands BLAS negative sizes, which print to standard
+    output, and fails with other errors.
+    """
+    from scipy.sparse.csgraph import structural_rank
+    from scipy.sparse.linalg import splu
+
+    chosen: dict[str, Any] = {}
+    if symmetric:
+        chosen = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+
+    def lu(A: Matrix) -> Any:
+        if not A.diagonal().all():
+            pattern = A.copy()
+            pattern.eliminate_zeros()
+            if structural_rank(pattern) < A.shape[0]:
+                raise SingularMatrix
+        # a symmetric csr_array is a csc_array with the same three arrays
+        columns = A.T if symmetric else A.tocsc()
+        try:
+            return interruptibly(lambda: splu(columns, **chosen)) if A.nnz > QUICK else splu(columns, **chosen)
+        except RuntimeError as error:
+            if "singular" not in str(error) and "failed to factorize" not in str(error):
+                raise
+            raise SingularMatrix from None
+
+    return lu
+
+
+def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
+    if M.shape[0] <= SMALL:
+        return lambda shift: invert(_shifted(M, shift))
+    from scipy.linalg import get_lapack_funcs
+
+    getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
+
+    def factorize(shift: float) -> Solve:
+        lu, pivots, info = getrf(_shifted(M, shift), overwrite_a=True)
+        if info > 0:
+            raise SingularMatrix
+
+        def solve(b: Vector) -> Vector:
+            x: Vector = getrs(lu, pivots, b)[0]
+            return x
+
+        return solve
+
+    return factorize
+
+
+def _shifted(M: Matrix, shift: float) -> Matrix:
+    A = M.copy(order="F")
+    A.reshape(-1, order="F")[:: A.shape[0] + 1] += shift
+    return A
+
+
+def invert(A: Matrix) -> Solve:
+    """The inverse and one step of refinement: as accurate as an LU factorization, without scipy."""
+    try:
+        inverse = np.linalg.inv(A)
+    except np.linalg.LinAlgError:
+        raise SingularMatrix from None
+
+    def solve(b: Vector) -> Vector:
+        x = inverse @ b
+        refined: Vector = x + inverse @ (b - A @ x)
+        return refined
+
+    return solve

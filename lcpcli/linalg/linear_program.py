@@ -1,0 +1,39 @@
+"""Linear programs, by HiGHS in scipy: kept from printing, and from holding up Ctrl-C and time limits."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lcpcli.interrupts import interruptibly, silence
+from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    pass
+
+TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+
+
+def linprog(
+    objective: Vector,
+    A: Matrix,
+    b: Vector,
+    seconds: float = math.inf,
+    upper: Vector | float = math.inf,
+    equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
+) -> Any:
+    """scipy's result for: minimise objective'x subject to A x <= b, equal and 0 <= x <= upper; None if it has none."""
+    from scipy.optimize import linprog as solve
+
+    bounds = np.column_stack((np.zeros(objective.size), np.broadcast_to(upper, objective.size)))
+    options = TOLERANCES | ({"time_limit": max(seconds, 0.0)} if seconds < math.inf else {})
+
+    def solved() -> Any:
+        with np.errstate(all="ignore"):
+            return solve(objective, A, b, *equal, bounds=bounds, method="highs-ds", options=options)
+
+    with silence():  # the solver prints where numbers are far from 1
+        found = interruptibly(solved)
+    return found if found.status == 0 else None

@@ -1,0 +1,159 @@
+"""Where dense and sparse matrices differ. scipy is imported only where it is needed: for sparse or large matrices.
+
+Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from lcpcli.typing import Indices, Matrix, Vector
+
+BLOCK_BYTES = 1 << 20
+LARGEST = float(np.finfo(np.float64).max)
+MODERATE = 2.0**100  # factors between this and its inverse over- or underflow only with what is out of range anyway
+
+
+def is_sparse(M: Any) -> bool:
+    """Whether M is a scipy sparse matrix or array, found out without importing scipy."""
+    return type(M).__module__.startswith("scipy.sparse")
+
+
+def norm_inf(M: Matrix) -> float:
+    """The largest row sum of |M|."""
+    if is_sparse(M):
+        return float(abs(M).sum(axis=1).max())
+    return max(float(block.sum(axis=1).max()) for _, block in row_blocks(M))
+
+
+def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vector]:
+    """The largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,)."""
+    rows, columns, scale = np.zeros(R.size), np.zeros(R.size), _scaler(R, C)
+    if is_sparse(M):
+        entries = scale(np.abs(M.data), np.repeat(R, np.diff(M.indptr)), C[M.indices])
+        filled = np.flatnonzero(np.diff(M.indptr))
+        if filled.size:
+            rows[filled] = np.maximum.reduceat(entries, M.indptr[filled])
+        np.maximum.at(columns, M.indices, entries)
+        return rows, columns
+    for part, block in row_blocks(M):
+        entries = scale(block, R[part, np.newaxis], C)
+        rows[part] = entries.max(axis=1)
+        np.maximum(columns, entries.max(axis=0), out=columns)
+    return rows, columns
+
+
+def dense(A: Matrix) -> Matrix:
+    """A as a dense array, itself where it is one."""
+    return A.toarray() if is_sparse(A) else A
+
+
+def comparison(M: Matrix) -> Matrix:
+    """The comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
+    diagonal = np.abs(M.diagonal())
+    if is_sparse(M):
+        from scipy.sparse import diags_array
+
+        absolute = abs(M)
+        off = absolute - diags_array(diagonal)
+        off.eliminate_zeros()
+        return (diags_array(diagonal) - off).tocsr()
+    C = -np.abs(M)
+    np.fill_diagonal(C, diagonal)
+    return C
+
+
+def row_maxima(M: Matrix) -> Vector:
+    """The largest |entry| of every row of M, of shape (m, n)."""
+    largest = abs(M).max(axis=1)
+    maxima: Vector = largest.toarray().ravel() if is_sparse(M) else largest
+    return maxima
+
+
+def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
+    """R M C for diagonals R, C > 0 of shape (n,), as a new matrix; rounds nothing if they are powers of two.
+
+    Entries underflow only where R M C itself does, and are the largest number where that is larger.
+    """
+    if not is_sparse(M):
+        return _scaler(R, C)(M, R[:, np.newaxis], C)
+    result = M.copy()
+    result.data = _scaler(R, C)(M.data, np.repeat(R, np.diff(M.indptr)), C[M.indices])
+    return result
+
+
+def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
+    """What multiplies entries by their R and C, given as arrays, so that no part of the product leaves the range.
+
+    Where the product itself is beyond the largest number, that stands in its place.
+    """
+    if min(R.min(), C.min()) >= 1 / MODERATE and max(R.max(), C.max()) <= MODERATE:
+        return _plain_product
+
+    def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
+        (left, left_power), (right, right_power) = np.frexp(left), np.frexp(right)
+        with np.errstate(over="ignore"):
+            result: Vector = np.ldexp(2 * left * entries * (2 * right), left_power + right_power - 2)
+        return np.clip(result, -LARGEST, LARGEST, out=result)
+
+    return multiply
+
+
+def _plain_product(entries: Vector, left: Vector, right: Vector) -> Vector:
+    result: Vector = left * entries
+    result *= right
+    return result
+
+
+def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
+    """|M| a few rows at a time, so that no second matrix is needed."""
+    for part in _parts(M):
+        yield part, np.abs(M[part])
+
+
+def _parts(M: Matrix) -> Iterator[slice]:
+    height = max(1, BLOCK_BYTES // (M.shape[1] * M.itemsize))
+    for top in range(0, M.shape[0], height):
+        yield slice(top, top + height)
+
+
+def column_reader(M: Matrix) -> Callable[[int], Vector]:
+    """What returns column j of M, dense, for a given j."""
+    if not is_sparse(M):
+        return lambda j: M[:, j]
+    by_columns = M.tocsc()
+
+    def column(j: int) -> Vector:
+        dense = np.zeros(M.shape[0])
+        part = slice(by_columns.indptr[j], by_columns.indptr[j + 1])
+        dense[by_columns.indices[part]] = by_columns.data[part]
+        return dense
+
+    return column
+
+
+def dense_columns(M: Matrix, columns: Indices) -> Matrix:
+    """Some columns of M, as a dense array."""
+    return dense(M[:, columns])
+
+
+def is_symmetric(M: Matrix) -> bool:
+    """Whether M equals its transpose exactly."""
+    if not is_sparse(M):
+        return all(np.array_equal(M[part], M[:, part].T) for part in _parts(M))
+    if M.has_canonical_format and M.data.all():  # of a zero that is stored the mirrored one need not be
+        columns = M.T.tocsr()
+        return all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))
+    return bool((M != M.T).nnz == 0)
+
+
+def stack(blocks: list[list[Matrix]]) -> Matrix:
+    """The matrix of these blocks, sparse if the first block is."""
+    if not is_sparse(blocks[0][0]):
+        return np.block(blocks)
+    from scipy.sparse import block_array, csr_array
+
+    return block_array([[csr_array(block) for block in row] for row in blocks], format="csr")

@@ -1,0 +1,1 @@
+"""The method `auto`: its policy, and the stages that no published method has by itself."""

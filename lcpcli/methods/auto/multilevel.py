@@ -1,0 +1,162 @@
+"""Smoothed aggregation: coarse versions of a sparse symmetric positive definite matrix, and preconditioning by them.
+
+P. Vaněk, J. Mandel and M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
+problems, Computing 56 (1996) 179-196. Aggregates around a maximal set of nodes no two of which are within distance 2:
+N. Bell, S. Dalton and L. N. Olson, Exposing fine-grained parallelism in algebraic multigrid methods, SIAM Journal on
+Scientific Computing 34 (2012) C123-C152, section 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lcpcli.linalg.factors import Solve, sparse_lu
+from lcpcli.methods.iterate import Breakdown
+from lcpcli.typing import Indices, Matrix, Vector
+
+COARSEST = 500  # unknowns that are left to a factorization
+STRONG = 0.08  # |a_ij| / sqrt(a_ii a_jj) from which j counts as a neighbour of i; halved from level to level
+SMALLER = 0.6  # of the unknowns may be left on the next level
+FULLER = 1.5  # times the entries it may have
+SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
+RELAXATIONS = 10  # of the constant vector, by which it becomes what relaxation cannot remove
+
+
+@dataclass(frozen=True)
+class Level:
+    """A matrix A (n, n), the prolongation P (n, m) from the next coarser level, P', and the weights of Jacobi (n,)."""
+
+    A: Matrix
+    P: Matrix
+    restriction: Matrix
+    weights: Vector
+
+
+class Hierarchy:
+    """Coarse versions P'AP of a matrix, each with the prolongation P to the next finer level.
+
+    matrices : the given one first, then ever coarser ones; scipy.sparse.csr_array.
+    prolongations : from matrices[k + 1] to matrices[k], one less.
+    """
+
+    def __init__(self, A: Matrix) -> None:
+        """Coarsen A, a csr_array, until COARSEST unknowns are left; Breakdown where it does not get much smaller."""
+        self.matrices, self.prolongations = [A], []
+        self._tentative: list[Matrix] = []
+        if not A.diagonal().min() > 0:
+            raise Breakdown("a diagonal entry of M is not positive")
+        candidate = np.ones(A.shape[0])
+        strong = STRONG
+        while A.shape[0] > COARSEST:
+            weights = _jacobi(A)
+            T, candidate = _tentative(A, weights, candidate, strong)
+            P = _smoothed(T, A, weights)
+            finer, A = A, (P.T @ (A @ P)).tocsr()
+            if P.shape[1] > SMALLER * P.shape[0] or A.nnz > FULLER * finer.nnz:
+                raise Breakdown("M has no coarse version that is much smaller")
+            self.matrices.append(A)
+            self.prolongations.append(P)
+            self._tentative.append(T)
+            strong /= 2
+
+    def preconditioner(self, level: int, indices: Indices, block: Matrix) -> Solve:
+        """One symmetric V-cycle for a principal submatrix, the block of matrices[level] at the given indices.
+
+        It keeps the aggregates, but smooths the prolongations anew by the block, for which they drop to zero at the
+        edge of the index set: cut off there instead, they take more than twice the iterations.
+        """
+        levels = []
+        for k, full in enumerate(self._tentative[level:]):
+            weights = _jacobi(block)
+            P = _smoothed(full[indices] if k == 0 else full, block, weights)
+            restriction = P.T.tocsr()
+            levels.append(Level(block, P, restriction, weights))
+            block = restriction @ (block @ P)
+        coarse = _coarse_solver(block)
+        return lambda b: _v_cycle(levels, coarse, b)
+
+
+def _v_cycle(levels: list[Level], coarse: Solve, b: Vector) -> Vector:
+    if not levels:
+        return coarse(b)
+    level = levels[0]
+    x = level.weights * b
+    for _ in range(SWEEPS - 1):
+        x += level.weights * (b - level.A @ x)
+    x += level.P @ _v_cycle(levels[1:], coarse, level.restriction @ (b - level.A @ x))
+    for _ in range(SWEEPS):
+        x += level.weights * (b - level.A @ x)
+    return x
+
+
+def _coarse_solver(A: Matrix) -> Solve:
+    from scipy.sparse import diags_array
+
+    diagonal = A.diagonal()
+    size = diagonal.max(initial=0.0) or 1.0
+    floor = np.where(diagonal <= 1e-14 * size, size, 1e-14 * size)
+    solve: Solve = sparse_lu(symmetric=True)((A + diags_array(floor)).tocsr()).solve
+    return solve
+
+
+def _jacobi(A: Matrix) -> Vector:
+    """The weights of damped Jacobi relaxation x += weights * (b - A x): 4/3 over a bound of the spectral radius."""
+    diagonal = A.diagonal()
+    inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
+    radius = float((inverse * (abs(A) @ np.ones(A.shape[0]))).max()) or 1.0
+    weights: Vector = 4 / 3 / radius * inverse
+    return weights
+
+
+def _tentative(A: Matrix, weights: Vector, candidate: Vector, strong: float) -> tuple[Matrix, Vector]:
+    """The piecewise prolongation whose range holds the relaxed candidate, and its coarse version."""
+    from scipy.sparse import csr_array
+
+    n = A.shape[0]
+    for _ in range(RELAXATIONS):
+        candidate = candidate - weights * (A @ candidate)
+    candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
+    of = _aggregates(A, strong)
+    sizes = np.sqrt(np.bincount(of, weights=candidate**2))
+    return csr_array((candidate / sizes[of], of, np.arange(n + 1)), shape=(n, sizes.size)), sizes
+
+
+def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
+    """T after one step of relaxation, with A and weights of shape (n, n) and (n,)."""
+    change = (A @ T).tocsr()
+    change.data *= np.repeat(weights, np.diff(change.indptr))
+    return T - change
+
+
+def _aggregates(A: Matrix, strong: float) -> Indices:
+    """For each unknown the number of its aggregate, shape (n,)."""
+    n = A.shape[0]
+    indptr, indices = _strong_neighbours(A, strong)
+
+    def largest_around(v: Any) -> Any:
+        return np.maximum.reduceat(v[indices], indptr[:-1])
+
+    rank = np.random.default_rng(0).permutation(n)
+    open_ones, root = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
+    while open_ones.any():
+        v = np.where(open_ones, rank, -1)
+        new = open_ones & (largest_around(largest_around(v)) == v)
+        root |= new
+        open_ones &= ~largest_around(largest_around(new))
+    of = np.full(n, -1)
+    of[root] = np.arange(np.count_nonzero(root))
+    of = largest_around(of)
+    aggregates: Indices = np.where(of < 0, largest_around(of), of)
+    return aggregates
+
+
+def _strong_neighbours(A: Matrix, strong: float) -> tuple[Indices, Indices]:
+    """The graph of the strong connections as row pointers and column indices; everyone is a neighbour of itself."""
+    root = np.sqrt(np.maximum(A.diagonal(), 0))
+    rows = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
+    keep = (np.abs(A.data) >= strong * root[rows] * root[A.indices]) | (rows == A.indices)
+    counts = np.bincount(rows[keep], minlength=A.shape[0])
+    return np.concatenate(([0], np.cumsum(counts))), A.indices[keep]

@@ -1,0 +1,101 @@
+"""The way to the solution for sparse matrices: products with M where they do, else one factorization and finishing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+
+from lcpcli.linalg import matrices
+from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.methods.auto.krylov import krylov, multilevel
+from lcpcli.methods.finish import finish
+from lcpcli.methods.fixed_point import fixed_point
+from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.methods.scaled import in_original_units
+from lcpcli.model.problem import Problem
+from lcpcli.model.scaled import Scaled
+from lcpcli.options import AUTO
+from lcpcli.typing import Matrix, Vector
+
+MEMORY = 10  # pairs for Anderson acceleration: more find the active set no sooner (5 to 20 measured)
+MODULUS_STEPS = 500  # ten times what it needs where it is made for the problem
+GROWTH = 1e6  # of |F| over its least value: the modulus iteration diverges
+
+
+def sparse_route(problem: Problem, x0: Vector) -> Iterator[Iterate]:
+    """Solve the problem in units in which M has diagonal 1: by pivoting with Krylov solves, else by modulus steps.
+
+    Well-conditioned M, however large and whatever its fill-in, needs a few dozen products and no factorization
+    (`krylov`). That gives up early where the products do not converge fast. Symmetric M then gets a hierarchy of coarse
+    versions (`multilevel`), still without a factorization but where rounding stops it short of the solution. What is
+    left is for the modulus iteration with omega from the spectrum and Anderson acceleration, which finds the active set
+    with one factorization, and for `finish`.
+
+    Parameters
+    ----------
+    problem : the LCP, n unknowns, M sparse.
+    x0 : starting point, shape (n,).
+
+    Yields
+    ------
+    Iterate : in the problem's own units; `method` names the part of the route.
+
+    Raises
+    ------
+    Breakdown, Stalled : as the last part does. It is made for positive definite and H-matrices; other M may defeat it.
+    """
+    R, C = _units(problem.M, problem.q)
+    units = Scaled(Problem(matrices.scaled(problem.M, R, C), R * problem.q), R, C)
+    yield from in_original_units(units, _parts(units.problem, units.start(x0)))
+
+
+def _parts(problem: Problem, x: Vector) -> Iterator[Iterate]:
+    last = Iterate(x, None, "", 0)
+    for part in (krylov, multilevel) if matrices.is_symmetric(problem.M) else (krylov,):
+        done = last.evaluations
+        try:
+            for iterate in part(problem, x):
+                last = replace(iterate, method=part.__name__, evaluations=done + iterate.evaluations)
+                yield last
+        except (Breakdown, FloatingPointError):
+            continue
+        except Stalled as reason:
+            if part is krylov:
+                raise
+            yield from (replace(each, method="multilevel") for each in finish(problem, _ended(last, reason)))
+            return
+    done = last.evaluations
+    modulus = islice(fixed_point(problem, last.x, omega=AUTO, anderson=MEMORY), MODULUS_STEPS)
+    for iterate in finish(problem, _while_bounded(modulus)):
+        yield replace(iterate, method="fixed-point", evaluations=done + iterate.evaluations)
+
+
+def _while_bounded(iterates: Iterator[Iterate]) -> Iterator[Iterate]:
+    """The iterates, until |F| has grown by GROWTH over its least value so far."""
+    least = np.inf
+    for iterate in iterates:
+        if iterate.F is not None:
+            size = float(np.abs(iterate.F).max())
+            if not size <= GROWTH * least:
+                raise Breakdown("the modulus iteration diverges")
+            least = min(size, least)
+        yield iterate
+
+
+def _ended(last: Iterate, reason: Stalled) -> Iterator[Iterate]:
+    yield last
+    raise reason
+
+
+def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
+    """Diagonals R, C of shape (n,) that make the diagonal of R M C one where it is positive, and keep symmetry."""
+    diagonal = M.diagonal()
+    positive = bool(diagonal.min() > 0)
+    if positive and matrices.is_symmetric(M):
+        root = 1 / np.sqrt(diagonal)
+        return root, root
+    R, C = equilibrate(M, q)
+    return (1 / (diagonal * C) if positive else R), C

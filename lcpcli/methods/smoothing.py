@@ -1,0 +1,91 @@
+"""The smoothed equation F~(p, x) = 0 of El foutayeni and Khaladi (2012, section 4), matrix-free and free of overflow.
+
+With phi(x) = ln(1 + e^(px) + e^(-px)) / p in place of |x|,
+
+    F~(p, x) = (M + I) x + (M - I) phi(x) + q = M z~ - w~ + q,    z~ = phi(x) + x,    w~ = phi(x) - x.
+
+Let t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p, which lies between 0 and ln(3) / p. Then
+z~ = 2 max(x, 0) + delta, w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) / (1 + a + a^2), where nothing
+overflows and nothing cancels. Where p t > WINDOW, a is zero in double precision and phi is |x| itself, so
+exponentials are taken of the few components in that window alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.linalg.products import product, transposed_product
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Vector
+
+NOWHERE = np.empty(0, dtype=np.intp)
+WINDOW = 746.0  # e^-746 is zero in double precision, denormals included
+
+
+def excess(p: float, t: Vector) -> Vector:
+    """delta = phi - |x| at t = |x| >= 0, for p t <= WINDOW; between 0 and ln(3) / p."""
+    a = np.exp(-p * t)
+    delta: Vector = np.log1p(a + a * a) / p
+    return delta
+
+
+def slope(p: float, x: Vector) -> Vector:
+    """phi'(x) = (e^(px) - e^(-px)) / (1 + e^(px) + e^(-px)) for p |x| <= WINDOW; between -1 and 1."""
+    b = -np.expm1(-p * np.abs(x))  # 1 - a, without cancellation near 0
+    steepness: Vector = np.copysign(b * (2 - b) / (3 - (3 - b) * b), x)
+    return steepness
+
+
+def split(p: float, x: Vector, z: Vector, w: Vector) -> Indices:
+    """Write z~ = phi + x into z and w~ = phi - x into w, of shape (n,); return the indices with p |x_i| <= WINDOW."""
+    distance = np.abs(x, out=w)
+    half_width = WINDOW / p
+    window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NOWHERE
+    np.add(distance, x, out=z)
+    np.subtract(distance, x, out=w)
+    if window.size:
+        delta = excess(p, np.abs(x[window]))
+        z[window] += delta
+        w[window] += delta
+    return window
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """F~ and f = |F~|^2 / 2 at one x, each vector of shape (n,); window holds the indices with p |x_i| <= WINDOW."""
+
+    x: Vector
+    F: Vector
+    f: float
+    window: Indices
+
+
+class Smoothed:
+    """F~ of one problem for one p > 0, with working space for its evaluations."""
+
+    def __init__(self, problem: Problem, p: float) -> None:
+        self._problem, self._p = problem, p
+        self._z, self._w = np.empty(problem.n), np.empty(problem.n)
+
+    def at(self, x: Vector) -> Point:
+        """F~ and f at x, by one product with M; f is infinite where it overflows."""
+        window = split(self._p, x, self._z, self._w)
+        F = product(self._problem.M, self._z)
+        F -= self._w
+        F += self._problem.q
+        with np.errstate(over="ignore"):
+            f = 0.5 * float(F @ F)
+        return Point(x, F, f, window)
+
+    def gradient(self, point: Point) -> Vector:
+        """Gradient of f, J' F~ = 2 (F~ + h (y - F~)) with y = M' F~ and h = (1 + phi') / 2, by one product with M'."""
+        y = transposed_product(self._problem.M, point.F)
+        y -= point.F
+        inner = 0.5 * (1 + slope(self._p, point.x[point.window])) * y[point.window]
+        y *= point.x > 0
+        y[point.window] = inner
+        y += point.F
+        y *= 2
+        return y

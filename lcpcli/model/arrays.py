@@ -1,0 +1,124 @@
+"""Vectors and matrices from what is given: every number finite, every length right, or a ProblemError says where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    pass
+from lcpcli.errors import count, kind
+from lcpcli.linalg.matrices import is_sparse
+
+ROWS = "a list of rows of numbers"
+
+
+def as_vector(field: str, values: Any, n: int | None = None) -> Vector:
+    """Values as a float64 vector of length n (any length if None), or a ProblemError about the field."""
+    if isinstance(values, (list, tuple)):
+        _refuse_other_than_numbers(field, values)
+    v = _as_floats(field, values)
+    if v.ndim != 1:
+        raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a flat list of numbers")
+    if n is not None and v.size != n:
+        raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, 'unknown')}", "make them agree")
+    _refuse_infinite(field, v)
+    return v
+
+
+def as_square(field: str, values: Any, n: int, other: str = "q") -> Matrix:
+    """As `as_matrix`, of shape (n, n) as the vector called `other` asks for."""
+    M = _as_rows(field, values)
+    if M.shape[0] != M.shape[1]:
+        raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
+    if M.shape[0] != n:
+        shapes = f"is {M.shape[0]} x {M.shape[1]} but {other} has {count(n, 'entry')}"
+        raise ProblemError(field, shapes, "make them agree")
+    return _as_finite(field, M)
+
+
+def as_matrix(field: str, values: Any) -> Matrix:
+    """Values as a float64 matrix, dense or in compressed sparse rows, or a ProblemError."""
+    M = _as_rows(field, values)
+    if not M.shape[1]:
+        raise ProblemError(field, "has empty rows", f"give {ROWS}")
+    return _as_finite(field, M)
+
+
+def _as_rows(field: str, values: Any) -> Matrix:
+    """Values as a dense array, or the sparse matrix that they are, of two dimensions."""
+    if isinstance(values, (list, tuple)):
+        _refuse_other_than_rows(field, values)
+    M: Matrix = values if is_sparse(values) else _as_floats(field, values, ROWS)
+    if M.shape and not M.shape[0]:
+        raise ProblemError(field, "is empty", f"give {ROWS}")
+    if M.ndim != 2:
+        raise ProblemError(field, f"has {count(M.ndim, 'dimension')}", f"give {ROWS}")
+    return M
+
+
+def _as_finite(field: str, M: Matrix) -> Matrix:
+    if not is_sparse(M):
+        _refuse_infinite(field, M)
+        return M
+    M = _as_sparse(field, M)
+    _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
+    return M
+
+
+def _as_sparse(field: str, M: Any) -> Matrix:
+    if M.dtype.kind not in "fiu":
+        raise ProblemError(field, f"holds {M.dtype.name} values", "give real numbers")
+    from scipy.sparse import csr_array
+
+    compressed = csr_array(M, dtype=np.float64)
+    if not compressed.has_canonical_format:
+        compressed = compressed.copy()
+        compressed.sum_duplicates()
+    return compressed
+
+
+def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> Vector:
+    if not isinstance(values, (list, tuple, np.ndarray)):
+        raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
+    if isinstance(values, np.ndarray) and values.dtype.kind not in "fiu":
+        raise ProblemError(field, f"holds {values.dtype.name} values", "give real numbers")
+    try:
+        with np.errstate(over="ignore"):
+            return np.asarray(values, dtype=np.float64)
+    except OverflowError:
+        raise ProblemError(
+            field, "holds an integer beyond the range of double precision", "scale the problem"
+        ) from None
+
+
+def _refuse_other_than_rows(field: str, rows: Sequence[Any]) -> None:
+    for i, row in enumerate(rows):
+        if not isinstance(row, (list, tuple)):
+            raise ProblemError(f"{field}[{i}]", f"is {kind(row)}", "give a row, a list of numbers")
+        if len(row) != len(rows[0]):
+            lengths = f"has {count(len(row), 'entry')} where {field}[0] has {len(rows[0])}"
+            raise ProblemError(f"{field}[{i}]", lengths, "make all rows equally long")
+        _refuse_other_than_numbers(f"{field}[{i}]", row)
+
+
+def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
+    if {type(v) for v in values} <= {int, float}:
+        return
+    for i, v in enumerate(values):
+        if isinstance(v, (bool, np.bool_)) or not isinstance(v, (int, float, np.integer, np.floating)):
+            raise ProblemError(f"{field}[{i}]", f"is {kind(v)}", "give a number")
+
+
+def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
+    with np.errstate(over="ignore", invalid="ignore"):
+        if np.isfinite(values.sum()) or np.isfinite(values).all():
+            return
+    wrong = np.argwhere(~np.isfinite(values))[0]
+    place = "".join(f"[{i}]" for i in (wrong if places is None else places()[wrong[0]]))
+    raise ProblemError(f"{field}{place}", "is not a finite number in double precision", "give a finite number")

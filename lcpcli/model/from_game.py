@@ -1,0 +1,37 @@
+"""From a bimatrix game to the LCP whose solutions are its equilibria."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.game import Game
+
+
+def from_game(
+    A: Any,
+    B: Any,
+    *,
+    rows: Sequence[str] = (),
+    columns: Sequence[str] = (),
+    name: str = "",
+    source: str = "",
+    note: str = "",
+) -> Problem:
+    """The LCP whose solutions are the equilibria of a game in which either player maximises.
+
+    A, B : payoffs of the row and of the column player, shape (m, k) both.
+    rows, columns : names of the strategies, or nothing.
+
+    z = (x, y); x and y, each divided by its sum, are the strategies. `Result.answer` maps it back. A cost is what the
+    payoff lacks to the largest one and the span of payoffs together, so that costs lie within a factor of two. Payoffs
+    count as the shortest decimals that they are. Raises ProblemError, which names the field.
+
+    >>> import lcpcli
+    >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer
+    >>> answer.row.round(6).tolist(), answer.column.round(6).tolist()
+    ([0.6, 0.4], [0.4, 0.6])
+    """
+    game = Game.of(A, B, rows, columns)
+    return Problem(*game.conditions(), name=name, source=source, note=note, origin=game)

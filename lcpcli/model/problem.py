@@ -1,0 +1,101 @@
+"""The linear complementarity problem: find z >= 0 with w = M z + q >= 0 and z'w = 0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from lcpcli.errors import ProblemError, kind, quoted
+from lcpcli.linalg.products import product
+from lcpcli.model.arrays import as_square, as_vector
+from lcpcli.model.reductions.kinds import Origin, as_origin
+from lcpcli.typing import Matrix, Vector
+
+VERDICTS = ("infeasible", "unsolvable", "ray")
+WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts that say so
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Problem:
+    """One LCP of n >= 1 unknowns, checked when it is made: every number is finite and every length fits.
+
+    M : shape (n, n); nested sequences, a dense array or a scipy sparse matrix or array. Kept dense or in compressed
+        sparse rows, without a copy where it is that already.
+    q : shape (n,).
+    name, source, note : what it is called, where it comes from, what is remarkable about it.
+    x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
+    solutions : the known solutions z*, each of shape (n,); empty if none is known.
+    reference : "known", or how solutions that were not have been found: "exact" or "computed", `reference` tells.
+    verdict : "infeasible", "unsolvable" or "ray" where it is known that there is no solution or none is found; else "".
+    origin : the quadratic program or the game that the problem comes from, also as the object in a file; or None.
+
+    Raises ProblemError, which names the field.
+
+    >>> from lcpcli import Problem
+    >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], name="small")
+    >>> problem
+    <Problem small: n = 2, dense>
+    >>> problem.w([0.0, 3.0]).tolist()
+    [-2.0, 0.0]
+    """
+
+    M: Matrix
+    q: Vector
+    name: str = ""
+    x0: Vector | None = None
+    x1: Vector | None = None
+    solutions: tuple[Vector, ...] = ()
+    verdict: str = ""
+    source: str = ""
+    note: str = ""
+    reference: str = "known"
+    origin: Origin | None = None
+
+    def __init__(
+        self,
+        M: Any,
+        q: ArrayLike,
+        name: str = "",
+        x0: ArrayLike | None = None,
+        x1: ArrayLike | None = None,
+        solutions: Sequence[ArrayLike] = (),
+        verdict: str = "",
+        source: str = "",
+        note: str = "",
+        reference: str = "known",
+        origin: Any = None,
+    ) -> None:
+        keep = partial(object.__setattr__, self)
+        vector_q = as_vector("q", q)
+        n = vector_q.size
+        if not n:
+            raise ProblemError("q", "is empty", "give a problem of at least one unknown")
+        keep("q", vector_q)
+        keep("M", as_square("M", M, n))
+        keep("x0", None if x0 is None else as_vector("x0", x0, n))
+        keep("x1", None if x1 is None else as_vector("x1", x1, n))
+        names = [f"solution[{i}]" if len(solutions) > 1 else "solution" for i in range(len(solutions))]
+        keep("solutions", tuple(as_vector(field, z, n) for field, z in zip(names, solutions, strict=True)))
+        for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
+            if not isinstance(text, str):
+                raise ProblemError(field, f"is {kind(text)}", "give a text")
+            keep(field, text)
+        keep("reference", reference)
+        keep("origin", None if origin is None else as_origin(origin, self.M, self.q))
+        if verdict and verdict not in VERDICTS:
+            raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
+
+    @property
+    def n(self) -> int:
+        """Number of unknowns."""
+        return int(self.q.size)
+
+    def w(self, z: Vector) -> Vector:
+        """w = M z + q for z of shape (n,)."""
+        w = product(self.M, z)
+        w += self.q
+        return w

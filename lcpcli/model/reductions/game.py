@@ -1,0 +1,111 @@
+"""Bimatrix games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import ProblemError, count, kind, refuse_unknown
+from lcpcli.linalg import matrices
+from lcpcli.model.arrays import as_matrix
+from lcpcli.typing import Matrix, Vector
+
+EPS = float(np.finfo(float).eps)
+KEYS = ("kind", "A", "B", "rows", "columns")
+
+
+@dataclass(frozen=True, eq=False)
+class Game:
+    """The game of which M = [0 R; C' 0] and q = -e, with costs R = r - A and C = c - B, give the equilibria.
+
+    A, B : the payoffs of the row and the column player, shape (m, k) both.
+    rows, columns : the names of the strategies; empty if they have none.
+    """
+
+    A: Vector
+    B: Vector
+    rows: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+
+    @classmethod
+    def parse(cls, data: Mapping[str, Any]) -> Game:
+        """The game that a file describes, or a ProblemError."""
+        refuse_unknown("", data, KEYS)
+        for key in ("A", "B"):
+            if key not in data:
+                raise ProblemError(key, "is missing", f"add the key {key}")
+        return cls.of(data["A"], data["B"], data.get("rows", ()), data.get("columns", ()))
+
+    @classmethod
+    def of(cls, A: Any, B: Any, rows: Any, columns: Any) -> Game:
+        """The game of these payoffs and names, or a ProblemError."""
+        payoffs = [as_matrix(field, values) for field, values in (("A", A), ("B", B))]
+        one, other = (matrices.dense(payoff) for payoff in payoffs)
+        if one.shape != other.shape:
+            shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
+            raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree")
+        m, k = one.shape
+        return cls(one, other, _names("rows", rows, m), _names("columns", columns, k))
+
+    def data(self) -> dict[str, Any]:
+        held: dict[str, Any] = {"kind": "game", "A": _listed(self.A), "B": _listed(self.B)}
+        names = {"rows": list(self.rows), "columns": list(self.columns)}
+        return held | {key: value for key, value in names.items() if value}
+
+    def fits(self, M: Matrix, q: Vector) -> bool:
+        m, k = self.A.shape
+        if q.size != m + k or (q != -1).any():
+            return False
+        M = matrices.dense(M)
+        costs = (M[:m, m:], self.A), (M[m:, :m].T, self.B)
+        return not M[:m, :m].any() and not M[m:, m:].any() and all(_complement(*each) for each in costs)
+
+    def conditions(self) -> tuple[Vector, Vector]:
+        """M and q."""
+        m, k = self.A.shape
+        M = np.zeros((m + k, m + k))
+        M[:m, m:], M[m:, :m] = _costs("A", self.A), _costs("B", self.B).T
+        return M, -np.ones(m + k)
+
+    def parts(self, z: Any) -> tuple[Any, Any]:
+        """What of a z belongs to the row player, and what to the column player."""
+        m = self.A.shape[0]
+        return z[:m], z[m:]
+
+
+def _costs(field: str, payoffs: Vector) -> Vector:
+    """Positive costs, a constant less the payoffs, rounded once."""
+    decimals = [[Decimal(repr(value)) for value in row] for row in payoffs.tolist()]
+    largest, least = max(map(max, decimals)), min(map(min, decimals))
+    constant = largest + ((largest - least) or 1)
+    costs = np.array([[float(constant - value) for value in row] for row in decimals])
+    if not np.isfinite(costs).all():
+        raise ProblemError(field, "spans more than double precision holds", "scale the payoffs")
+    return costs
+
+
+def _complement(costs: Vector, payoffs: Vector) -> bool:
+    """Whether costs and payoffs add up to a constant, but for rounding."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        total = costs + payoffs
+        return bool(np.ptp(total) <= 8 * EPS * (np.abs(costs).max() + np.abs(payoffs).max()))
+
+
+def _listed(payoffs: Vector) -> list[list[float]]:
+    """Rows of numbers, whole ones as integers, which JSON shows without a point."""
+    return [[int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row] for row in payoffs.tolist()]
+
+
+def _names(field: str, given: Any, size: int) -> tuple[str, ...]:
+    if not isinstance(given, (list, tuple)):
+        raise ProblemError(field, f"is {kind(given)}", "give a list of names")
+    for i, name in enumerate(given):
+        if not isinstance(name, str):
+            raise ProblemError(f"{field}[{i}]", f"is {kind(name)}", "give a text")
+    if given and len(given) != size:
+        raise ProblemError(field, f"has {count(len(given), 'name')} for {count(size, 'strategy')}", "make them agree")
+    return tuple(given)

@@ -1,0 +1,1 @@
+"""Exact arithmetic: rational numbers and their texts, elimination, linear systems, complementary bases."""

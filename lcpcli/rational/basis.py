@@ -1,0 +1,43 @@
+"""The solution of a complementary set in rational arithmetic, M and q taken as the exact numbers that they are."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg import matrices
+from lcpcli.rational import sums
+from lcpcli.typing import Mask, Matrix, Vector
+
+
+class Basis(NamedTuple):
+    """A solution of M_PP z_P = -q_P, with z_N = 0.
+
+    z : of length n. unique : whether it is the only one. solves : whether z >= 0 and w >= 0, so that it solves the LCP.
+    """
+
+    z: list[Fraction]
+    unique: bool
+    solves: bool
+
+
+def exact_basis(M: Matrix, q: Vector, P: Mask) -> Basis | None:
+    """The basis of a set P, a mask of shape (n,), for finite M, q of shape (n, n) and (n,); None if it has none.
+
+    It costs k^3 operations for k indices in P, on numbers whose length grows with k.
+    """
+    inside = np.flatnonzero(P)
+    columns = matrices.dense_columns(M, inside)
+    constant = [Fraction(value) for value in q.tolist()]
+    solved = sums.solve(columns[inside], [-constant[i] for i in inside])
+    if solved is None:
+        return None
+    z_P, unique = solved
+    w = (sums.product(row, z_P) + value for row, value in zip(columns, constant, strict=True))
+    solves = min(z_P, default=0) >= 0 and all(value >= 0 for value in w)
+    z = [Fraction(0)] * q.size
+    for i, value in zip(inside.tolist(), z_P, strict=True):
+        z[i] = value
+    return Basis(z, unique, solves)

@@ -1,0 +1,72 @@
+"""Figures: pure functions from data to the bytes of a picture (matplotlib) or to text for a terminal (plotext).
+
+Nothing is read or written here, and neither package is imported before a figure is asked for.
+
+The performance profile is that of E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance
+profiles, Math. Program. 91 (2002) 201-213.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import PurePath
+
+from lcpcli.errors import OptionError
+from lcpcli.report.figures.data import GrowthPanel, Panel, Profile
+
+FORMS = ("png", "svg", "pdf")
+FLAG = "--plot"
+
+
+def convergence(panels: Sequence[Panel], form: str) -> bytes:
+    """A picture with one row a panel: the error against the run time and against the iteration.
+
+    form : one of FORMS. Raises OptionError where matplotlib is missing.
+    """
+    require()
+    from lcpcli.report.figures import convergence_figure, style
+
+    with style.context():
+        return style.save(convergence_figure.draw(panels), form)
+
+
+def bench(
+    profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Sequence[GrowthPanel], form: str
+) -> bytes:
+    """A picture of a benchmark: the performance profile, error against run time, and the growth of time over n.
+
+    Each of the three may be empty and is then left out, but not all. form : one of FORMS.
+    Raises OptionError where matplotlib is missing.
+    """
+    require()
+    from lcpcli.report.figures import bench_figure, style
+
+    with style.context():
+        return style.save(bench_figure.draw(profiles, panels, growth_panels), form)
+
+
+def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
+    """The error against the run time of each panel as text, `width` columns wide and `height` lines high a panel.
+
+    Raises OptionError where plotext is missing.
+    """
+    require("plotext")
+    from lcpcli.report.figures import terminal_figure
+
+    return terminal_figure.render(panels, width, height, color)
+
+
+def form_of(path: str) -> str:
+    """The form of the picture that a path's ending names."""
+    ending = PurePath(path).suffix.lower().lstrip(".")
+    if ending not in FORMS:
+        endings = ", ".join(f".{form}" for form in FORMS)
+        raise OptionError(FLAG, f"{path!r} does not tell the form of the picture", f"end it in one of {endings}")
+    return ending
+
+
+def require(package: str = "matplotlib") -> None:
+    """Refuse before any work is done if the package that draws is missing: matplotlib, or plotext for a terminal."""
+    if find_spec(package) is None:
+        raise OptionError(FLAG, f"needs {package}", "pip install 'linear-complementarity[plot]'")

@@ -1,0 +1,89 @@
+"""One call from M and q to a result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from lcpcli.errors import OptionError, likely
+from lcpcli.methods import registry as methods
+from lcpcli.model.problem import Problem
+from lcpcli.options import OPTIONS
+from lcpcli.solving import run as driver
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.result import Result
+from lcpcli.solving.trace import Trace
+
+OF_ALL = ("x0", "z0", "tol", "max_iterations", "time_limit", "scale", "finish", "trace")
+
+
+def solve(
+    M: Any,
+    q: ArrayLike,
+    method: str = "auto",
+    *,
+    x0: ArrayLike | None = None,
+    z0: ArrayLike | None = None,
+    tol: float | None = None,
+    max_iterations: int | None = None,
+    time_limit: float | None = None,
+    trace: bool = False,
+    **options: Any,
+) -> Result:
+    """Find z >= 0 with w = M z + q >= 0 and z'w = 0, by a method; the arrays given are never changed.
+
+    Parameters
+    ----------
+    M : shape (n, n); a dense array, nested sequences, or a scipy sparse matrix or array of any format.
+    q : shape (n,).
+    method : "auto", which takes whatever solves the problem first, or a published one: "shi" (El foutayeni and Khaladi
+        2012), "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "lemke" (Lemke 1965),
+        "milp" (Pardalos and Rosen 1988). Their modules in `lcpcli.methods` give the sources.
+    x0, z0 : the start, as x = (z - w) / 2 or as z with w = M z + q; at most one of them, by default x0 = 0.
+    tol : the relative residual from which on z counts as a solution, 1e-10 by default.
+    max_iterations, time_limit : when to give up: after 10000 iterations by default, after no number of seconds.
+    trace : whether the result keeps all iterates.
+    options : options of the method, as on the command line with underscores; None is "not given". For "shi" p, k_star,
+        rho, sigma and x1, for "fixed-point" omega and anderson, for both scale and finish.
+
+    Returns
+    -------
+    Result : its status tells whether z is a solution; a failed one still carries the best z. It never raises an error
+        because a problem is hard or has no solution.
+
+    Raises
+    ------
+    ProblemError : M, q or a start cannot be used.
+    OptionError : the method is unknown, or an option is unknown, out of its range or without effect on the method.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    >>> result.status.word, result.z.round(6).tolist()
+    ('solved', [1.333333, 2.333333])
+    >>> failed = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "fixed-point", omega=50, max_iterations=3)
+    >>> failed.solved, failed.message
+    (False, 'stopped at the iteration limit')
+    >>> failed.advice
+    'try --method auto, or --scale --finish, with --max-iterations 10000'
+    >>> lcpcli.solve([[2, 1]], [-5, -6])
+    Traceback (most recent call last):
+    lcpcli.errors.ProblemError: M: is 1 x 2; make it square
+    """
+    _refuse_unknown(method, options)
+    stops: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
+    limits = Limits(**{name: value for name, value in stops.items() if value is not None})
+    chosen = {name: value for name, value in options.items() if value is not None}
+    return driver.run(Problem(M, q), method, x0, z0=z0, limits=limits, trace=Trace() if trace else None, **chosen)
+
+
+def _refuse_unknown(method: str, names: Iterable[str]) -> None:
+    """Raise OptionError for a name that is no option of any method, with what this method has."""
+    known = [name for name in methods.options_of(methods.load(method)) if name not in OF_ALL]
+    for name in names:
+        if name not in known and name not in OPTIONS and name not in methods.ADDITIONS:
+            mend = likely(name, (*known, *OF_ALL), f"it has {', '.join((*known, *OF_ALL))}")
+            raise OptionError(name, f"is no option of {method}", mend)

@@ -1,0 +1,33 @@
+"""What is concluded from results once they are there, so that reports only have to format it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lcpcli.solving.advice import advice
+from lcpcli.solving.result import Result
+from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.refinement import is_rounded_solution
+
+
+def concluded(results: Sequence[Result]) -> list[Result]:
+    """The results, all on one problem, with `advice`, and with `answer` where the problem has an origin."""
+    if not results or results[0].problem.origin is None:
+        return [replace(result, advice=advice(result)) for result in results]
+    from lcpcli.solving.meaning import answers
+
+    pairs = zip(results, answers(results), strict=True)
+    return [replace(result, advice=advice(result), answer=answer) for result, answer in pairs]
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def verified(result: Result) -> Result:
+    """The result with `verified`: the relative residual of z computed once more, or else exact arithmetic."""
+    if not result.solved:
+        return result
+    accuracy = Accuracy(result.problem, result.tol)
+    small = accuracy.relative_residual(result.z, accuracy.w(result.z)) <= result.tol
+    return replace(result, verified=small or is_rounded_solution(result.problem, result.z))

@@ -1,0 +1,215 @@
+"""The only loop: it takes iterates from a method, times it, judges them and says how it ended."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from lcpcli.interrupts import TimeIsUp
+from lcpcli.methods import registry as methods
+from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
+from lcpcli.model.modulus import LARGEST, z_of
+from lcpcli.model.problem import Problem
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.observer import Observer
+from lcpcli.solving.result import Result, Status
+from lcpcli.solving.trace import Passing, Trace
+from lcpcli.typing import Vector
+from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.certificate import Certificate, proves_infeasible
+from lcpcli.verify.refinement import is_rounded_solution
+
+NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
+ROUNDED = "z is the exact solution but for the rounding of its last digits"
+EXTRA = 3  # iterations after the tolerance is reached, where the method knows that signs are still wrong
+DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
+
+
+class Loop:
+    """One pass of the loop, with what it has seen so far."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        method: str,
+        limits: Limits,
+        traces: tuple[Trace | None, Trace | None],
+        clock: Callable[[], float],
+        observer: Observer | None,
+        x0: Vector,
+        setup_seconds: float,
+    ) -> None:
+        self.problem, self.method, self.limits, self.traces, self.clock = problem, method, limits, traces, clock
+        self.began = clock() - setup_seconds
+        self.observer, self.accuracy = observer, Accuracy(problem, limits.tol)
+        self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
+        self.k, self.evaluations = -1, 0
+        self.last = self.best = np.clip(x0, -LARGEST, LARGEST)
+        self.best_level = self.first_level = math.inf
+        self.extra = 0
+        self.route: list[str] = []
+        self.certificate: Certificate | None = None
+        self._measured: tuple[Vector | None, float] = None, math.inf
+
+    def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
+        if self.k < 0:  # the method broke down before its start
+            self._keep(Iterate(self.last, None, "", 0))
+        for trace in self.traces:
+            if trace is not None:
+                trace.close(self.accuracy)
+        best = self.last
+        rounded = self._relative_residual(best) > self.limits.tol and is_rounded_solution(self.problem, z_of(best))
+        if self.best is not best and not rounded and self._relative_residual(best) > self.limits.tol:
+            best = min((best, self.best), key=self._relative_residual)
+        z = z_of(best)
+        w = self.accuracy.w(z)
+        relative = self.accuracy.relative_residual(z, w)
+        if relative <= self.limits.tol:
+            status, reason = Status.SOLVED, ""
+        elif rounded:
+            status, reason = Status.SOLVED, f"{ROUNDED}, which leaves a relative residual of {relative:.1e}"
+        elif best is not self.last:
+            reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
+        return Result(
+            problem=self.problem,
+            method=self.method,
+            status=status,
+            message=f"{status.value}: {reason}" if reason else status.value,
+            z=z,
+            w=w,
+            iterations=max(self.k, 0),
+            evaluations=self.evaluations,
+            residual=self.accuracy.natural_residual(z, w),
+            relative_residual=relative,
+            error=self.accuracy.error(z),
+            setup_seconds=self.setup_seconds,
+            solve_seconds=self.solve_seconds,
+            tol=self.limits.tol,
+            warm=False,
+            options=in_force,
+            trace=self.traces[0],
+            curve=self.traces[1],
+            route=tuple(self.route) or (self.method,),
+            certificate=self.certificate if status is not Status.SOLVED else None,
+        )
+
+    def run(self, iterates: Iterator[Iterate]) -> tuple[Status, str]:
+        try:
+            while True:
+                iterate = self._next(iterates)
+                if iterate is None:
+                    return Status.STALLED, "the method has ended here, its equation is solved to rounding"
+                ending = self._judge(iterate)
+                if ending:
+                    return ending, ""
+        except Ending as ending:
+            self._takes_part(ending.method)
+            return self._ended(ending)
+        except FloatingPointError as reason:
+            return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
+        except TimeIsUp:
+            return Status.TIME_LIMIT, "in the middle of a step"
+        except KeyboardInterrupt:
+            return Status.INTERRUPTED, ""
+
+    def _ended(self, ending: Ending) -> tuple[Status, str]:
+        """The status and the reason of a method's own ending."""
+        if isinstance(ending, NoSolution):
+            return self._without_solution(ending.certificate)
+        if isinstance(ending, Stalled):
+            late = isinstance(ending, OutOfTime) or self._late()
+            return (Status.TIME_LIMIT if late else Status.STALLED), str(ending)
+        return Status.BREAKDOWN, str(ending)
+
+    def _takes_part(self, method: str) -> None:
+        """Note that a method has taken part; "" is the one that was asked for."""
+        method = method or self.method
+        if method not in self.route:
+            self.route.append(method)
+
+    def _without_solution(self, certificate: Certificate) -> tuple[Status, str]:
+        """The status that a certificate justifies; a Farkas vector is checked against M and q here, not believed."""
+        if certificate.kind == "farkas":
+            if certificate.vector is None or not proves_infeasible(self.problem, certificate.vector):
+                return Status.STALLED, "a proof of infeasibility did not stand up to rounding"
+            self.certificate = certificate
+            return Status.INFEASIBLE, certificate.statement
+        self.certificate = certificate
+        return Status.RAY if certificate.kind == "ray" else Status.UNSOLVABLE, certificate.statement
+
+    def _next(self, iterates: Iterator[Iterate]) -> Iterate | None:
+        """The next iterate, with the time that it took added to set-up (the first one) or to the solve."""
+        began = self.clock()
+        try:
+            with np.errstate(over="raise", invalid="raise", divide="raise"):
+                return next(iterates, None)
+        finally:
+            seconds = self.clock() - began
+            if self.k < 0:
+                self.setup_seconds += seconds
+            else:
+                self.solve_seconds += seconds
+
+    def _judge(self, iterate: Iterate) -> Status | None:
+        """Keep what is to be kept of an iterate, and say whether the run ends with it."""
+        self.k += 1
+        self.evaluations = iterate.evaluations
+        self._takes_part(iterate.method)
+        in_range = bool(np.abs(iterate.x).max() <= LARGEST)
+        level = self._level(iterate) if in_range else math.inf
+        if in_range:
+            self.last = iterate.x
+            self._keep(iterate)
+        if level < self.best_level:
+            self.best_level, self.best = level, iterate.x
+        if not self.first_level < math.inf:
+            self.first_level = level
+        if self.observer:
+            self.observer.saw(iterate.method or self.method, self.k, level)
+        if in_range and self._worth_measuring(level) and self._passes(iterate.x):
+            self.best = iterate.x
+            self.extra += 1
+            if iterate.settled or self.extra > EXTRA:
+                return Status.SOLVED
+        if self.method in methods.ITERATIVE and not level <= DIVERGED * self.first_level:
+            return Status.DIVERGED
+        if self.k >= self.limits.max_iterations:
+            return Status.ITERATION_LIMIT
+        return Status.TIME_LIMIT if self._late() else None
+
+    def _late(self) -> bool:
+        """Whether the time is up, to which judging counts too: nobody waits for the method alone."""
+        return self.clock() - self.began >= self.limits.time_limit
+
+    def _worth_measuring(self, level: float) -> bool:
+        """Whether to compute the residual, which costs a product with M: where the bound has come near the tolerance,
+        and at k = 0, 1, 2, 4, 8, ..., in case that the bound never comes down although the residual does."""
+        return level <= NEAR * self.limits.tol or self.k & (self.k - 1) == 0
+
+    def _level(self, iterate: Iterate) -> float:
+        """The bound of the relative residual that comes free with F, or the relative residual where F is unknown."""
+        return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
+
+    def _passes(self, x: Vector) -> bool:
+        """Whether the relative residual at x is at most the tolerance."""
+        if x is self._measured[0]:
+            return self._measured[1] <= self.limits.tol
+        z = z_of(x)
+        return self.accuracy.passes(z, self.limits.tol)
+
+    def _relative_residual(self, x: Vector) -> float:
+        """The relative residual at x; that of the x asked for last is remembered."""
+        if x is not self._measured[0]:
+            z = z_of(x)
+            self._measured = x, self.accuracy.relative_residual(z, self.accuracy.w(z))
+        return self._measured[1]
+
+    def _keep(self, iterate: Iterate) -> None:
+        method = iterate.method or self.method
+        for trace in self.traces:
+            if trace is not None:
+                passing = Passing(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step, method)
+                trace.add(passing, self.accuracy)

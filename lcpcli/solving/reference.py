@@ -1,0 +1,80 @@
+"""A solution to measure errors against, where the problem does not bring one: solved once, and then made exact.
+
+That is exact where rational arithmetic can be had (the extra `exact`) and n is small. Else auto's solution is made
+right to its last digits by `refinement.refined`, as far as that can be.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from importlib.util import find_spec
+
+import numpy as np
+
+from lcpcli.errors import OptionError
+from lcpcli.model.modulus import x_of
+from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
+from lcpcli.solving import run as driver
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.result import Status
+from lcpcli.typing import Vector
+from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.refinement import refined
+
+SECONDS = 10.0  # that the search for a solution may take
+LARGEST_EXACT = 200  # n up to which a solution is made exact: in a second
+
+
+def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
+    """The problem with a computed solution, or as it is where it brings one or none is found in that many seconds.
+
+    The solution is verified like any other result, on the original data. Where the problem has several solutions it
+    is one of them.
+
+    Raises
+    ------
+    KeyboardInterrupt : the search was interrupted.
+    """
+    if problem.solutions or problem.verdict in WITHOUT_SOLUTION:
+        return problem
+    deadline = time.perf_counter() + seconds
+    result = driver.run(problem, "auto", limits=Limits(time_limit=seconds), conclude=False)
+    if result.interrupted:
+        raise KeyboardInterrupt
+    if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):
+        return problem
+    exact = _exact(problem, result.z, deadline)
+    if exact is not None:
+        return replace(problem, solutions=(exact,), reference="exact")
+    if not result.solved:
+        return problem
+    return replace(problem, solutions=(refined(problem, result.z),), reference="computed")
+
+
+def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
+    """An exact solution, rounded, where the problem is small and the extra `exact` is installed: near z, or Lemke's."""
+    if problem.n > LARGEST_EXACT or find_spec("flint") is None:
+        return None
+    from lcpcli.rational import numbers
+    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.solving import exact_lemke
+    from lcpcli.solving.exact_solution import from_point
+
+    data = ExactProblem.of_floats(problem)
+    solution = from_point(data, z, deadline) or exact_lemke.solve(data, deadline)
+    rounded = None if solution is None else numbers.rounded(solution)
+    return rounded if rounded is not None and np.isfinite(rounded).all() else None
+
+
+def near(problem: Problem, size: float) -> Vector:
+    """A start x, shape (n,), off the problem's first solution by normal noise of `size` times its largest component.
+
+    The same for the same problem. Raises OptionError where the problem has no solution.
+    """
+    if not problem.solutions:
+        where = f"{problem.name}: " * bool(problem.name)
+        raise OptionError("--warm", f"{where}no solution was found to start near", "leave it out")
+    z = problem.solutions[0]
+    noise = np.random.default_rng(0).standard_normal(problem.n)
+    return x_of(z, problem.w(z)) + size * Accuracy(problem).size * noise

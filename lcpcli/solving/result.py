@@ -1,0 +1,160 @@
+"""What a solve comes to: its status, its numbers and, where it was asked for, its trace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from lcpcli.model.problem import Problem
+from lcpcli.solving.trace import Trace
+from lcpcli.typing import Vector
+from lcpcli.verify.certificate import Certificate
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.bounds.error_bound import Bound
+    from lcpcli.solving.answer import Answer
+
+
+class Status(Enum):
+    """How a solve ended. The value is what the user reads; `word` is what JSON and scripts read.
+
+    SOLVED : the relative residual, recomputed from M and q, is at most the tolerance.
+    ITERATION_LIMIT, TIME_LIMIT : stopped by a limit.
+    STALLED : the method makes no further progress in double precision.
+    DIVERGED : the iterates run off.
+    BREAKDOWN : the method cannot go on, for instance as a matrix is singular.
+    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0; the certificate holds the Farkas vector.
+    UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
+    RAY : Lemke's method ended on a ray, which proves nothing for this M.
+    INTERRUPTED : by Ctrl-C.
+
+    >>> from lcpcli import Status
+    >>> [status.word for status in Status if status.exit_code == 3]
+    ['infeasible', 'unsolvable']
+    """
+
+    SOLVED = "solved"
+    ITERATION_LIMIT = "stopped at the iteration limit"
+    TIME_LIMIT = "stopped at the time limit"
+    STALLED = "stalled"
+    DIVERGED = "diverged"
+    BREAKDOWN = "broke down"
+    INFEASIBLE = "proved to have no solution, not even z >= 0 with Mz + q >= 0"
+    UNSOLVABLE = "proved to have no solution"
+    RAY = "ended in a ray"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def word(self) -> str:
+        """The name in small letters, as in JSON."""
+        return self.name.lower()
+
+    @property
+    def exit_code(self) -> int:
+        """0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted (as shells report SIGINT)."""
+        return {"SOLVED": 0, "INFEASIBLE": 3, "UNSOLVABLE": 3, "INTERRUPTED": 130}.get(self.name, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """What rational arithmetic says of a problem whose decimals are taken as they are written.
+
+    status : solved, infeasible or unsolvable; None where nothing was proved.
+    proof : how it is proved, as a clause for the user.
+    z, w : the solution and w = M z + q, each of length n, where it is solved; else None.
+    y : of length n, a Farkas vector, where it is infeasible; else None.
+    """
+
+    status: Status | None
+    proof: str
+    z: list[Fraction] | None = None
+    w: list[Fraction] | None = None
+    y: list[Fraction] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The outcome of one method on one problem. A failed result still carries its best iterate and its trace.
+
+    status, message : how it ended, in one word and in one sentence.
+    z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
+    iterations, evaluations : iterations done; evaluations of F, or of its smoothed form, in them.
+    residual, relative_residual, error : as defined in `accuracy.Accuracy`, recomputed from M and q; error is None
+        where no solution is known.
+    setup_seconds, solve_seconds : until the first iterate, and from there to the last.
+    tol : the tolerance for the relative residual.
+    warm : whether it was started near the solution on purpose.
+    options : the method's options that were in force.
+    trace : the rows kept, or None if none were asked for.
+    curve : a second trace, kept for figures and milestones where that was asked for; else None.
+    route : the methods that took part, in order.
+    certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
+    exact : what has been proved exactly, or None if that was not asked for.
+    bound : what is proved about |z - z*|_inf, with an infinite value where nothing is; None where that was not asked.
+
+    What is concluded from these, by `conclusions.concluded`:
+
+    advice : what to try next where this has not solved the problem; "" where nothing is known to help, or needed.
+    answer : what it means for the quadratic program or the game that the problem comes from; None if from neither.
+    verified : whether a claim to have solved the problem holds when the residual is computed once more, from the
+        original data; None where there is no such claim, or that was not asked.
+
+    >>> import lcpcli
+    >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    >>> result.solved, result.z.round(3).tolist(), result.residual < 1e-9
+    (True, [1.333, 2.333], True)
+    >>> result
+    <Result: solved by newton, n = 2, residual ..., in ..., z = (1.333333, 2.333333)>
+    >>> lcpcli.solve([[0, 1], [1, 0]], [-1, 1]).status.word
+    'unsolvable'
+    """
+
+    problem: Problem
+    method: str
+    status: Status
+    message: str
+    z: Vector
+    w: Vector
+    iterations: int
+    evaluations: int
+    residual: float
+    relative_residual: float
+    error: float | None
+    setup_seconds: float
+    solve_seconds: float
+    tol: float
+    warm: bool
+    options: dict[str, Any]
+    trace: Trace | None
+    curve: Trace | None
+    route: tuple[str, ...]
+    certificate: Certificate | None
+    bound: Bound | None = None
+    exact: Exact | None = None
+    advice: str = ""
+    answer: Answer | None = None
+    verified: bool | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """That of the status, but 1 where an exact proof was asked for and not found."""
+        unproved = self.exact is not None and self.exact.status is None
+        return 1 if unproved and not self.interrupted else self.status.exit_code
+
+    @property
+    def seconds(self) -> float:
+        """Time of the method's own work, set-up included."""
+        return self.setup_seconds + self.solve_seconds
+
+    @property
+    def solved(self) -> bool:
+        """Whether z is a solution, to the tolerance; never said but of a residual recomputed from M and q."""
+        return self.status is Status.SOLVED
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C ended it."""
+        return self.status is Status.INTERRUPTED

@@ -1,0 +1,122 @@
+"""A method on a problem: what is asked for is found consistent, set up, and run through the loop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lcpcli.errors import OptionError
+from lcpcli.interrupts import within
+from lcpcli.methods import finish as finishing
+from lcpcli.methods import registry as methods
+from lcpcli.methods.iterate import Iterate
+from lcpcli.methods.scaled import in_original_units
+from lcpcli.model import scaled
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.modulus import x_of
+from lcpcli.model.problem import Problem
+from lcpcli.options import flag
+from lcpcli.solving.conclusions import concluded
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.loop import Loop
+from lcpcli.solving.observer import Observe, Observer
+from lcpcli.solving.result import Result
+from lcpcli.solving.trace import Trace
+from lcpcli.typing import Vector
+
+
+@np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
+def run(
+    problem: Problem,
+    method: str,
+    x0: ArrayLike | None = None,
+    *,
+    z0: ArrayLike | None = None,
+    limits: Limits | None = None,
+    trace: Trace | None = None,
+    curve: Trace | None = None,
+    conclude: bool = True,
+    observe: Observe | None = None,
+    clock: Callable[[], float] = time.perf_counter,
+    scale: bool = False,
+    finish: bool = False,
+    **chosen: Any,
+) -> Result:
+    """Run a method on a problem from x0, or from z0 (by default the problem's own start, else the origin).
+
+    "solved" is said only if the relative residual, recomputed from the original M and q, is at most limits.tol, or if
+    exact arithmetic shows that z is the solution but for its last digits.
+    `scale` has an iterative method work on the equilibrated problem, `finish` has it end on its active set as soon as
+    that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace`
+    and `curve` keep iterates, each what it was made for. `conclude` is whether to find out what the result means: its
+    `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is told now and then
+    how the run goes, as in `observer.Observer`. Seconds are those of the method's own work alone; the time limit counts
+    all that happens.
+
+    >>> from lcpcli import Limits, Problem, run
+    >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
+    >>> run(problem, "newton", limits=Limits(tol=1e-12)).error < 1e-12
+    True
+    """
+    function, limits = methods.load(method), limits or Limits()
+    additions = _additions(method, scale=scale, finish=finish)
+    _complete(chosen, methods.options_of(function), problem, limits, displaced=x0 is not None or z0 is not None)
+    start = _start(problem, x0, z0)
+    began = clock()
+    units = scaled.scale(problem) if scale else None
+    target = units.problem if units else problem
+    in_force = methods.options_in_force(function, target, chosen)
+    setup_seconds = clock() - began
+    observer = None if observe is None else Observer(observe, method)
+    loop = Loop(problem, method, limits, (trace, curve), clock, observer, start, setup_seconds)
+    iterates = _scaled(function, units, start, in_force) if units else function(problem, start, **in_force)
+    if finish:
+        iterates = finishing.finish(target, iterates, clock)
+    with within(limits.time_limit, observer.look if observer else None):
+        status, reason = loop.run(in_original_units(units, iterates) if units else iterates)
+    result = loop.result(in_force | additions, status, reason)
+    return concluded([result])[0] if conclude else result
+
+
+def _additions(method: str, **wanted: bool) -> dict[str, bool]:
+    """The additions that are wanted; OptionError if the method has none."""
+    additions = {name: True for name, yes in wanted.items() if yes}
+    for name in additions:
+        if method not in methods.ITERATIVE:
+            raise OptionError(flag(name), f"has no effect with the method {method}", "leave it out")
+    return additions
+
+
+def _complete(chosen: dict[str, Any], known: Sequence[str], problem: Problem, limits: Limits, displaced: bool) -> None:
+    """Add to the options what the method knows and is not given: the time limit, and the problem's own x1 unless its
+    start is displaced by another."""
+    if "x1" in known and problem.x1 is not None and not displaced:
+        chosen.setdefault("x1", problem.x1)
+    if "time_limit" in known:
+        chosen.setdefault("time_limit", limits.time_limit)
+    if chosen.get("x1") is not None:
+        chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
+
+
+def _scaled(
+    function: methods.Method, units: scaled.Scaled, start: Vector, in_force: dict[str, Any]
+) -> Iterator[Iterate]:
+    """The iterates of a method on the problem in these units, from a start in the problem's own."""
+    moved = {} if in_force.get("x1") is None else {"x1": units.start(in_force["x1"])}
+    return function(units.problem, units.start(start), **(in_force | moved))
+
+
+def _start(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None) -> Vector:
+    """x0, or the x of z0 and w = M z0 + q, or the problem's own start, or the origin."""
+    if z0 is not None:
+        if x0 is not None:
+            raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
+        z = as_vector("z0", z0, problem.n)
+        return as_vector("M z0 + q", x_of(z, problem.w(z)))
+    if x0 is not None:
+        return as_vector("x0", x0, problem.n)
+    return np.zeros(problem.n) if problem.x0 is None else problem.x0

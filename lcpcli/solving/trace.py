@@ -1,0 +1,136 @@
+"""What is kept of the iterates while a method runs: rows for tables and curves, and when an error was first reached."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lcpcli.linalg.products import product
+from lcpcli.model.modulus import z_of
+from lcpcli.typing import Indices, Vector
+from lcpcli.verify.accuracy import Accuracy
+
+BLOCK = 1 << 21  # numbers: as many iterates as fit are measured together, which reads M once for all of them
+MOST_TOGETHER = 64
+
+
+@dataclass(frozen=True, eq=False)
+class TraceRow:
+    """One iterate in a trace.
+
+    k : its number; the start is 0.
+    z : its z = |x| + x, shape (n,), or the components that the trace was asked to keep.
+    residual, error : as in Result; None where they were not asked for, or no solution is known.
+    rounding : whether the residual is no more than rounding leaves, as by `accuracy.Accuracy.is_rounding`.
+    seconds : time that the method took from the end of its set-up to this iterate, nothing else counted.
+    step : the step of the published algorithm that made it; "" if the method has but one.
+    method : the method that made it.
+    """
+
+    k: int
+    z: Vector
+    residual: float | None
+    error: float | None
+    seconds: float
+    step: str
+    method: str
+    rounding: bool
+
+
+@dataclass(frozen=True)
+class Milestone:
+    """The first iterate with an error of at most `level` times the largest component of the solution."""
+
+    level: float
+    k: int
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Passing:
+    """An iterate that may yet leave the trace, and has not been measured: its number, x, seconds, step and method."""
+
+    k: int
+    x: Vector
+    seconds: float
+    step: str
+    method: str
+
+
+@dataclass
+class Trace:
+    """Which iterates to keep and what of them; it fills while the method runs, and holds its rows in order.
+
+    every : keep the start, the first, every so-many-th and the last three iterates.
+    most : where that comes to more rows than this, at least 5, `every` is doubled, and again; None sets no limit.
+    components : indices of the components of z to keep; None keeps them all.
+    residuals : whether each row's residual is read by anybody; each costs one product with M.
+    levels : errors, falling, relative to the largest component of the solution, to note when they are first reached.
+    rows, milestones : what has been kept.
+
+    >>> import lcpcli
+    >>> problem, trace = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]), lcpcli.Trace()
+    >>> result = lcpcli.run(problem, "fixed-point", trace=trace)
+    >>> trace.rows[0].k, trace.rows[0].z.tolist(), trace.rows[-1].k == result.iterations
+    (0, [0.0, 0.0], True)
+    """
+
+    every: int = 1
+    most: int | None = None
+    components: Indices | None = None
+    residuals: bool = True
+    levels: tuple[float, ...] = ()
+    rows: list[TraceRow] = field(default_factory=list)
+    milestones: list[Milestone] = field(default_factory=list)
+    _last: list[Passing] = field(default_factory=list)
+    _waiting: list[Passing] = field(default_factory=list)
+
+    def add(self, passing: Passing, accuracy: Accuracy) -> None:
+        """Take one more iterate; one that is no longer among the last three is measured if it stays."""
+        self._note_milestones(passing, accuracy)
+        self._last.append(passing)
+        if len(self._last) > 3:
+            leaving = self._last.pop(0)
+            if self._stays(leaving.k):
+                self._waiting.append(leaving)
+        if self.most is not None and len(self.rows) + len(self._waiting) + 3 > self.most:
+            self.every *= 2
+            self.rows = [row for row in self.rows if self._stays(row.k)]
+            self._waiting = [waiting for waiting in self._waiting if self._stays(waiting.k)]
+        if len(self._waiting) >= max(1, min(MOST_TOGETHER, BLOCK // passing.x.size)):
+            self._measure(accuracy)
+
+    def close(self, accuracy: Accuracy) -> None:
+        """The run has ended: the last three stay."""
+        self._waiting += self._last
+        self._last.clear()
+        if self._waiting:
+            self._measure(accuracy)
+
+    def _stays(self, k: int) -> bool:
+        return k <= 1 or k % self.every == 0
+
+    def _note_milestones(self, passing: Passing, accuracy: Accuracy) -> None:
+        pending = self.levels[len(self.milestones) :]
+        error = accuracy.error(z_of(passing.x)) if pending else None
+        if error is not None:
+            reached = [level for level in pending if error <= level * accuracy.size]
+            self.milestones += [Milestone(level, passing.k, passing.seconds) for level in reached]
+
+    def _measure(self, accuracy: Accuracy) -> None:
+        """Turn what waits into rows, measured as far as is asked for."""
+        problem, waiting = accuracy.problem, self._waiting
+        Z = np.array([z_of(passing.x) for passing in waiting])
+        residuals: Sequence[float | None] = [None] * len(waiting)
+        rounding = [False] * len(waiting)
+        if self.residuals:
+            W = product(problem.M, Z.T).T + problem.q
+            residuals = [accuracy.natural_residual(z, w) for z, w in zip(Z, W, strict=True)]
+            rounding = [accuracy.is_rounding(z, w) for z, w in zip(Z, W, strict=True)]
+        for passing, z, residual, no_more in zip(waiting, Z, residuals, rounding, strict=True):
+            kept = z.copy() if self.components is None else z[self.components]
+            seconds, step, method = passing.seconds, passing.step, passing.method
+            self.rows.append(TraceRow(passing.k, kept, residual, accuracy.error(z), seconds, step, method, no_more))
+        self._waiting = []

@@ -1,0 +1,173 @@
+"""How good a z is, always measured on the original M and q."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lcpcli.linalg import products
+from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Vector
+
+FLOOR = 1e-5  # of the problem's scale: what is smaller than that in a row is still measured against it
+ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the terms of a row: what is lost where w is computed, at most
+SMALLEST = -1074  # the power of two of the smallest number: what an underflow may lose
+LARGEST_POWER = 1000  # of two, in one factor
+PRECISION = 1e-13  # the smallest relative residual that is told from rounding
+HARMLESS = 0.1  # a share of the tolerance, or of what is wrong anyway: rounding that is not worth a second look
+
+
+class Accuracy:
+    """The measures of one problem. All are maxima over components; NaN and overflow come out as infinity.
+
+    natural residual : |min(z, w)|_inf with w = M z + q, in the problem's own units; zero exactly at the solutions.
+    relative residual : the largest |min(z / C, R w)|_i / s_i with the diagonals R, C of `scaling.equilibrate`. s_i is
+        the scale of row i, max(|R q|_i, (R |M| z)_i), but at most s and at least FLOOR s, where s is the scaled
+        residual of z = 0 (largest |R q|_i if z = 0 solves the problem). So neither a large entry of q in another row
+        nor a z that runs off to infinity makes a wrong row look right. Scaled numbers are held in units of the power
+        of two next above s: nothing over- or underflows that matters beside it.
+    error : |z - z*|_inf to the nearest of the problem's solutions.
+    size : `size_of_solutions`.
+
+    tol is the relative residual that makes the difference between a solution and none, to which `w` is right.
+    """
+
+    def __init__(self, problem: Problem, tol: float = 1e-10) -> None:
+        self.problem, self.tol = problem, tol
+        self.size = size_of_solutions(problem)
+        row_power, column_power = (np.frexp(diagonal)[1] - 1 for diagonal in equilibrate(problem.M, problem.q))
+        q = problem.q
+        decisive = q < 0 if (q < 0).any() else q != 0
+        unit = int((np.frexp(q)[1] + row_power).max(where=decisive, initial=-(10**6))) if decisive.any() else 0
+        self._to_rows, self._to_columns = _factors(row_power - unit), _factors(-column_power - unit)
+        self._underflow = math.ldexp(problem.n, min(SMALLEST + int(row_power.max()) - unit, 0))
+        with np.errstate(over="ignore"):
+            self._Rq = np.abs(_times(q, self._to_rows))
+        self._scale = float(self._Rq.max(where=decisive, initial=0.0))
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def w(self, z: Vector) -> Vector:
+        """w = M z + q for finite z of shape (n,), rounded only once in rows where rounding errors could matter."""
+        return self._settled(z, self.problem.w(z))
+
+    def _settled(self, z: Vector, w: Vector) -> Vector:
+        """w, in whose doubtful rows rounding is made good."""
+        doubtful = self._doubtful(z, w)
+        if doubtful.size:
+            w[doubtful] = _rounded_once(self.problem, z, doubtful)
+        return w
+
+    def _doubtful(self, z: Vector, w: Vector) -> Indices:
+        """Rows of w whose rounding errors could decide: near the tolerance, and not outweighed by what is wrong anyway.
+
+        These are rows with |M| z far above s, as where M is ill-conditioned, and with numbers out of range.
+        """
+        if not z.any():
+            return np.empty(0, dtype=np.intp)
+        s = self._scale
+        if not s:
+            return np.flatnonzero(~np.isfinite(w) | (not np.minimum(z, w).any()))
+        inner, outer = _times(z, self._to_columns), _times(w, self._to_rows)
+        residual = np.abs(np.minimum(inner, outer))
+        largest = _largest(residual)
+        bound = 3 * ROUNDING * max(1.0, 2 * float(np.abs(inner).sum()) / s)  # as no entry of R |M| C is above 2
+        if bound + self._underflow / (FLOOR * s) <= HARMLESS * max(self.tol, PRECISION, largest / s) < math.inf:
+            return np.empty(0, dtype=np.intp)
+        terms = _times(products.absolute_product(self.problem.M, np.abs(z)), self._to_rows)
+        lost, own = ROUNDING * (terms + self._Rq) + self._underflow, self._own(terms)
+        certain = float(np.nan_to_num((residual - lost) / own, nan=0.0, posinf=0.0).max())
+        harmless = (lost <= HARMLESS * max(self.tol, PRECISION, certain) * own) | (outer - lost >= inner)
+        return np.flatnonzero(~harmless)
+
+    def _own(self, terms: Vector) -> Vector:
+        """s_i for |M| z in the units of the rows."""
+        own: Vector = np.minimum(np.maximum(np.maximum(self._Rq, terms), FLOOR * self._scale), self._scale)
+        return own
+
+    def natural_residual(self, z: Vector, w: Vector) -> float:
+        return _largest(np.minimum(z, w))
+
+    def scaled_residual(self, z: Vector, w: Vector) -> float:
+        """The largest |min(z / C, R w)|_i / s: as the relative residual, but all rows measured against one scale s.
+
+        At most the relative residual; what solvers with one tolerance for all rows can be asked for.
+        """
+        return _largest(self._scaled(z, w)) / (self._scale or math.inf)
+
+    def _scaled(self, z: Vector, w: Vector) -> Vector:
+        return np.abs(np.minimum(_times(z, self._to_columns), _times(w, self._to_rows)))
+
+    def relative_residual(self, z: Vector, w: Vector) -> float:
+        return _largest(self.relative_residuals(z, w))
+
+    def relative_residuals(self, z: Vector, w: Vector) -> Vector:
+        """The relative residual of each component, of which the largest one is that of z."""
+        residual = self._scaled(z, w) if self._scale else np.minimum(z, w)
+        if not residual.any():
+            return residual
+        if not self._scale or not np.isfinite(residual).all():
+            return np.where(residual == 0, 0.0, math.inf)
+        terms = _times(products.absolute_product(self.problem.M, z), self._to_rows)
+        ratios: Vector = residual / self._own(terms)
+        return ratios
+
+    def passes(self, z: Vector, tol: float) -> bool:
+        """Whether the relative residual of z is at most tol; without the products with |M| where it clearly is not."""
+        w = self.problem.w(z)
+        if self.scaled_residual(z, w) > tol:
+            return False
+        return self.relative_residual(z, self._settled(z, w)) <= tol
+
+    def is_rounding(self, z: Vector, w: Vector) -> bool:
+        """Whether the relative residual is no more than rounding leaves, so that its digits are those of a machine."""
+        return self.scaled_residual(z, w) <= ROUNDING and self.relative_residual(z, w) <= ROUNDING
+
+    def bound(self, F: Vector) -> float:
+        """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.
+
+        min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise, scaled or not:
+        where it is small, the relative residual is at most 1 / FLOOR times as large.
+        """
+        if not F.any():
+            return 0.0
+        return _largest(_times(F, self._to_rows)) / self._scale if self._scale else math.inf
+
+    def error(self, z: Vector) -> float | None:
+        return min((_largest(z - solution) for solution in self.problem.solutions), default=None)
+
+
+def size_of_solutions(problem: Problem) -> float:
+    """The largest component of the problem's solutions, 1 where all are 0: what errors are compared with."""
+    return max((_largest(solution) for solution in problem.solutions), default=0.0) or 1.0
+
+
+def _largest(v: Vector) -> float:
+    largest = max(float(v.max()), -float(v.min()))
+    return largest if largest < math.inf else math.inf
+
+
+def _factors(powers: Indices) -> tuple[Vector, ...]:
+    """The powers of two as factors, all above or all below 1, each of which is in range."""
+    if max(int(powers.max()), -int(powers.min())) <= LARGEST_POWER:
+        return (np.ldexp(1.0, powers),)
+    within = np.clip(powers, -LARGEST_POWER, LARGEST_POWER)
+    return np.ldexp(1.0, within), *_factors(powers - within)
+
+
+def _times(v: Vector, factors: tuple[Vector, ...]) -> Vector:
+    for factor in factors:
+        v = v * factor
+    return v
+
+
+def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> list[float]:
+    """(M z + q)_i for some rows, computed exactly and then rounded; infinite where it is beyond the largest number."""
+    from lcpcli.rational import sums
+
+    M = problem.M[rows]
+    used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
+    parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]
+    return [sums.rounded_sum(*part, float(problem.q[i])) for i, part in zip(rows, parts, strict=True)]

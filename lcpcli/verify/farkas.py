@@ -1,0 +1,151 @@
+"""Systems A z + b >= 0, z >= 0: a point, or a proof that there is none.
+
+J. Farkas, Theorie der einfachen Ungleichungen, Journal für die reine und angewandte Mathematik 124 (1902) 1-27: either
+there is such a z, or there is y >= 0 with A'y <= 0 and b'y < 0, and never both, as 0 <= y'(A z + b) = (A'y)'z + b'y.
+A proof found in floats is believed only after it has been checked without rounding, as in D. Applegate, W. Cook,
+S. Dash and D. Espinoza, Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg import matrices
+from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.matrices import stack
+from lcpcli.typing import Indices, Matrix, Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+EPS = float(np.finfo(float).eps)
+TINY = float(np.finfo(float).tiny)
+ACTIVE = 1e-8  # a column with |A'y| below this times |A|'y is taken for one with A'y = 0
+SNAP = 1e-9  # entries of y below this times the largest one are taken for 0
+GRID = 2.0**20  # the steps to which entries of y, relative to the largest, are rounded in one try
+SIDE = 48  # largest exact linear system: about a second for the worst one
+
+
+class Alternative(NamedTuple):
+    """One of Farkas' alternatives; both None where neither could be established.
+
+    point : z with A z + b >= 0, z >= 0 to the tolerance of the LP solver; no proof of anything.
+    proof : y for which `refutes` holds.
+    """
+
+    point: Vector | None
+    proof: Vector | None
+
+
+def refutes(A: Matrix, b: Vector, y: Vector) -> bool:
+    """Whether y proves that no z >= 0 has A z + b >= 0; A of shape (m, n), b and y of shape (m,), all finite.
+
+    It says yes only to a proof that holds without rounding, so never to a system that has a solution:
+
+    - y >= 0, and the exact b'y is negative;
+    - each column's exact A'y is not positive. That is known from floats alone where the computed value is below minus
+      a bound of its rounding error, (m + 2) EPS |A|'y and underflow, several times over; the other columns are summed
+      in integers. A margin instead would not do: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
+    - Where only that last test fails, by rounding of y (columns with A'y = 0, which no y in floats may fit), the proof
+      is y corrected in rational arithmetic: an exact solution of A'y = 0 on those columns, on the support of y, has to
+      pass all the tests. y itself is then that proof rounded. Only for up to SIDE such columns and rows.
+
+    A proof refused means nothing.
+    """
+    if not (np.isfinite(y).all() and (y >= 0).all() and y.any()):
+        return False
+    with np.errstate(all="ignore"):
+        product, size = A.T @ y, abs(A).T @ y
+        error = 4 * (y.size + 2) * (EPS * size + TINY)
+        doubtful = np.flatnonzero(~(product < -error))
+        active = np.flatnonzero(~(product < -error - ACTIVE * size))
+        if (product > error + ACTIVE * size).any():
+            return False
+    from lcpcli.rational import sums
+
+    signs = (sums.sign_of_product(_column(A, j), y) for j in doubtful.tolist())
+    if sums.sign_of_product(b, y) < 0 and all(sign <= 0 for sign in signs):
+        return True
+    return _refutes_corrected(A, b, y, active)
+
+
+def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool:
+    """Whether y changed so that A'y = 0 in the active columns, exactly, refutes the system."""
+    from fractions import Fraction
+
+    from lcpcli.rational import sums
+
+    support = np.flatnonzero(y)
+    support = support[np.argsort(-y[support], kind="stable")]  # large entries bear a correction best
+    part = matrices.dense(A[support][:, active])
+    part = part[:, part.any(axis=0)]
+    if not part.size or max(part.shape) > SIDE or not np.isfinite(part).all():
+        return False
+    exact = [Fraction(value) for value in y[support].tolist()]
+    solved = sums.solve(part.T, [-sums.product(column, exact) for column in part.T])
+    if solved is None:
+        return False
+    exact = [value + change for value, change in zip(exact, solved[0], strict=True)]
+    return _holds(A, b, support, exact)
+
+
+def _holds(A: Matrix, b: Vector, support: Indices, y: list[Fraction]) -> bool:
+    """Whether the rational y on a support is a proof, all in exact arithmetic."""
+    from lcpcli.rational import sums
+
+    if min(y) < 0 or sums.product(b[support], y) >= 0:
+        return False
+    rows = A[support]
+    return all(sums.product(_column(rows, j), y) <= 0 for j in range(A.shape[1]))
+
+
+def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
+    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one LP, or two; A should be equilibrated.
+
+    A of shape (m, n), dense or sparse, b of shape (m,); where they are not finite, nothing is established. The LP is to
+    minimise b'y subject to A'y <= 0, y >= 0 and b'y >= -1: its minimum is -1 or 0, and its multipliers at 0 are a
+    point. A second one then seeks y with as many columns of A'y as possible negative by a margin, where a vertex y has
+    many at 0 but for rounding. Each LP may take that many seconds.
+    """
+    power, n = math.frexp(np.abs(b).max())[1], A.shape[1]
+    b = np.ldexp(b, -power)
+    if not (np.isfinite(b).all() and np.isfinite(A.sum())):
+        return Alternative(None, None)
+    found = linprog(b, stack([[A.T], [-b[np.newaxis]]]), np.append(np.zeros(n), 1.0), seconds)
+    if found is None:
+        return Alternative(None, None)
+    if found.fun > -0.5:
+        return Alternative(np.ldexp(np.maximum(-found.ineqlin.marginals[:n], 0.0), power), None)
+    return Alternative(None, next((y for y in _candidates(A, b, found.x, seconds) if refutes(A, b, y)), None))
+
+
+def _candidates(A: Matrix, b: Vector, y: Vector, seconds: float) -> Iterator[Vector]:
+    """Vectors that may be a proof, from a solution of the first LP, the cheapest first."""
+    yield from _snapped(y)
+    m, n = A.shape
+    system = stack([[A.T, np.eye(n)], [b[np.newaxis], np.zeros((1, n))]])
+    bounds = np.append(np.full(m, np.inf), np.ones(n))
+    objective = np.append(np.zeros(m), -np.ones(n))
+    strict = linprog(objective, system, np.append(np.zeros(n), -1.0), seconds, bounds)
+    if strict is not None:
+        yield from _snapped(strict.x[:m])
+
+
+def _snapped(y: Vector) -> Iterator[Vector]:
+    y = np.maximum(y, 0.0)
+    snapped = np.where(y < SNAP * y.max(), 0.0, y)
+    yield snapped
+    if snapped.any():  # small whole multiples of one number, as the structure of M often makes them: exact after all
+        yield np.rint(GRID * (snapped / y.max())) / GRID
+        yield np.rint(snapped / snapped[snapped > 0].min())
+    if not np.array_equal(snapped, y):
+        yield y
+
+
+def _column(A: Matrix, j: int) -> Vector:
+    column: Vector = matrices.dense(A[:, [j]])[:, 0]
+    return column

@@ -1,0 +1,97 @@
+"""Solutions that are right to the last digit, however badly conditioned M is: how to get one, and how to know one.
+
+A complementary basis is solved with iterative refinement, whose residuals are computed as if in twice the precision
+(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1): its solution is then
+right to its last digits as long as its condition number is below about 1e15. Even so rounding z may leave a residual
+that is not small at all. That such a z is the solution, rounded, is then shown in rational arithmetic, or not said.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.linalg import products
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.principal import PrincipalSolver
+from lcpcli.model import scaled
+from lcpcli.model.modulus import x_of
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Mask, Vector
+from lcpcli.verify import farkas
+from lcpcli.verify.accuracy import Accuracy
+
+EPS = float(np.finfo(np.float64).eps)
+REFINEMENTS = 10
+NEARLY = 1e-6  # of the terms of a row: what is worth refining
+LAST_DIGITS = 4 * EPS
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
+    """The solution of the complementary basis of z, right to its last digits; z where that is no better.
+
+    problem, z : n unknowns, and an approximate solution of shape (n,).
+    P : the basis, shape (n,); by default where z is larger than w in units in which M is equilibrated.
+    """
+    units = scaled.scale(problem)
+    within = units.problem
+    z_scaled = z / units.C
+    inside = np.flatnonzero(x_of(z_scaled, within.w(z_scaled)) > 0 if P is None else P)
+    if not inside.size:
+        return np.zeros_like(z)
+    solver, b = PrincipalSolver(within.M), -within.q[inside]
+    block = solver.block(inside)
+    try:
+        solve = solver.factorized(block)
+    except SingularMatrix:
+        return z
+    values = solve(b)
+    try:
+        for _ in range(REFINEMENTS):
+            change = solve(accurate_residual(block, values, b))
+            values += change
+            if not np.abs(change).max() > EPS * np.abs(values).max():
+                break
+    except (OverflowError, ValueError):
+        return z
+    better = np.zeros_like(z)
+    better[inside] = np.maximum(values, 0) * units.C[inside]
+    if not np.isfinite(better).all():
+        return z
+    accuracy = Accuracy(problem)
+    as_good = accuracy.relative_residual(better, accuracy.w(better)) <= 2 * accuracy.relative_residual(z, accuracy.w(z))
+    return better if as_good or _at_rounding(problem, better) else z
+
+
+def _at_rounding(problem: Problem, z: Vector) -> bool:
+    """Whether what is left of min(z, w) is what rounding z to double precision leaves."""
+    size = products.absolute_product(problem.M, z) + np.abs(problem.q)
+    return bool((np.abs(np.minimum(z, problem.w(z))) <= 4 * EPS * size).all())
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def is_near(problem: Problem, z: Vector) -> bool:
+    """Whether z >= 0, of shape (n,), solves a problem with nearly the numbers of M and q: worth a closer look."""
+    w, size = problem.w(z), products.absolute_product(problem.M, z) + np.abs(problem.q)
+    return bool(z.any() and (np.where(z > 0, np.abs(w), -w) <= NEARLY * size).all())
+
+
+def is_rounded_solution(problem: Problem, z: Vector) -> bool:
+    """Whether z, of shape (n,), is a solution but for its last digits, as rational arithmetic shows.
+
+    The exact solution z* of M_PP z*_P = -q_P for P = {z_i > 0} is positive and has w* >= 0, and no component of z
+    differs from it by more than LAST_DIGITS of itself. So it never says yes of a problem that has no solution. It says
+    no where P is larger than `farkas.SIDE`, or M_PP is singular.
+    """
+    if np.count_nonzero(z > 0) > farkas.SIDE or not np.isfinite(z).all() or not is_near(problem, z):
+        return False
+    from fractions import Fraction
+
+    from lcpcli.rational.basis import exact_basis
+
+    found = exact_basis(problem.M, problem.q, z > 0)
+    if found is None or not (found.unique and found.solves):
+        return False
+    last_digits = Fraction(LAST_DIGITS)
+    return all(abs(Fraction(a) - b) <= last_digits * b for a, b in zip(z.tolist(), found.z, strict=True))

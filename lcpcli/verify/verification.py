@@ -1,0 +1,210 @@
+"""How far a z is from being a solution, and whether a vector proves that there is none.
+
+The componentwise backward error of z is the smallest omega for which z solves an LCP with data M + dM, q + dq such that
+|dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can become anything between w_i - omega s_i and w_i +
+omega s_i, where s = |M| |z| + |q|, each component by itself: this is the theorem of W. Oettli and W. Prager,
+Compatibility of approximate solution of linear equations with given error bounds for coefficients and right-hand sides,
+Numerische Mathematik 6 (1964) 405-409. Where z_i > 0 it has to become 0, where z_i = 0 it has to become nonnegative,
+and no change mends a z_i < 0. So omega is the largest of |w_i| / s_i, max(-w_i, 0) / s_i and infinity in these cases.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Generic, Literal, TypeVar
+
+import numpy as np
+
+from lcpcli.bounds.error_bound import Bound, error_bound
+from lcpcli.errors import count
+from lcpcli.linalg import products
+from lcpcli.model.problem import Problem
+from lcpcli.rational.numbers import brief, rounded
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.typing import Vector
+from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.certificate import proves_infeasible
+
+BOUNDED = 300  # unknowns up to which an error bound is proved unasked: it may take a second
+MOST = 10  # violations that a judgement lists
+
+Number = TypeVar("Number", float, Fraction)
+
+
+@dataclass(frozen=True)
+class Violation(Generic[Number]):
+    """A component that keeps z from being a solution: its index from 0, what it violates, z_i and w_i.
+
+    kind : "z < 0", "w < 0", both with a comma between them, or "z w > 0".
+    """
+
+    index: int
+    kind: str
+    z: Number
+    w: Number
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What is true of an answer.
+
+    kind : "solution", a z was judged; "farkas", a vector y.
+    exact : whether it was judged without rounding, on the decimals as they are written.
+    accepted, message : whether it stands, and why, as a sentence.
+    residual, relative_residual, error : as in `accuracy.Accuracy`; None for a vector y; error None where no solution is
+        known.
+    backward_error : the componentwise backward error; infinity where some z_i < 0, None for a vector y.
+    bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None for what is judged
+        exactly, for a vector y, beyond BOUNDED unknowns and where M is of no class for which a bound is known.
+    violations, violated : the worst of the components that were found wrong, and how many there are.
+    """
+
+    problem: Problem
+    kind: Literal["solution", "farkas"]
+    exact: bool
+    accepted: bool
+    message: str
+    residual: float | None = None
+    relative_residual: float | None = None
+    error: float | None = None
+    backward_error: float | None = None
+    bound: Bound | None = None
+    violations: Sequence[Violation[float] | Violation[Fraction]] = ()
+    violated: int = 0
+
+    @property
+    def exit_code(self) -> int:
+        """0 if the answer stands, else 1."""
+        return 0 if self.accepted else 1
+
+
+@np.errstate(all="ignore")  # what overflows is judged as infinite
+def judge(problem: Problem, z: Vector, tol: float) -> Judgement:
+    """Judge z, finite and of shape (n,), in doubles: it stands if its relative residual is at most tol.
+
+    Violations are those components whose own relative residual is above tol, the largest first.
+    """
+    accuracy = Accuracy(problem, tol)
+    w = accuracy.w(z)
+    each = accuracy.relative_residuals(z, w)
+    relative = accuracy.relative_residual(z, w)
+    accepted = relative <= tol
+    verdict = "solves the problem" if accepted else "does not solve the problem"
+    wrong = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol]
+    return Judgement(
+        problem,
+        "solution",
+        exact=False,
+        accepted=accepted,
+        message=f"z {verdict}: its relative residual {relative:.1e} is {'at most' if accepted else 'above'} {tol:g}",
+        residual=accuracy.natural_residual(z, w),
+        relative_residual=relative,
+        error=accuracy.error(z),
+        backward_error=_backward_error(z, w, products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)),
+        bound=error_bound(problem, z) if problem.n <= BOUNDED else None,
+        violations=[_violation(i, float(z[i]), float(w[i])) for i in wrong[:MOST]],
+        violated=len(wrong),
+    )
+
+
+@np.errstate(all="ignore")
+def judge_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None) -> Judgement:
+    """Judge z, of length n, in rational arithmetic: it stands if it is a solution. Only the measures are rounded.
+
+    given_w : what is said to be M z + q, of length n; z stands only if it is.
+
+    Violations are those components with min(z_i, w_i) not 0, the largest first.
+    """
+    w = data.w(z)
+    each = [min(pair) for pair in zip(z, w, strict=True)]
+    wrong = sorted((i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i]))
+    fault = _false_w(w, given_w)
+    if wrong:
+        fault = f"z is no exact solution: {count(len(wrong), 'component')} of it fail{'s' * (len(wrong) == 1)}"
+    accuracy, near, near_w = Accuracy(data.problem), rounded(z), rounded(w)
+    residual = abs(each[wrong[0]]) if wrong else Fraction(0)
+    return Judgement(
+        data.problem,
+        "solution",
+        exact=True,
+        accepted=not fault,
+        message=fault or "z is an exact solution: z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic",
+        residual=float(rounded([residual])[0]),
+        relative_residual=accuracy.relative_residual(near, near_w) if wrong else 0.0,
+        error=accuracy.error(near),
+        backward_error=_exact_backward_error(z, w, data.sizes(z)),
+        violations=[_violation(i, z[i], w[i]) for i in wrong[:MOST]],
+        violated=len(wrong),
+    )
+
+
+def judge_farkas(problem: Problem, y: list[Fraction]) -> Judgement:
+    """Judge a proof y, of length n, that no z >= 0 has M z + q >= 0, for the doubles M and q.
+
+    It stands where it does as it is, or rounded to doubles as `certificate.proves_infeasible` says.
+    """
+    if proves_infeasible(problem, rounded(y)):
+        return _of_farkas(problem, "", exact=False)
+    return _of_farkas(problem, _fault_of_farkas(ExactProblem.of_floats(problem), y), exact=False)
+
+
+def judge_farkas_exactly(data: ExactProblem, y: list[Fraction], is_rounded: bool) -> Judgement:
+    """Judge such a proof for the exact data; one that is known to be rounded may be corrected by what was cut off.
+
+    Raises OptionError without python-flint where that is needed.
+    """
+    fault = _fault_of_farkas(data, y)
+    if fault and is_rounded:
+        from lcpcli.verify.exact_farkas import exact_proof
+
+        fault = fault if exact_proof(data, rounded(y)) is None else ""
+    return _of_farkas(data.problem, fault, exact=True)
+
+
+def _false_w(w: list[Fraction], given: list[Fraction] | None) -> str:
+    """Where a w that is given is not w; "" if nowhere."""
+    i = None if given is None else next((i for i, value in enumerate(w) if given[i] != value), None)
+    if given is None or i is None:
+        return ""
+    return f"the given w is not Mz + q: component {i + 1} is {brief(w[i])}, not {brief(given[i])}"
+
+
+def _of_farkas(problem: Problem, fault: str, exact: bool) -> Judgement:
+    message = "proved infeasible: y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0"
+    if fault:
+        message = f"y proves nothing: {fault}"
+    return Judgement(problem, "farkas", exact=exact, accepted=not fault, message=message)
+
+
+def _fault_of_farkas(data: ExactProblem, y: list[Fraction]) -> str:
+    """The first thing that is wrong with a proof; "" if it stands."""
+    i = min(range(data.n), key=lambda i: y[i])
+    if y[i] < 0:
+        return f"y{i + 1} = {brief(y[i])} is negative"
+    columns, constant = data.with_transpose(y)
+    if constant >= 0:
+        return f"q'y = {brief(constant)} is not negative"
+    j = max(range(data.n), key=lambda j: columns[j])
+    return f"component {j + 1} of M'y, {brief(columns[j])}, is positive" if columns[j] > 0 else ""
+
+
+def _violation(i: int, z: Number, w: Number) -> Violation[Number]:
+    negative = ", ".join(f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0)
+    return Violation(i, negative or "z w > 0", z, w)
+
+
+def _backward_error(z: Vector, w: Vector, sizes: Vector) -> float:
+    if (z < 0).any():
+        return math.inf
+    changes = np.where(z > 0, np.abs(w), np.maximum(-w, 0.0))
+    return float(np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0))
+
+
+def _exact_backward_error(z: list[Fraction], w: list[Fraction], sizes: list[Fraction]) -> float:
+    if min(z) < 0:
+        return math.inf
+    changes = [abs(b) if a else max(-b, Fraction(0)) for a, b in zip(z, w, strict=True)]
+    return float(max((c / s for c, s in zip(changes, sizes, strict=True) if c), default=Fraction(0)))
