@@ -1,26 +1,25 @@
-"""Every numeric option, written once: its default, its range and its meaning.
+"""What a numeric option is, and the options that belong to no method: defaults, ranges and meanings, written once.
 
-The methods' signatures take their defaults from here, the command line its types and help. Nothing heavy is
-imported, so that help and completion are instant.
+The methods' own are in `methods.registry`. Nothing heavy is imported, so that help and completion are instant.
 """
 
 from __future__ import annotations
 
 import math
 import numbers
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from lcpcli.errors import OptionError
+
+INSPECTION_SECONDS = 2.0  # after which an inspection begins nothing further, unless told otherwise
+AUTO = "auto"  # the value of an option that is to be derived from the problem
 
 
 def flag(name: str) -> str:
     """An option's name on the command line."""
     return "--" + name.replace("_", "-")
-
-
-INSPECTION_SECONDS = 2.0  # after which an inspection begins nothing further, unless told otherwise
-AUTO = "auto"  # the value of an option that is to be derived from the problem
 
 
 @dataclass(frozen=True)
@@ -34,6 +33,8 @@ class Option:
     admits : whether a value lies in that range (never called with NaN).
     meaning : one sentence for help.
     auto : whether the word "auto" stands for a value derived from the problem.
+    derived : the function (problem) -> value, in the method's module, for a default that follows from the problem.
+    above : the option of the same method whose value this one must exceed; "" if there is none.
     """
 
     name: str
@@ -43,6 +44,14 @@ class Option:
     admits: Callable[[float], bool]
     meaning: str
     auto: bool = False
+    derived: str = ""
+    above: str = ""
+
+    @property
+    def value(self) -> float:
+        """The default of an option that has one."""
+        assert self.default is not None
+        return self.default
 
     def check(self, value: float | str) -> None:
         """Raise OptionError unless the value is of this option's kind and in its range."""
@@ -60,123 +69,75 @@ class Option:
         return whole and not math.isnan(value) and self.admits(value)
 
 
-OPTIONS = {
-    option.name: option
-    for option in (
-        Option(
-            "p",
-            float,
-            None,
-            "0 < p < infinity",
-            lambda p: 0 < p < math.inf,
-            "Smoothing parameter; by default so large that the smoothing error is below rounding.",
-        ),
-        Option(
-            "k_star",
-            int,
-            100,
-            "whole number >= 1",
-            lambda k: k >= 1,
-            "A steepest-descent step is inserted at every multiple of k*.",
-        ),
-        Option(
-            "rho",
-            float,
-            1e-4,
-            "0 < rho < 1/2",
-            lambda rho: 0 < rho < 0.5,
-            "Sufficient decrease in the line search.",
-        ),
-        Option(
-            "sigma",
-            float,
-            0.9,
-            "rho < sigma < 1",
-            lambda sigma: 0 < sigma < 1,
-            "Curvature in the line search.",
-        ),
-        Option(
-            "omega",
-            float,
-            1.0,
-            "0 < omega < infinity, or auto",
-            lambda omega: 0 < omega < math.inf,
-            "Modulus parameter; 1 is the published method, auto is estimated from the spectrum of M.",
-            auto=True,
-        ),
-        Option(
-            "anderson",
-            int,
-            0,
-            "whole number >= 0",
-            lambda memory: memory >= 0,
-            "Accelerate the iteration by that many earlier steps; 0 is the published method.",
-        ),
-        Option(
-            "tol",
-            float,
-            1e-10,
-            "0 < tol < 1",
-            lambda tol: 0 < tol < 1,
-            "Solved when the relative residual is at most this.",
-        ),
-        Option(
-            "max_iterations",
-            int,
-            10_000,
-            "whole number >= 0",
-            lambda k: k >= 0,
-            "Stop after this many iterations.",
-        ),
-        Option(
-            "time_limit",
-            float,
-            math.inf,
-            "seconds > 0",
-            lambda seconds: seconds > 0,
-            "Stop after this many seconds of set-up and iterations.",
-        ),
-        Option(
-            "warm",
-            float,
-            None,
-            "0 < size < infinity",
-            lambda size: 0 < size < math.inf,
-            "Run each method once more from a solution disturbed by that much of its largest component.",
-        ),
-        Option(
-            "accept",
-            float,
-            1e-6,
-            "0 < accept < 1",
-            lambda level: 0 < level < 1,
-            "A claimed solution counts where its residual, recomputed and scaled, is at most this.",
-        ),
-        Option(
-            "budget",
-            float,
-            None,
-            "seconds >= 0",
-            lambda seconds: 0 <= seconds < math.inf,
-            "Repeat a measurement until its median is known or these are spent; by default as the suite says.",
-        ),
-        Option(
-            "every",
-            int,
-            5,
-            "whole number >= 1",
-            lambda k: k >= 1,
-            "Show every Nth iterate, besides the first and the last three; all in CSV and --trace unless given.",
-        ),
-    )
-}
+def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
+    """Check the given values of some options, by name, alone and together; None stands for "not given"."""
+    declared = {option.name: option for option in options}
+    values: dict[str, Any] = {
+        name: option.default if given.get(name) is None else given[name] for name, option in declared.items()
+    }
+    for name, option in declared.items():
+        if given.get(name) is not None:
+            option.check(given[name])
+    for name, option in declared.items():
+        if option.above and not float(values[option.above]) < float(values[name]):
+            mend = f"with {option.above} = {values[option.above]} it must be: {option.range}"
+            raise OptionError(flag(name), f"{values[name]} is out of range", mend)
 
 
-def check(**values: float | str | None) -> None:
-    """Check values against the options of the same names; None stands for "not given"."""
-    for name, value in values.items():
-        if value is not None:
-            OPTIONS[name].check(value)
-    rho, sigma = (float(values.get(name) or OPTIONS[name].default or 0.0) for name in ("rho", "sigma"))
-    if not rho < sigma:
-        raise OptionError("--sigma", f"{sigma} is out of range", f"with rho = {rho} it must be: rho < sigma < 1")
+TOL = Option(
+    "tol",
+    float,
+    1e-10,
+    "0 < tol < 1",
+    lambda tol: 0 < tol < 1,
+    "Solved when the relative residual is at most this.",
+)
+MAX_ITERATIONS = Option(
+    "max_iterations",
+    int,
+    10_000,
+    "whole number >= 0",
+    lambda k: k >= 0,
+    "Stop after this many iterations.",
+)
+TIME_LIMIT = Option(
+    "time_limit",
+    float,
+    math.inf,
+    "seconds > 0",
+    lambda seconds: seconds > 0,
+    "Stop after this many seconds of set-up and iterations.",
+)
+LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
+WARM = Option(
+    "warm",
+    float,
+    None,
+    "0 < size < infinity",
+    lambda size: 0 < size < math.inf,
+    "Run each method once more from a solution disturbed by that much of its largest component.",
+)
+ACCEPT = Option(
+    "accept",
+    float,
+    1e-6,
+    "0 < accept < 1",
+    lambda level: 0 < level < 1,
+    "A claimed solution counts where its residual, recomputed and scaled, is at most this.",
+)
+BUDGET = Option(
+    "budget",
+    float,
+    None,
+    "seconds >= 0",
+    lambda seconds: 0 <= seconds < math.inf,
+    "Repeat a measurement until its median is known or these are spent; by default as the suite says.",
+)
+EVERY = Option(
+    "every",
+    int,
+    5,
+    "whole number >= 1",
+    lambda k: k >= 1,
+    "Show every Nth iterate, besides the first and the last three; all in CSV and --trace unless given.",
+)

@@ -108,7 +108,7 @@ def test_a_trace_is_kept_if_asked_for() -> None:
         ({"K_star": 3, "method": "shi"}, "K_star: .*did you mean k_star"),
         ({"%": 3, "method": "shi"}, "%: .*it has x1, p, k_star, rho, sigma, x0, z0, tol"),
         ({"omega": 2.0, "method": "shi"}, "--omega: has no effect with the method shi"),
-        ({"every": 2}, "--every: has no effect"),
+        ({"every": 2}, "every: is no option of auto"),
         ({"method": "newtn"}, "'newtn' is unknown; did you mean newton"),
         ({"tol": 2.0}, "--tol: 2.0 is out of range"),
         ({"rho": 1.0, "method": "shi"}, "--rho: 1.0 is out of range"),

@@ -105,7 +105,7 @@ def test_every_bound_holds_exactly(seed: int, kind: str, margin: float, scaled: 
     for z in [perturbed(true, random, random.choice(SIZES)), *others(true, random)]:
         bound = error_bound(problem, z)
         assert bound is None or error(z, true) <= Fraction(bound.value)
-        near = np.where(np.abs(z) < rounding.SMALLEST, 0.0, z)
+        near = np.where(np.abs(z) < rounding.SMALLEST_ENTRY, 0.0, z)
         for value in every_bound(problem, near):
             assert error(near, true) <= Fraction(value)
 

@@ -133,14 +133,6 @@ def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof() -> 
     assert farkas(Problem([[0, 1e-308], [1e308, 0]], [-1e308, 1e-308])) is None
 
 
-def test_rational_solve_says_whether_its_solution_is_the_only_one() -> None:
-    one, zero = Fraction(1), Fraction(0)
-    assert sums.solve(np.array([[2.0, 0.0], [0.0, 4.0]]), [one, one]) == ([Fraction(1, 2), Fraction(1, 4)], True)
-    assert sums.solve(np.array([[1.0, 1.0], [2.0, 2.0]]), [one, 2 * one]) == ([one, zero], False)
-    assert sums.solve(np.array([[1.0, 1.0], [2.0, 2.0]]), [one, one]) is None
-    assert sums.solve(np.zeros((0, 1)), []) == ([zero], False)
-
-
 def test_sign_of_a_product_is_exact_where_floats_cancel() -> None:
     a, y = np.array([1e200, 1.0, -1e200]), np.array([1e200, 1e-200, 1e200])
     assert sums.sign_of_product(a, y) > 0

@@ -145,7 +145,7 @@ def test_paths_stay_as_they_are_typed(
 
 def test_lines_for_the_shells(folder: Path) -> None:
     assert folder.exists()
-    newton = f"newton\t{METHODS['newton']}"
+    newton = f"newton\t{METHODS['newton'].meaning}"
     assert answer("bash", "lcp\nsolve\n--method\nne", "3") == [f"plain\t{newton}"]
     assert answer("bash", "lcp\nsolve\n--method\n=\nne", "4") == [f"plain\t{newton}"]
     assert answer("zsh", "lcp solve --method ne", "3") == [f"plain\t{newton}"]
@@ -194,7 +194,7 @@ FISH = """
 source ./script
 complete -C "lcp solve --method ne"; complete -C "lcp solve inner/"
 """
-NEWTON = METHODS["newton"]
+NEWTON = METHODS["newton"].meaning
 REAL = [
     ("bash", ["--norc", "-c", BASH], ["newton", "compopt -o filenames", "inner/my own.json"]),
     ("zsh", ["-f", "-c", ZSH], [f"newton:{NEWTON}", "-Q", "-f", "--", "inner/my\\ own.json"]),

@@ -12,15 +12,15 @@ from lcpcli import Limits, Problem, Status, Trace, read, run
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import shipped
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
-from lcpcli.solving.trace import Passing
+from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
+from lcpcli.solving.trace import PendingRow
 from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))
 ANSWER = np.array([0.5, -0.5, 0.5, -0.5])
 
-Script = Callable[[], Iterator[Iterate]]
+Script = Callable[[], Iterator[Iterate]]  # the iterates after the start; it may return how the method ends
 
 
 @pytest.fixture
@@ -28,12 +28,18 @@ def scripted(monkeypatch: pytest.MonkeyPatch) -> Callable[[Script], None]:
     """Let the method `shi` do what a script says."""
 
     def use(script: Script) -> None:
-        def method(problem: Problem, x0: Vector) -> Iterator[Iterate]:  # noqa: ARG001
-            return script()
+        def method(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001
+            return ending_well(script())
 
         monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
+        monkeypatch.setattr(methods, "options_in_force", lambda *given: {})  # noqa: ARG005
 
     return use
+
+
+def ending_well(iterates: Iterator[Iterate]) -> Stage:
+    ending: Ending | None = yield from iterates
+    return ending or Finished()
 
 
 class Clock:
@@ -60,7 +66,7 @@ def test_solved_is_said_from_the_residual_even_if_the_method_breaks_down(scripte
     def script() -> Iterator[Iterate]:
         yield iterate(1.0)
         yield iterate(ANSWER, F=1.0)
-        raise Breakdown("something")
+        return Breakdown("something")
 
     scripted(script)
     result = run(EXAMPLE, "shi")
@@ -73,29 +79,31 @@ def test_best_iterate_is_reported_not_the_last(scripted: Callable[[Script], None
         yield iterate(1.0, F=10.0)
         yield iterate(2.0, F=1.0)
         yield iterate(3.0, F=5.0)
-        raise Stalled("for a test")
+        return Stalled("for a test")
 
     scripted(script)
     result = run(EXAMPLE, "shi")
     assert result.status is Status.STALLED
     assert result.message == "stalled: for a test; the best iterate is reported, not the last"
     assert np.array_equal(result.z, np.full(4, 4.0))
-    assert result.iterations == 2
+    assert result.iterations == 3
 
 
-def test_seconds_are_the_methods_own_and_set_up_is_apart(scripted: Callable[[Script], None]) -> None:
+def test_seconds_are_the_methods_own_and_set_up_is_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = Clock()
 
     def script() -> Iterator[Iterate]:
-        clock.now += 100.0
-        yield iterate(1.0, F=10.0)
         for seconds in (1.0, 2.0, 4.0):
             clock.now += seconds
             yield iterate(1.0, F=10.0)
 
-    scripted(script)
+    def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
+        clock.now += 100.0
+        return ending_well(script())
+
+    monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
     trace = Trace()
-    result = run(EXAMPLE, "shi", trace=trace, clock=clock)
+    result = run(EXAMPLE, "newton", trace=trace, clock=clock)
     assert [row.seconds for row in trace.rows] == [0.0, 1.0, 3.0, 7.0]
     assert (result.setup_seconds, result.solve_seconds) == (100.0, 7.0)
 
@@ -111,16 +119,16 @@ def test_time_limit_counts_set_up_and_iterations(scripted: Callable[[Script], No
     scripted(script)
     result = run(EXAMPLE, "shi", limits=Limits(time_limit=5.0), clock=clock)
     assert result.status is Status.TIME_LIMIT
-    assert result.iterations == 4
+    assert result.iterations == 5
 
 
 def test_time_limit_counts_what_it_takes_to_judge_the_iterates(scripted: Callable[[Script], None]) -> None:
     clock = Clock()
 
     class Slow(Trace):
-        def add(self, passing: Passing, accuracy: Accuracy) -> None:
+        def add(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
             clock.now += 1.0
-            super().add(passing, accuracy)
+            super().add(pending_row, accuracy)
 
     def script() -> Iterator[Iterate]:
         while True:
@@ -232,7 +240,7 @@ def test_unknown_method_is_refused_with_the_known_ones() -> None:
 @pytest.mark.parametrize("name", list(methods.METHODS))
 def test_options_in_force_are_reported_defaults_too(name: str) -> None:
     options = run(EXAMPLE, name).options
-    assert set(options) == set(methods.options_of(methods.load(name)))
+    assert set(options) == set(methods.parameters_of(name))
     assert all(value is not None for key, value in options.items() if key != "x1")
 
 

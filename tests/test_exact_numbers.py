@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from lcpcli import Problem
 from lcpcli.errors import ProblemError
 from lcpcli.files import reading, writing
-from lcpcli.rational import linear, numbers
+from lcpcli.rational import numbers
 from lcpcli.rational.problem import ExactProblem
 
 MTX = "%%MatrixMarket matrix"
@@ -118,18 +118,3 @@ def test_decimals_and_rounding_agree_with_python(value: float) -> None:
 
 def test_rounding_beyond_the_range_of_doubles_is_infinite() -> None:
     assert np.array_equal(numbers.rounded([Fraction(10**400), Fraction(-(10**400))]), [np.inf, -np.inf])
-
-
-integers = st.integers(-3, 3)
-
-
-@given(st.data(), st.integers(1, 4), st.integers(1, 4))
-def test_linear_systems(data: st.DataObject, m: int, n: int) -> None:
-    A = data.draw(st.lists(st.lists(integers, min_size=n, max_size=n), min_size=m, max_size=m))
-    b = data.draw(st.lists(integers, min_size=m, max_size=m))
-    x = linear.solve(A, b)
-    rank = np.linalg.matrix_rank
-    solvable = rank(np.array(A)) == rank(np.column_stack((A, b)))
-    assert (x is not None) == solvable
-    if x is not None:
-        assert [sum(a * v for a, v in zip(row, x, strict=True)) for row in A] == b

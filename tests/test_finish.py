@@ -11,17 +11,16 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import Problem
 from lcpcli.linalg import factors
 from lcpcli.methods.finish import STEP, finish
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.modulus import z_of
 from lcpcli.typing import Vector
 
+from .stages import scripted, through
 
-def constant(x: Vector, ending: Exception | None = None, times: int = 5) -> Iterator[Iterate]:
+
+def constant(x: Vector, ending: Ending | None = None, times: int = 5) -> Stage:
     """A method that has found its active set and goes nowhere."""
-    for k in range(times):
-        yield Iterate(x.copy(), None, "", k)
-    if ending is not None:
-        raise ending
+    return scripted((Iterate(x.copy(), None, "", k) for k in range(times)), ending)
 
 
 def positive_definite(n: int, seed: int) -> tuple[Vector, Vector]:
@@ -49,7 +48,7 @@ def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
     if kind == "sparse":
         problem = Problem(csr_array(M), problem.q, solutions=problem.solutions)
     start = np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)
-    *_, last = finish(problem, constant(start))
+    *_, last = finish(problem, None, constant(start))
     assert last.step == STEP
     z = z_of(last.x)
     rounding = 1e-13 * (np.abs(M) @ z + np.abs(problem.q)).max()
@@ -64,15 +63,15 @@ def test_a_few_wrong_signs_are_mended(seed: int) -> None:
     problem, x = with_solution(M, seed)
     wrong = np.random.default_rng(seed).choice(n, 3, replace=False)
     x[wrong] = -x[wrong]
-    *_, last = finish(problem, constant(x))
+    *_, last = finish(problem, None, constant(x))
     assert last.step == STEP
     assert np.allclose(z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)
 
 
 def test_iterates_are_passed_on_unchanged_before() -> None:
     problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 5)
-    iterates = list(constant(x))
-    passed = list(finish(problem, iter(iterates)))
+    iterates, _ = through(constant(x))
+    passed = list(finish(problem, None, scripted(iterates)))
     assert passed[:-1] == iterates[: len(passed) - 1]
     assert passed[-1].step == STEP
 
@@ -82,27 +81,30 @@ def test_degenerate_solution_is_recognised() -> None:
     z = np.array([1.0, 0.0, 0.0])
     problem = Problem(M, np.array([0.0, 0.0, 1.0]) - M @ z)  # z_2 = w_2 = 0
     for sign in (1.0, -1.0):
-        *_, last = finish(problem, constant(np.array([1.0, sign, -1.0])))
+        *_, last = finish(problem, None, constant(np.array([1.0, sign, -1.0])))
         assert last.step == STEP
         assert np.allclose(z_of(last.x), z, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("sparse", [False, True])
-@pytest.mark.parametrize("ending", [None, Stalled("rounding"), Breakdown("no more")])
-def test_singular_block_leaves_the_method_its_ending(sparse: bool, ending: Exception | None) -> None:
+@pytest.mark.parametrize("ending", [Finished(), Stalled("rounding"), Breakdown("no more")])
+def test_singular_block_leaves_the_method_its_ending(sparse: bool, ending: Ending) -> None:
     M = np.ones((3, 3))
     problem = Problem(csr_array(M) if sparse else M, np.array([-1.0, -2.0, -3.0]))
-    iterates = finish(problem, constant(np.ones(3), ending))
-    if ending is None:
-        assert all(iterate.step == "" for iterate in iterates)
-    else:
-        with pytest.raises(type(ending), match=str(ending)):
-            list(iterates)
+    iterates, found = through(finish(problem, None, constant(np.ones(3), ending)))
+    assert all(iterate.step == "" for iterate in iterates)
+    assert found == ending
+
+
+def test_active_set_of_the_start_counts_too() -> None:
+    problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 5)
+    lengths = [len(list(finish(problem, start, constant(x)))) for start in (None, x)]
+    assert lengths[1] == lengths[0] - 1
 
 
 def test_a_method_that_ends_is_finished_at_its_last_iterate() -> None:
     problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 7)
-    steps = [iterate.step for iterate in finish(problem, constant(x, Stalled("here"), times=1))]
+    steps = [iterate.step for iterate in finish(problem, None, constant(x, Stalled("here"), times=1))]
     assert steps == ["", STEP]
 
 
@@ -135,7 +137,7 @@ def test_no_more_time_is_spent_than_the_method_has_taken() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("lcpcli.methods.finish.NEARLY", 1.0)
         patch.setattr(np, "flatnonzero", slow)
-        for _ in finish(problem, iterates(), clock):
+        for _ in finish(problem, None, scripted(iterates()), clock):
             pass
     assert 2 <= tries <= 30
 
@@ -147,6 +149,6 @@ def test_sparse_blocks_are_not_made_dense() -> None:
     x = generator.standard_normal(n)
     z, w = 2 * np.maximum(x, 0), 2 * np.maximum(-x, 0)
     problem = Problem(M, w - M @ z)
-    *_, last = finish(problem, constant(x))
+    *_, last = finish(problem, None, constant(x))
     assert last.step == STEP
     assert np.allclose(z_of(last.x), z, rtol=0, atol=1e-12)

@@ -15,7 +15,8 @@ import pytest
 from lcpcli.bench import session as benching
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import reading
-from lcpcli.options import OPTIONS
+from lcpcli.methods.registry import OMEGA
+from lcpcli.options import EVERY, MAX_ITERATIONS, TOL, Option
 
 Run = Callable[..., Any]
 
@@ -95,11 +96,11 @@ def test_settings_that_are_options_are_no_parameters(setting: str, lcp: Run) -> 
     assert outcome.err == f"lcp: parameter: contact has no '{name}'; choose one of friction, compliance\n"
 
 
-@pytest.mark.parametrize("name", ["max_iterations", "every", "tol", "omega"])
-def test_number_beyond_all_doubles_is_out_of_range(name: str) -> None:
+@pytest.mark.parametrize("option", [MAX_ITERATIONS, EVERY, TOL, OMEGA], ids=lambda option: option.name)
+def test_number_beyond_all_doubles_is_out_of_range(option: Option) -> None:
     for number in (10**400, -(10**5000)):
         with pytest.raises(OptionError, match="is too large"):
-            OPTIONS[name].check(number)
+            option.check(number)
 
 
 def test_whole_number_beyond_all_doubles_is_told_in_one_line(lcp: Run, tmp_path: Path) -> None:

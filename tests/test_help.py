@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import re
 import shlex
@@ -17,15 +18,15 @@ import pytest
 from lcpcli.bench import suites
 from lcpcli.cli import program
 from lcpcli.cli.command import Command
-from lcpcli.cli.options import LIMITS, OWN, STARTS
+from lcpcli.cli.options import STARTS
 from lcpcli.files import shipped
-from lcpcli.methods import registry as methods
-from lcpcli.methods.registry import ITERATIVE, METHODS
-from lcpcli.options import OPTIONS
+from lcpcli.methods.registry import METHODS, OPTIONS, load
+from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM, flag
 from lcpcli.peers.registry import PEERS
 
 from .conftest import Outcome
 
+SHARED = {option.name: option for option in (*LIMITS, WARM, ACCEPT, BUDGET, EVERY)}
 COMMANDS: dict[str, Any] = {"": program.lcp, **program.lcp.commands}
 HEADINGS = {
     "": ["Commands", "Help", "Exit codes"],
@@ -98,7 +99,7 @@ def test_defaults_are_shown(name: str) -> None:
             continue
         record = param.get_help_record(click.Context(COMMANDS[name]))
         assert record
-        known = OPTIONS.get(str(param.name))
+        known = SHARED.get(str(param.name)) or OPTIONS.get(str(param.name))
         if isinstance(param.default, (str, float)):
             assert f"default: {param.default}]" in record[1] or f"default {param.default:g}]" in record[1]
         elif known and known.default is not None:
@@ -165,10 +166,13 @@ def test_names_that_can_be_given_are_listed(name: str, heading: str, known: Any,
 def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
     sections = sections_of(help_of(lcp, "solve"))
     assert "Methods shi and fixed-point" in sections
-    for method in METHODS:
-        own = set(methods.options_of(methods.load(method))) - {*STARTS, *LIMITS}
-        assert own == set(OWN.get(method, ()))
-    assert set(OWN) == set(ITERATIVE)
+    for name, method in METHODS.items():
+        parameters = inspect.signature(load(name)).parameters.values()
+        taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY} - {*STARTS, "time_limit"}
+        assert taken == {option.name for option in method.options}
+        terms = {flag(option) for option in taken}
+        shown = terms_of(sections.get(f"Method {name}", ""))
+        assert {term.split()[0] for term in shown} == terms
 
 
 def test_exit_codes_are_told(lcp: Lcp) -> None:

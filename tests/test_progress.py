@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from io import StringIO
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from lcpcli.cli import progress
 from lcpcli.files import writing
 from lcpcli.gallery import families as gallery
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Iterate
+from lcpcli.methods.iterate import Finished, Iterate, Stage
 from lcpcli.solving.observer import INTERVAL, Observer
 from lcpcli.typing import Vector
 
@@ -64,15 +63,16 @@ def test_observer_tells_by_the_clock_and_not_by_the_iterate(clock: Clock) -> Non
 
 
 def test_driver_tells_the_iterate_and_its_level(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
-    def method(problem: Problem, x0: Vector) -> Iterator[Iterate]:  # noqa: ARG001
-        for k in range(4):
+    def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
+        for k in range(1, 4):
             clock.now = float(k)
             yield Iterate(np.array([9.0]), np.array([4.0 / 2**k]), "", k, method="inner" if k == 2 else "")
+        return Finished()
 
     monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
     told: list[tuple[str, int, float, float]] = []
-    run(Problem([[1.0]], [-1.0]), "shi", observe=lambda *seen: told.append(seen))
-    assert told == [("shi", 1, 2.0, 1.0), ("inner", 2, 1.0, 2.0), ("shi", 3, 0.5, 3.0)]
+    run(Problem([[1.0]], [-1.0]), "newton", observe=lambda *seen: told.append(seen))
+    assert told == [("newton", 1, 2.0, 1.0), ("inner", 2, 1.0, 2.0), ("newton", 3, 0.5, 3.0)]
 
 
 def test_a_long_step_in_compiled_code_is_watched_too() -> None:

@@ -14,12 +14,13 @@ from typing import Any
 
 import pytest
 
-from lcpcli import options
 from lcpcli.bench import rate, suites
 from lcpcli.bench.answer import Method
 from lcpcli.bench.report import stability
-from lcpcli.cli.options import OF_METHODS
+from lcpcli.cli.options import STARTS
 from lcpcli.gallery import families as gallery
+from lcpcli.methods.registry import OPTIONS
+from lcpcli.options import flag
 from lcpcli.solving import result
 
 ROOT = Path(__file__).parent.parent
@@ -142,8 +143,8 @@ def test_every_status_and_its_exit_code_is_documented() -> None:
 
 
 def test_every_option_of_the_methods_is_documented() -> None:
-    for name in OF_METHODS:
-        assert f"`{options.flag(name)}" in README
+    for name in (*OPTIONS, *STARTS):
+        assert f"`{flag(name)}" in README
 
 
 RATE = r"^\| ([a-z][\w-]+) (\d+)(?: (\w+)=(\S+))? \| (\d+) \| (0\.\d+) \| (0\.\d+) \| (\S+) \|$"

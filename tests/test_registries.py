@@ -49,17 +49,22 @@ def register(registry: Path, name: str, line: str) -> None:
 
 
 METHOD = '''
-"""The inverse, for M with a nonnegative inverse and q <= 0."""
+"""The inverse of M + shift I, times a scale, for M with a nonnegative inverse and q <= 0."""
 
 import numpy as np
 
-from lcpcli.methods.iterate import Iterate
+from lcpcli.methods.iterate import Finished, Iterate
 
 
-def toy(problem, x0):
-    yield Iterate(x0, None, "", 0)
-    yield Iterate(np.linalg.solve(problem.M, -problem.q) / 2, None, "", 1)
+def toy(problem, x0, *, shift, scale_by):
+    z = scale_by * np.linalg.solve(problem.M + shift * np.eye(problem.n), -problem.q)
+    yield Iterate(z / 2, None, "", 1)
+    return Finished()
 '''
+DECLARED = (
+    '"toy": Method("the inverse", options=(Option("shift", float, 0.0, "shift >= 0", lambda v: v >= 0, "Added to M."), '
+    'Option("scale_by", int, 1, "whole number >= 1", lambda v: v >= 1, "Multiplies z.")))'
+)
 FAMILY = '''
 """The identity, of this test."""
 
@@ -113,14 +118,22 @@ def solve(problem, tol, time_limit):
 '''
 
 
-def test_method(package: Path, lcp: Run) -> None:
+def test_method_with_two_options(package: Path, lcp: Run) -> None:
     (package / "methods" / "toy.py").write_text(METHOD)
-    register(package / "methods" / "registry.py", "METHODS", '"toy": "the inverse"')
-    record = json.loads(
-        lcp("solve", "-", "--method", "toy", "--format", "json", given='{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
-    )
+    register(package / "methods" / "registry.py", "METHODS", DECLARED)
+    given = '{"M": [[2, 0], [0, 4]], "q": [-2, -4]}'
+    toy = ("--method", "toy", "--format", "json")
+    record = json.loads(lcp("solve", "-", *toy, given=given))
     assert (record["status"], record["method"], record["z"]) == ("solved", "toy", [1.0, 1.0])
-    assert "toy" in lcp("solve", "--help")
+    assert record["options"] == {"shift": 0.0, "scale_by": 1}
+    given = '{"M": [[2, 0], [0, 2]], "q": [-2, -2]}'
+    record = json.loads(lcp("solve", "-", *toy, "--shift", "2", "--scale-by", "2", given=given))
+    assert (record["status"], record["z"]) == ("solved", [1.0, 1.0])
+    assert record["options"] == {"shift": 2.0, "scale_by": 2}
+    for command in ("solve", "compare"):
+        assert all(word in lcp(command, "--help") for word in ("Method toy", "--scale-by", "[shift >= 0; default 0]"))
+    classes = json.loads(lcp("inspect", "-", "--format", "json", given=given))
+    assert classes["methods"]["toy"]["guaranteed"] == "not decided"
 
 
 def test_family(package: Path, lcp: Run) -> None:

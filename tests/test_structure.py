@@ -40,7 +40,7 @@ LIBRARIES = {
     "rich": "report bench cli",
     "matplotlib": "report",
     "plotext": "report",
-    "flint": "rational verify",
+    "flint": "rational",
 }
 
 

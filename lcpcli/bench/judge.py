@@ -8,11 +8,10 @@ import numpy as np
 
 from lcpcli.bench.answer import NONE, SOLUTION, Answer
 from lcpcli.linalg import products
+from lcpcli.linalg.doubles import EPS
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.verify.accuracy import Accuracy
-from lcpcli.verify.sensitivity import LARGEST, sensitivity
-
-EPS = float(np.finfo(np.float64).eps)
+from lcpcli.verify.sensitivity import MOST_INVERTED, sensitivity
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,7 @@ class Judge:
     def __init__(self, problem: Problem, accept: float) -> None:
         self._problem, self._accept = problem, accept
         self._accuracy = Accuracy(problem)
-        one = len(problem.solutions) == 1 and problem.n <= LARGEST
+        one = len(problem.solutions) == 1 and problem.n <= MOST_INVERTED
         self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None
 
     @np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite

@@ -9,7 +9,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.verify.accuracy import size_of_solutions
 
 METHOD = "fixed-point"
-LARGEST, SMALLEST = 1e-2, 1e-9  # errors, relative to the solution, between which the rate is measured
+LARGEST_ERROR, SMALLEST_ERROR = 1e-2, 1e-9  # errors, relative to the solution, between which the rate is measured
 MOST = 400  # unknowns, up to which the theory is evaluated
 
 
@@ -22,7 +22,7 @@ def of(problem: Problem, curve: Curve) -> dict[str, float] | None:
         return None
     size, z = size_of_solutions(problem), problem.solutions[0]
     errors = [error if error is not None else 0.0 for _, _, error in curve]
-    factor = measured([k for k, _, _ in curve], errors, LARGEST * size, SMALLEST * size)
+    factor = measured([k for k, _, _ in curve], errors, LARGEST_ERROR * size, SMALLEST_ERROR * size)
     theory = contraction(problem, x_of(z, problem.w(z))) if factor is not None else None
     if factor is None or theory is None:
         return None

@@ -16,8 +16,9 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.bounds.neighbour import solver
-from lcpcli.bounds.rounding import EPS, TINY, Theorem, factor, terms
+from lcpcli.bounds.rounding import Theorem, factor, terms
 from lcpcli.linalg import matrices, products
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem
@@ -39,7 +40,7 @@ def theorem(problem: Problem) -> Theorem | None:
     v, solve = found
     u = v * units.C
     gain = at_least(M, diagonal, u)
-    if not (u.min() > TINY and gain.min() > 0 and np.isfinite(gain).all()):
+    if not (u.min() > SMALLEST_NORMAL and gain.min() > 0 and np.isfinite(gain).all()):
         return None
 
     def bound(z: Vector, w: Vector) -> float:
@@ -48,8 +49,8 @@ def theorem(problem: Problem) -> Theorem | None:
             return 0.0
         t = _jacobi(M, diagonal, s, (s / gain).max() * u) if solve is None else np.abs(units.C * solve(units.R * s))
         missing = np.maximum(s - at_least(M, diagonal, t), 0.0)
-        multiple = (missing / gain).max() * (1 + 8 * EPS) + TINY
-        return float((t + multiple * u).max()) * (1 + 8 * EPS) + TINY
+        multiple = (missing / gain).max() * (1 + 8 * EPS) + SMALLEST_NORMAL
+        return float((t + multiple * u).max()) * (1 + 8 * EPS) + SMALLEST_NORMAL
 
     return bound
 
@@ -57,7 +58,7 @@ def theorem(problem: Problem) -> Theorem | None:
 def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
     """At most <M> u, for u >= 0: 2 L u - |M| u less all that rounding can have added."""
     own, all_terms = 2 * diagonal * u, products.absolute_product(M, u)
-    lost = factor(terms(M)) * (own + all_terms) + (terms(M) + 4) * TINY
+    lost = factor(terms(M)) * (own + all_terms) + (terms(M) + 4) * SMALLEST_NORMAL
     result: Vector = own - all_terms - lost
     return result
 
@@ -80,7 +81,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
             return None
         u *= 0.5 * (1 + ratios)
         u /= u.max()
-        u = np.maximum(u, TINY)
+        u = np.maximum(u, SMALLEST_NORMAL)
     try:
         solve = solver(matrices.comparison(M))
     except SingularMatrix:

@@ -23,8 +23,9 @@ import math
 
 import numpy as np
 
-from lcpcli.bounds.rounding import EPS, TINY, Theorem, factor, norm
+from lcpcli.bounds.rounding import Theorem, factor, norm
 from lcpcli.linalg import matrices, products
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -74,9 +75,9 @@ def _theorem(M: Matrix, T: Vector) -> Theorem | None:
         power = 2.0 ** math.frexp(largest)[1]
         first, second = first / power, second / power
         g = first + second @ A
-        off = factor(g.size) * (np.abs(first) + products.absolute_product(A.T, np.abs(second)) + TINY)
+        off = factor(g.size) * (np.abs(first) + products.absolute_product(A.T, np.abs(second)) + SMALLEST_NORMAL)
         plain = float(D.max()) * norm(np.abs(g) + off) / least
-        return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + TINY
+        return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + SMALLEST_NORMAL
 
     return bound
 
@@ -103,7 +104,7 @@ def least_eigenvalue(S: Matrix) -> float | None:
     try:
         estimate = float(np.linalg.eigvalsh(S)[0])
         size = float(np.abs(S).sum(axis=1).max())
-        lost = factor(n) * (float(S.trace()) + size) + n * n * TINY
+        lost = factor(n) * (float(S.trace()) + size) + n * n * SMALLEST_NORMAL
         shift = estimate - 2 * lost
         if not shift > lost:
             return None
@@ -117,7 +118,7 @@ def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -
     """At least the largest D_i |e_i|, from the ball around c = S^-1 g / 2 that holds e; g is off by at most `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
-    image_off = 2 * factor(c.size) * (products.absolute_product(S, np.abs(c)) + TINY)
+    image_off = 2 * factor(c.size) * (products.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
     left = norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
     gap = np.abs(c) @ (off + image_off + factor(c.size) * (np.abs(g) + np.abs(image)))
     square = max(float(c @ (g - image)) + float(gap) * (1 + factor(c.size)), 0.0)

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 
 from lcpcli.bounds import comparison, definite
 from lcpcli.bounds.neighbour import neighbour
-from lcpcli.bounds.rounding import EPS, LARGEST, SMALLEST, Theorem, in_range, residual
+from lcpcli.bounds.rounding import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_range, residual
+from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -63,7 +64,7 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
     Returns
     -------
     The bound; None where M is in neither class, or too near its boundary to tell, and where z or an entry of M is not
-    finite or beyond `rounding.LARGEST`, or a nonzero entry of M below `rounding.SMALLEST`.
+    finite or beyond `rounding.LARGEST_ENTRY`, or a nonzero entry of M below `rounding.SMALLEST_ENTRY`.
 
     Raises
     ------
@@ -81,7 +82,7 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
     if isinstance(z, np.ndarray) and z.dtype.kind == "f" and not np.isfinite(z).all():
         return None
     given = as_vector("z", z, problem.n)
-    if not in_range(problem.M, SMALLEST) or not in_range(given):
+    if not in_range(problem.M, SMALLEST_ENTRY) or not in_range(given):
         return None
     diagonal = problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -99,12 +100,12 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
 
 def _claim(problem: Problem, theorems: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
     """The smallest of the bounds at y, and the way from z to there."""
-    y = np.where(np.abs(y) < SMALLEST, 0.0, y)
+    y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
     w = residual(problem, y)
     if w is None:
         return None
     values = {name: theorem(y, w) for name, theorem in theorems.items()}
-    best = min(values, key=lambda name: values[name] if values[name] < LARGEST else math.inf)
+    best = min(values, key=lambda name: values[name] if values[name] < LARGEST_ENTRY else math.inf)
     way = float(np.abs(z - y).max())
     value = values[best] if way == 0 else (way + values[best]) * (1 + 4 * EPS)
-    return Bound(value, SOURCES[best]) if value < LARGEST else None
+    return Bound(value, SOURCES[best]) if value < LARGEST_ENTRY else None

@@ -12,26 +12,25 @@ from collections.abc import Callable
 import numpy as np
 
 from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
-EPS = float(np.finfo(np.float64).eps)
-TINY = float(np.finfo(np.float64).smallest_normal)  # more than an underflow can take away
 Theorem = Callable[[Vector, Vector], float]
 """At least |z - z*|_inf, not always finite, from z in range and w = M z + q, each component within EPS of itself."""
-LARGEST = 2.0**450
-SMALLEST = 2.0**-450
+LARGEST_ENTRY = 2.0**450
+SMALLEST_ENTRY = 2.0**-450
 
 
 def in_range(A: Matrix, smallest: float = 0.0) -> bool:
-    """Whether all entries are finite and at most LARGEST, and those that are not zero at least `smallest`."""
+    """Whether all entries are finite and at most LARGEST_ENTRY, and those that are not zero at least `smallest`."""
     entries = np.abs(A.data if is_sparse(A) else A)
     if not entries.size:
         return True
-    if not entries.max() <= LARGEST:
+    if not entries.max() <= LARGEST_ENTRY:
         return False
-    return smallest == 0 or bool(entries.min(where=entries != 0, initial=LARGEST) >= smallest)
+    return smallest == 0 or bool(entries.min(where=entries != 0, initial=LARGEST_ENTRY) >= smallest)
 
 
 def factor(terms: int) -> float:
@@ -56,7 +55,7 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 
 
 def norm(v: Vector) -> float:
-    """At least |v|_2, for a largest entry between TINY and LARGEST; at least TINY."""
-    largest = max(float(np.abs(v).max()), TINY)
+    """At least |v|_2, for a largest entry between SMALLEST_NORMAL and LARGEST_ENTRY; at least SMALLEST_NORMAL."""
+    largest = max(float(np.abs(v).max()), SMALLEST_NORMAL)
     scaled = v / largest
-    return largest * float(np.sqrt(scaled @ scaled)) * (1 + factor(v.size)) + TINY
+    return largest * float(np.sqrt(scaled @ scaled)) * (1 + factor(v.size)) + SMALLEST_NORMAL

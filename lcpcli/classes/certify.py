@@ -15,10 +15,10 @@ import numpy as np
 
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.band import affordable
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix, Vector
 
-EPS = float(np.finfo(float).eps)
 DENSE = 5000  # n up to which a dense matrix is factorized in passing
 WIDEST = 400  # binary exponents: what lies further from 1 is left undecided
 
@@ -88,14 +88,10 @@ def _sparse(A: Matrix, rounding: float) -> Outcome:
             lu = factors.sparse_lu(symmetric=True)((A - shift * eye_array(n, format="csr")).tocsr())
         except factors.SingularMatrix:
             return Outcome(False)
-        if _positive(lu):
+        if factors.positive_pivots(lu):
             return Outcome(_error(lu, n) + rounding + 4 * EPS < shift)
         shift *= 2.0**-12
     return Outcome(False, _direction(lu, n))
-
-
-def _positive(lu: Any) -> bool:
-    return bool(np.array_equal(lu.perm_r, lu.perm_c) and lu.U.diagonal().min() > 0)
 
 
 def _error(lu: Any, n: int) -> float:

@@ -10,13 +10,12 @@ import numpy as np
 
 from lcpcli.classes.verdict import NO, YES, Late, Verdict
 from lcpcli.linalg import matrices, products
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import product
 from lcpcli.rational import elimination, sums
 from lcpcli.typing import Matrix, Vector
 
-EPS = float(np.finfo(float).eps)
-TINY = float(np.finfo(float).tiny)
 DENSE = 2000  # n up to which a sparse matrix may be made dense
 
 
@@ -88,7 +87,8 @@ class Subject:
         with np.errstate(over="ignore", invalid="ignore"):
             value = float(v @ product(self.M, v))
             size = float(np.abs(v) @ products.absolute_product(self.M, np.abs(v)))
-        if abs(value) > (2 * self.n + 4) * EPS * size + (self.n * self.n + 1) * TINY * max(1.0, float(np.abs(v).max())):
+        underflow = (self.n * self.n + 1) * SMALLEST_NORMAL * max(1.0, float(np.abs(v).max()))
+        if abs(value) > (2 * self.n + 4) * EPS * size + underflow:
             return holds(1 if value > 0 else -1)
         support = np.flatnonzero(v)
         if support.size > DENSE // 4:
@@ -108,7 +108,7 @@ def signs(A: Matrix, d: Vector, check: Callable[[], None]) -> Vector:
     with np.errstate(over="ignore", invalid="ignore"):
         value = product(A, d)
         size = products.absolute_product(A, np.abs(d))
-        bound = (n + 2) * EPS * size + n * TINY
+        bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
     sign: Vector = np.sign(value)
     if np.array_equal(d, np.ones(n)) and _sums_exactly(A, float(size.max())):
         return sign

@@ -19,7 +19,7 @@ import numpy as np
 from lcpcli.classes.context import Subject
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set, shown
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational import elimination
+from lcpcli.rational import elimination, linear
 from lcpcli.typing import Vector
 
 EXACT = 9  # n up to which all index sets are looked at
@@ -141,7 +141,7 @@ def _index_sets(subject: Subject) -> Iterator[tuple[int, ...]]:
 
 def _descent(S: elimination.Rows, P: tuple[int, ...]) -> Entries | None:
     """u >= 0 on P with S_PP u = -e, if S_PP is regular: u'Su < 0."""
-    u, free = elimination.solve([[S[i][j] for j in P] for i in P], [-1] * len(P))
+    u, free = linear.solve([[S[i][j] for j in P] for i in P], [-1] * len(P))
     return None if u is None or free or min(u) < 0 else u
 
 
@@ -149,7 +149,7 @@ def _zeros(subject: Subject) -> Iterator[tuple[tuple[int, ...], Entries]]:
     """The zeros v >= 0 of minimal support of a copositive form: P and v_P > 0 with S_PP v_P = 0, v_P alone."""
     S = subject.whole_symmetric_part()
     for P in _index_sets(subject):
-        _, free = elimination.solve([[S[i][j] for j in P] for i in P], [0] * len(P))
+        _, free = linear.solve([[S[i][j] for j in P] for i in P], [0] * len(P))
         if len(free) == 1:
             u = free[0] if sum(free[0]) > 0 else [-value for value in free[0]]
             if min(u) > 0:

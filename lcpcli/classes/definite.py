@@ -17,7 +17,7 @@ from lcpcli.classes.dominance import h_plus_part
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set, shown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational import elimination
+from lcpcli.rational import elimination, linear
 from lcpcli.typing import Matrix, Vector
 
 EXACT_FIRST = 20  # n up to which exact elimination comes before rounded arithmetic
@@ -173,5 +173,5 @@ def _vector(subject: Subject, indices: tuple[int, ...]) -> Vector | None:
 def _curvature(S: elimination.Rows) -> list[Fraction] | None:
     """The v = (x, 1) that minimises v'Sv, exactly, where the leading block is regular."""
     k = len(S) - 1
-    x, free = elimination.solve([row[:k] for row in S[:k]], [-row[k] for row in S[:k]])
+    x, free = linear.solve([row[:k] for row in S[:k]], [-row[k] for row in S[:k]])
     return None if x is None or free else [*x, Fraction(1)]

@@ -20,7 +20,7 @@ import numpy as np
 
 from lcpcli.classes.context import Subject
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set, shown
-from lcpcli.rational import elimination
+from lcpcli.rational import elimination, linear
 
 EXACT = 8  # n up to which all pairs of index sets are looked at
 
@@ -70,7 +70,7 @@ def _exception(block: elimination.Rows, inside: set[int]) -> list[Fraction] | No
     """z, not 0 on I, with (M_PP + t diag(1_I)) z = 0, if there is one: z_i (Mz)_i = -t z_i^2 on I, 0 elsewhere."""
     t = max(abs(v) for row in block for v in row) or 1
     shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(block)]
-    _, free = elimination.solve(shifted, [0] * len(block))
+    _, free = linear.solve(shifted, [0] * len(block))
     return next((z for z in free if any(z[i] for i in inside)), None)
 
 

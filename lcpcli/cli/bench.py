@@ -11,7 +11,8 @@ from lcpcli.bench.suites import ALL, SUITES
 from lcpcli.cli import candidates
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric, output_file, several_methods
-from lcpcli.methods.registry import METHODS
+from lcpcli.methods.registry import meanings
+from lcpcli.options import ACCEPT, BUDGET, TOL
 from lcpcli.peers.registry import PEERS
 
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
@@ -38,7 +39,7 @@ EPILOG = "Times are medians of repeats. A solution counts only if its residual, 
         "lcp bench dense --peer piqp -o dense.json --plot dense.svg",
         "lcp bench --resume dense.json --format markdown",
     ),
-    lists={"Suites": MEANINGS, "Methods": METHODS, "Other solvers": PEERS},
+    lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
     exits=EXITS,
     epilog=EPILOG,
 )
@@ -64,15 +65,15 @@ EPILOG = "Times are medians of repeats. A solution counts only if its residual, 
     help="Another solver to measure, if it is installed; repeat it for more. What stands before a dash means all of "
     "that name.  [default: none]",
 )
-@numeric("Stopping", "tol")
+@numeric("Stopping", TOL)
 @option(
     "Stopping",
     "--time-limit",
     type=click.FLOAT,
     help=f"Seconds that a run may take.  [seconds > 0; default {TIME_LIMIT:g}]",
 )
-@numeric("Measuring", "accept")
-@numeric("Measuring", "budget")
+@numeric("Measuring", ACCEPT)
+@numeric("Measuring", BUDGET)
 @option(
     "Measuring",
     "--resume",

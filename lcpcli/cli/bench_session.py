@@ -22,9 +22,10 @@ from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file
 from lcpcli.errors import OptionError
 from lcpcli.files.atomic_write import refuse_unwritable, write_whole
-from lcpcli.options import OPTIONS, flag
+from lcpcli.options import ACCEPT, BUDGET, TIME_LIMIT, TOL, flag
 from lcpcli.report.figures import drawing as figures
 
+MEASURING = (TOL, TIME_LIMIT, ACCEPT, BUDGET)
 ASKED = ("suite", "methods", "peers", "tol", "time_limit", "accept", "budget")  # what a resumed bench knows already
 
 
@@ -72,14 +73,14 @@ def _tell_how_to_go_on(record: Record, kept: dict[str, str]) -> None:
 
 def _start(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> Record:
     asked = given["suite"] or (suite,)
-    numbers = {name: given[name] for name in ("tol", "time_limit", "accept", "budget")}
-    options.check(**numbers)
+    numbers = {option.name: given[option.name] for option in MEASURING}
+    options.check(MEASURING, numbers)
     if numbers["time_limit"] == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds, which a failure counts as")
     defaults = {"time_limit": time_limit, "budget": suites.budget_of(asked)}
     for name, value in numbers.items():
         if value is None:
-            numbers[name] = defaults.get(name, OPTIONS[name].default)
+            numbers[name] = defaults.get(name, next(option.default for option in MEASURING if option.name == name))
     settings = Settings(**{name: float(value) for name, value in numbers.items()})
     return benching.start(asked, given["methods"] or methods, given["peers"], settings)
 

@@ -11,7 +11,7 @@ from lcpcli.cli import candidates, output, session
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric
 from lcpcli.errors import OptionError
-from lcpcli.options import OPTIONS
+from lcpcli.options import TOL
 from lcpcli.report.judged import FORMATS
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     nargs=-1,
     shell_complete=candidates.files(*candidates.VECTORS),
 )
-@numeric("Judging", "tol")
+@numeric("Judging", TOL)
 @option("Judging", "--exact", is_flag=True, help="Judge in rational arithmetic, decimals as written; no tolerance.")
 @format_option(FORMATS, "table")
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> int:
@@ -64,7 +64,7 @@ def _judgement(problem_paths: tuple[str, ...], solution: str, tol: float | None,
     from lcpcli.rational.numbers import rounded
     from lcpcli.verify import verification
 
-    options.check(tol=tol)
+    options.check((TOL,), {"tol": tol})
     data = reading.read_exact(*problem_paths) if exact else None
     problem = data.problem if data else reading.read(*problem_paths)
     answer = reading.read_candidate(solution, problem.n)
@@ -77,5 +77,5 @@ def _judgement(problem_paths: tuple[str, ...], solution: str, tol: float | None,
     if data:
         judged = verification.judge_exactly(data, answer.values, answer.w)
     else:
-        judged = verification.judge(problem, rounded(answer.values), tol or float(OPTIONS["tol"].default or 0))
+        judged = verification.judge(problem, rounded(answer.values), tol or TOL.value)
     return replace(judged, message=f"{judged.message}; {answer.claim}") if answer.claim else judged

@@ -10,7 +10,8 @@ from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, argument
 from lcpcli.cli.options import EXITS, numeric, several_methods, solving
 from lcpcli.files import shipped
-from lcpcli.methods.registry import METHODS
+from lcpcli.methods.registry import meanings
+from lcpcli.options import WARM
 from lcpcli.report.formats import LEVELS
 
 AS_PUBLISHED = ("fixed-point", "shi")
@@ -26,7 +27,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
         "lcp compare --method shi --k-star 1 --format csv",
         "lcp compare problems/paper-example-1.json --plot errors.svg --warm 0.01",
     ),
-    lists={"Methods": METHODS},
+    lists={"Methods": meanings()},
     exits={**EXITS, 0: "every method solved every problem"},
     epilog="An option goes to the methods that have it. Errors are against a known solution, else one found before.",
 )
@@ -39,7 +40,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
     shell_complete=candidates.files(*candidates.PROBLEMS),
 )
 @several_methods("Method", "compare", AS_PUBLISHED)
-@numeric("Method", "warm")
+@numeric("Method", WARM)
 @solving
 def compare(files: tuple[str, ...], methods: tuple[str, ...], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""

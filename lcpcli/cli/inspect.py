@@ -38,7 +38,7 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 @output_file()
 def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None) -> int:
     """Tell the classes of M, how well it is scaled, and which methods are guaranteed to solve the problem."""
-    options.check(time_limit=time_limit)
+    options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
     output = None if output == "-" else output
     form = form or form_of(output, SUFFIXES)
     refuse_clashes([name for name in (file, q_file) if name], output)

@@ -13,8 +13,8 @@ from lcpcli import options
 from lcpcli.cli import candidates
 from lcpcli.cli.command import Choice, argument, option
 from lcpcli.errors import OptionError
-from lcpcli.methods.registry import ADDITIONS, ITERATIVE, METHODS, load, options_of
-from lcpcli.options import AUTO, OPTIONS, flag
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, meanings, parameters_of
+from lcpcli.options import AUTO, EVERY, LIMITS, Option, flag
 from lcpcli.report.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from lcpcli.solving.limits import Limits
     from lcpcli.typing import Vector
 
-STARTS = ("x0", "x1", "z0")
-OWN = {"shi": ("p", "k_star", "rho", "sigma"), "fixed-point": ("omega", "anderson")}  # x1, of shi too, is a start
-OF_METHODS = (*OWN["shi"], *OWN["fixed-point"], *STARTS)
-LIMITS = ("tol", "max_iterations", "time_limit")
+STARTS = {
+    "x0": "Start x = (z - w) / 2: comma-separated, in a file or from a result.  [default: the problem's, else 0]",
+    **{name: meaning for method in METHODS.values() for name, meaning in method.vectors.items()},
+    "z0": "Start given as z instead, with w = Mz + q.  [default: see --x0]",
+}
 
 EXITS = {
     0: "solved",
@@ -41,11 +42,11 @@ Declaration = Callable[[Any], Any]
 
 def solving(command: Command) -> Command:
     """Declare the options of the methods, the limits and the output on a command; it gets them as keywords."""
-    declared = [
-        *(numeric(f"Method {method}", name) for method, names in OWN.items() for name in names),
+    declarations = [
+        *(numeric(f"Method {name}", declared) for name, method in METHODS.items() for declared in method.options),
         *_additions(),
         *_starts(),
-        *(numeric("Stopping", name) for name in LIMITS),
+        *(numeric("Stopping", limit) for limit in LIMITS),
         option(
             "Proof",
             "--bound",
@@ -54,7 +55,7 @@ def solving(command: Command) -> Command:
         ),
         format_option(FORMATS),
         option("Output", "--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
-        numeric("Output", "every"),
+        numeric("Output", EVERY),
         option(
             "Output",
             "--plot",
@@ -65,7 +66,7 @@ def solving(command: Command) -> Command:
         output_file(),
         option("Output", "-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells."),
     ]
-    for declare in reversed(declared):
+    for declare in reversed(declarations):
         command = declare(command)
     return command
 
@@ -103,7 +104,7 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
         "methods",
         metavar="NAME",
         multiple=True,
-        type=Choice(METHODS),
+        type=Choice(meanings()),
         help=f"A method to {purpose}, of those below; repeat it for more.  [default: {', '.join(default)}]",
     )
 
@@ -123,28 +124,23 @@ def output_file(
 
 
 def _additions() -> list[Declaration]:
-    told = {"scale": "work on the equilibrated problem", "finish": "end on the active set"}
+    iterative = [name for name, method in METHODS.items() if method.iterates]
     return [
         option(
-            f"Methods {' and '.join(ITERATIVE)}",
+            f"Methods {' and '.join(iterative)}",
             f"--{name}/--no-{name}",
             default=None,
-            help=f"Let it {told[name]}.  [default: --no-{name}]",
+            help=f"Let it {meaning}.  [default: --no-{name}]",
         )
-        for name in ADDITIONS
+        for name, meaning in ADDITIONS.items()
     ]
 
 
 def _starts() -> list[Declaration]:
-    told = {
-        "x0": "Start x = (z - w) / 2: comma-separated, in a file or from a result.  [default: the problem's, else 0]",
-        "x1": "Second point of shi.  [default: the problem's, else a descent step]",
-        "z0": "Start given as z instead, with w = Mz + q.  [default: see --x0]",
-    }
     complete = candidates.files(*candidates.VECTORS)
     return [
         option("Start", flag(name), metavar="NUMBERS|FILE", shell_complete=complete, help=meaning)
-        for name, meaning in told.items()
+        for name, meaning in STARTS.items()
     ]
 
 
@@ -152,24 +148,25 @@ def limits(given: dict[str, Any]) -> Limits:
     """The limits among the given options; a default for each that is not given."""
     from lcpcli.solving.limits import Limits
 
-    return Limits(**{name: given[name] for name in LIMITS if given[name] is not None})
+    return Limits(**{limit.name: given[limit.name] for limit in LIMITS if given[limit.name] is not None})
 
 
 def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -> list[dict[str, Any]]:
     """For each method, those of the given options that it has; an option that none of them has is an OptionError."""
-    chosen = {name: given[name] for name in OF_METHODS if given[name] is not None}
+    chosen = {name: given[name] for name in (*OPTIONS, *STARTS) if given[name] is not None}
     for name in STARTS:
         if name in chosen:
             chosen[name] = _vector(name, chosen[name], problem.n)
     if "x0" in chosen and "z0" in chosen:
         raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
     chosen |= {name: given[name] for name in ADDITIONS if given[name] is not None}
-    known = [{"x0", "z0", *options_of(load(name)), *(ADDITIONS if name in ITERATIVE else ())} for name in names]
+    known = [{"x0", "z0", *parameters_of(name), *(ADDITIONS if METHODS[name].iterates else ())} for name in names]
     for name in chosen:
         if not any(name in own for own in known):
             said = flag(f"no-{name}" if chosen[name] is False else name)
             raise OptionError(said, f"has no effect with {' and '.join(names)}", "leave it out")
-    options.check(**{name: value for name, value in chosen.items() if name in OPTIONS})
+    for name in names:
+        options.check(METHODS[name].options, chosen)
     return [{name: value for name, value in chosen.items() if name in own} for own in known]
 
 
@@ -182,13 +179,13 @@ class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
         return AUTO if value == AUTO else float(click.FLOAT.convert(value, param, ctx))
 
 
-def numeric(heading: str, name: str) -> Declaration:
-    """The declaration of one of `lcpcli.options.OPTIONS` under a heading; None where it is not given."""
-    declared = OPTIONS[name]
+def numeric(heading: str, declared: Option) -> Declaration:
+    """The declaration of a numeric option under a heading; None where it is not given."""
     number = click.INT if declared.kind is int else click.FLOAT
     kind = _NumberOrAuto() if declared.auto else number
     default = f"; default {_default(declared.default)}" if declared.default is not None else ""
-    return option(heading, flag(name), name, type=kind, help=f"{declared.meaning}  [{declared.range}{default}]")
+    meaning = f"{declared.meaning}  [{declared.range}{default}]"
+    return option(heading, flag(declared.name), declared.name, type=kind, help=meaning)
 
 
 def _default(value: float) -> str:

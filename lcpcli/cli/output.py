@@ -13,7 +13,7 @@ import click
 from lcpcli import options
 from lcpcli.cli.exit_codes import CLOSED_PIPE
 from lcpcli.errors import OptionError
-from lcpcli.options import OPTIONS
+from lcpcli.options import EVERY
 from lcpcli.report.formats import SUFFIXES, TABLES
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Output:
         for flag, wanted in (("--bound", bound), ("--exact", exact)):
             if wanted and self.form == "csv":
                 raise OptionError(flag, "has no effect on the format csv, which shows iterates alone", "leave it out")
-        options.check(every=every)
+        options.check((EVERY,), {"every": every})
         if output is not None:
             from lcpcli.files.atomic_write import refuse_unwritable
 
@@ -76,7 +76,7 @@ class Output:
         from lcpcli.report.iterations import shown_components
 
         components = shown_components(problem.n, width if self.form == "table" else None)
-        every, most = (self._every, None) if self._every else (int(OPTIONS["every"].default or 1), self._most(width))
+        every, most = (self._every, None) if self._every else (int(EVERY.value), self._most(width))
         return Trace(every, most, components, residuals=not problem.solutions)
 
     def _most(self, width: int | None) -> int:

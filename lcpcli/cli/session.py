@@ -43,7 +43,7 @@ def run(
     """
     output = Output(exact=exact, compared=bool(levels), **{name: given[name] for name in OF_OUTPUT})
     plot = Plot(given["plot"], levels)
-    options.check(warm=given.get("warm"))
+    options.check((options.WARM,), given)
     if exact:
         from lcpcli.rational.linear import require
 
@@ -134,7 +134,7 @@ def _runs(
 ) -> Iterator[tuple[int, Result]]:
     """One result a problem and method, each with the number of its problem; with `warm`, a second one from near the
     solution."""
-    from lcpcli.methods.registry import STARTED
+    from lcpcli.methods.registry import METHODS
     from lcpcli.solving import run as driver
 
     output, plot, width = shown
@@ -152,7 +152,7 @@ def _runs(
         for method, values in zip(methods, own, strict=True):
             for result in _quickest(partial(run_once, problem, method, values), plot.timed):
                 yield i, result
-            if near is not None and method in STARTED:
+            if near is not None and METHODS[method].uses_start:
                 again = {**values, "x0": near, "z0": None}
                 for result in _quickest(partial(run_once, problem, method, again), plot.timed):
                     yield i, replace(result, warm=True)

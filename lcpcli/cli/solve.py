@@ -9,7 +9,7 @@ import click
 from lcpcli.cli import session
 from lcpcli.cli.command import Choice, Command, option
 from lcpcli.cli.options import EXITS, problem_file, solving
-from lcpcli.methods.registry import METHODS
+from lcpcli.methods.registry import meanings
 
 
 @click.command(
@@ -23,7 +23,7 @@ from lcpcli.methods.registry import METHODS
         "lcp solve problems/tridiagonal-100.json --format json -o result.json",
         "lcp solve problems/tridiagonal-100.json --z0 result.json --quiet",
     ),
-    lists={"Methods": METHODS},
+    lists={"Methods": meanings()},
     exits=EXITS,
 )
 @problem_file
@@ -31,7 +31,7 @@ from lcpcli.methods.registry import METHODS
     "Method",
     "--method",
     metavar="NAME",
-    type=Choice(METHODS),
+    type=Choice(meanings()),
     default="auto",
     show_default=True,
     help="How to solve it, one of the methods below.",

@@ -18,7 +18,7 @@ from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
-LARGEST = 1000  # n up to which the matrix T is formed
+MOST_FORMED = 1000  # n up to which the matrix T is formed
 FEWEST = 8  # iterates from which a rate is taken
 
 
@@ -36,10 +36,10 @@ class Contraction:
 def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
     """The factors that theory gives at the solution x = (z - w) / 2, shape (n,), in units of z.
 
-    None where n is above LARGEST or omega I + M is singular. It costs the eigenvalues and singular values of an
+    None where n is above MOST_FORMED or omega I + M is singular. It costs the eigenvalues and singular values of an
     n-by-n matrix.
     """
-    if problem.n > LARGEST:
+    if problem.n > MOST_FORMED:
         return None
     try:
         T = _iteration_matrix(problem.M, omega)
@@ -50,7 +50,7 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
 
 
 def bound(M: Matrix, omega: float) -> float | None:
-    """|T|_2 for M of shape (n, n), n up to LARGEST; None where omega I + M is singular, or T overflows."""
+    """|T|_2 for M of shape (n, n), n up to MOST_FORMED; None where omega I + M is singular, or T overflows."""
     try:
         T = _iteration_matrix(M, omega)
         return float(np.linalg.norm(T, 2)) if np.isfinite(T).all() else None

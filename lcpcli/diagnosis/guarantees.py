@@ -8,10 +8,11 @@ diagonal. For `shi`, level sets are bounded for P-matrices, whose F is a homeomo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lcpcli.classes.verdict import NO, OPEN, YES, Verdict
-from lcpcli.methods.lemke import LARGEST
+from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
 
 SETTLED = 12  # unknowns up to which the exhaustive search of milp always ends, see enumeration.NODES
 
@@ -36,36 +37,31 @@ class Guarantee:
 
 
 def guarantees(classes: Classes, n: int, largest: float) -> dict[str, Guarantee]:
-    """For each of methods.METHODS whether it is guaranteed, given what is known of M.
+    """For each of `methods.registry.METHODS` whether it is guaranteed, given what is known of M.
 
     largest : the largest diagonal entry of M, of shape (n, n).
     """
-    solution = "it ends at the solution"
-    anything = "needs no property of M; exponential in n at worst"
-    if n > SETTLED:
-        anything += f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
-    return {
-        "auto": Guarantee(YES, f"it ends on milp, which {anything}"),
-        "shi": _by_class(classes, {"p_matrix": "steepest descent leads to the solution, unless rounding stalls it"}),
-        "fixed-point": _fixed_point(classes, largest),
-        "newton": _by_class(classes, {"p_matrix": f"{solution}, usually after a handful of steps"}),
-        "lemke": _by_class(
-            classes,
-            {
-                "p_matrix": solution,
-                "strictly_copositive": "it ends at a solution",
-                "copositive_plus": "it ends at a solution, or on a ray that proves that there is none",
-                "row_sufficient": "it ends at a solution, or on a ray that proves that there is none",
-            },
-        )
-        if n <= LARGEST
-        else Guarantee(NO, f"it is for at most {LARGEST} unknowns"),
-        "milp": Guarantee(YES, f"it {anything}"),
-    }
+    return {name: _guarantee(method, classes, n, largest) for name, method in METHODS.items()}
 
 
-def _by_class(classes: Classes, gains: dict[str, str]) -> Guarantee:
-    """The first class that M belongs to decides; `gains` tells what each class is good for."""
+def _guarantee(method: Method, classes: Classes, n: int, largest: float) -> Guarantee:
+    if method.most is not None and n > method.most:
+        return Guarantee(NO, f"it is for at most {method.most} unknowns")
+    if ANY in method.guaranteed:
+        incomplete = f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
+        return Guarantee(YES, method.guaranteed[ANY] + incomplete * (n > SETTLED))
+    only_h_plus = classes["h_plus"].word == YES and classes["positive_definite"].word != YES
+    if OMEGA in method.options and only_h_plus:
+        if largest <= OMEGA.value:
+            return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
+        return Guarantee(NO, f"M is an H+-matrix, for which --omega auto is: {largest:.6g}, the largest diagonal entry")
+    return _by_class(classes, method.guaranteed)
+
+
+def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
+    """The first class that M belongs to decides; `gains` describes what each class is good for."""
+    if not gains:
+        return Guarantee(OPEN, "no theorem about it is known here")
     for name, gain in gains.items():
         if classes[name].word == YES:
             return Guarantee(YES, f"M is {CALLED[name]}: {gain}")
@@ -74,12 +70,3 @@ def _by_class(classes: Classes, gains: dict[str, str]) -> Guarantee:
         return Guarantee(OPEN, f"it is not decided whether M is {' or '.join(undecided)}")
     named = [CALLED[name] for name in gains]
     return Guarantee(NO, f"M is {'not' if len(named) == 1 else 'neither'} {' nor '.join(named)}")
-
-
-def _fixed_point(classes: Classes, largest: float) -> Guarantee:
-    contracts = "each step comes closer to the solution, whatever omega"
-    if classes["h_plus"].word == YES and classes["positive_definite"].word != YES:
-        if largest <= 1:
-            return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
-        return Guarantee(NO, f"M is an H+-matrix, for which --omega auto is: {largest:.6g}, the largest diagonal entry")
-    return _by_class(classes, {"positive_definite": contracts, "h_plus": ""})

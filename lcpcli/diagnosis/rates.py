@@ -13,9 +13,10 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.band import affordable
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.fixed_point import best_omega
+from lcpcli.methods.registry import OMEGA
 from lcpcli.methods.shi import default_p
 from lcpcli.model.problem import Problem
-from lcpcli.options import OPTIONS
+from lcpcli.options import TOL
 from lcpcli.typing import Matrix
 
 FORMED = 500  # n up to which the iteration matrix is formed
@@ -58,7 +59,7 @@ def rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
     """As published, with omega = 1, and with `spectrum.best_omega`, for which a symmetric M must be affordable."""
-    published = rate(M, float(OPTIONS["omega"].default or 0), ends)
+    published = rate(M, OMEGA.value, ends)
     omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
     return published, rate(M, omega, ends) if omega < math.inf else None
 
@@ -81,7 +82,7 @@ def _distance_from_identity(M: Matrix) -> float:
 
 
 def _iterations(factor: float) -> int | None:
-    tol = OPTIONS["tol"].default or 0.0
+    tol = TOL.value
     if not factor < 1:
         return None
     return 1 if factor <= tol else math.ceil(math.log(tol) / math.log(factor))

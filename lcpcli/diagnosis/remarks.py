@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from lcpcli.classes.context import EPS
 from lcpcli.classes.entries import weak_row
 from lcpcli.classes.verdict import NO, YES, Verdict
 from lcpcli.diagnosis.matrix import Spectrum, Spread
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix

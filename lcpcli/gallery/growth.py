@@ -10,12 +10,12 @@ from lcpcli.model.problem import Problem
 
 CLASS = "M"
 SOURCE = "after Wilkinson 1961"
-LARGEST = 1024  # 2^1023 is the largest power of two in double precision
+MOST_UNKNOWNS = 1024  # 2^1023 is the largest power of two in double precision
 
 
 def growth(n: int, _seed: int) -> Problem:
     """M with 1 on the diagonal and -1 below it, q = -e; the solution is z_i = 2^(i-1). n is at most 1024."""
-    n = min(n, LARGEST)
+    n = min(n, MOST_UNKNOWNS)
     M = 2 * np.eye(n) - np.tril(np.ones((n, n)))
     note = "The components of the solution grow by the factor 2 from one to the next."
     z = np.exp2(np.arange(n))

@@ -24,6 +24,15 @@ class SingularMatrix(Exception):
     """The matrix is singular, or so close to it that a solve has no correct digit."""
 
 
+def load(M: Matrix) -> None:
+    """Import what a factorization of a matrix like M takes."""
+    if is_sparse(M):
+        import scipy.sparse.csgraph
+        import scipy.sparse.linalg
+    elif M.shape[0] > SMALL:
+        import scipy.linalg  # noqa: F401
+
+
 def factorizer(M: Matrix) -> Callable[[float], Solve]:
     """What factorizes shift I + M for a given shift, with all that it needs imported: importing is not solving time.
 
@@ -90,6 +99,11 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
             raise SingularMatrix from None
 
     return lu
+
+
+def positive_pivots(lu: Any) -> bool:
+    """Whether elimination went down the diagonal and met positive pivots only, as it does for definite matrices."""
+    return bool(np.array_equal(lu.perm_r, lu.perm_c) and lu.U.diagonal().min() > 0)
 
 
 def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:

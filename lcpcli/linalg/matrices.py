@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.linalg.doubles import LARGEST
 from lcpcli.typing import Indices, Matrix, Vector
 
 BLOCK_BYTES = 1 << 20
-LARGEST = float(np.finfo(np.float64).max)
 MODERATE = 2.0**100  # factors between this and its inverse over- or underflow only with what is out of range anyway
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from lcpcli.linalg import factors, matrices
@@ -23,7 +21,7 @@ def definite_solver(M: Matrix) -> Solve | None:
         lu = factors.sparse_lu(symmetric=True)(M)
     except SingularMatrix:
         return None
-    return lu.solve if _positive_pivots(lu) else None
+    return lu.solve if factors.positive_pivots(lu) else None
 
 
 class PrincipalSolver:
@@ -86,11 +84,6 @@ class _DenseFactors:
         if info > 0:
             raise SingularMatrix
         return lambda b: self._getrs(factor, pivots, b, trans=1)[0]
-
-
-def _positive_pivots(lu: Any) -> bool:
-    """Whether elimination went down the diagonal and met positive pivots only, as it does for definite matrices."""
-    return bool(np.array_equal(lu.perm_r, lu.perm_c) and lu.U.diagonal().min() > 0)
 
 
 def _small_cholesky(A: Matrix) -> Solve:

@@ -10,79 +10,70 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lcpcli.linalg import matrices
+from lcpcli.methods.iterate import Finished, OutOfTime, Stalled
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify import farkas
 
-OPEN, INSIDE, OUTSIDE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
+UNDECIDED, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
 NODES = 1 << 14  # enough for any problem of up to 12 unknowns
 
 Decisions = NDArray[np.int8]
 Mask = NDArray[np.bool_]
 
 
-class Unfinished(Exception):
-    """The tree could not be closed; the argument is the reason, as a clause for the user."""
-
-
-class Late(Unfinished):
-    """The deadline has passed."""
-
-    def __init__(self) -> None:
-        super().__init__("the time limit is reached")
-
-
-def candidates(M: Matrix, q: Vector, deadline: float = math.inf, nodes: int = NODES) -> Iterator[Mask]:
+def candidates(
+    M: Matrix, q: Vector, deadline: float = math.inf, nodes: int = NODES
+) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
     """The sets P, as masks of shape (n,), that look as if they had a solution. A set may come more than once.
 
     M, q : the problem, exactly equilibrated: its entries are what the proofs are about.
     deadline : by time.perf_counter().
     nodes : how many nodes may be looked at, each at the cost of one or two LPs.
 
-    When the iterator ends, it is proved that the problem has no solution, except where a set that was yielded was
-    one: the caller tries each and stops at a success. Raises Unfinished if that proof cannot be completed: the limit
-    of nodes or time is reached, or a set remains that has not been excluded, and was no solution to the caller.
+    Returned is Finished where it is proved that the problem has no solution, except where a set that was yielded was
+    one: the caller tries each and stops at a success. Else that proof cannot be completed: the limit of nodes or time
+    is reached, or a set remains that has not been excluded, and was no solution to the caller.
     """
-    pending, seen, doubt = [np.full(q.size, OPEN, np.int8)], 0, False
+    pending, seen, doubt = [np.full(q.size, UNDECIDED, np.int8)], 0, False
     while pending:
         decided = pending.pop()
         seconds = deadline - time.perf_counter()
         if seconds <= 0:
-            raise Late
+            return OutOfTime("the time limit is reached")
         if seen == nodes:
-            raise Unfinished(f"{nodes} systems have been looked at")
+            return Stalled(f"{nodes} systems have been looked at")
         seen += 1
         found = farkas.alternative(*_system(M, q, decided), seconds)
         if found.proof is not None:
             continue
-        open_ = decided == OPEN
-        if not open_.any():
-            if not _excluded(M, q, decided == INSIDE):
-                yield decided == INSIDE
+        undecided = decided == UNDECIDED
+        if not undecided.any():
+            if not _excluded(M, q, decided == ACTIVE):
+                yield decided == ACTIVE
                 doubt = True
             continue
         z, w = _point(M, q, decided, found.point)
-        overlap = np.where(open_, np.minimum(z, w), -np.inf)
+        overlap = np.where(undecided, np.minimum(z, w), -np.inf)
         branch = int(np.argmax(overlap))
         if found.point is not None and overlap[branch] <= farkas.ACTIVE * max(float(z.max()), 1.0):
-            yield (decided == INSIDE) | (open_ & (z > w))
-        order = (INSIDE, OUTSIDE) if z[branch] < w[branch] else (OUTSIDE, INSIDE)  # the likelier last, to be next
+            yield (decided == ACTIVE) | (undecided & (z > w))
+        order = (ACTIVE, INACTIVE) if z[branch] < w[branch] else (INACTIVE, ACTIVE)  # the likelier last, to be next
         for decision in order:
             child = decided.copy()
             child[branch] = decision
             pending.append(child)
-    if doubt:
-        raise Unfinished("one complementary set is too close to having a solution")
+    return Stalled("one complementary set is too close to having a solution") if doubt else Finished()
 
 
 def _system(M: Matrix, q: Vector, decided: Decisions) -> tuple[Matrix, Vector]:
     """The inequalities of a node: M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0."""
-    rows, columns = np.flatnonzero(decided == INSIDE), np.flatnonzero(decided != OUTSIDE)
+    rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
     kept = M[:, columns]
     return matrices.stack([[kept], [-kept[rows]]]), np.append(q, -q[rows])
 
@@ -91,7 +82,7 @@ def _point(M: Matrix, q: Vector, decided: Decisions, point: Vector | None) -> tu
     """z and w at the point that the LP has found, if any; else at 0."""
     z = np.zeros(q.size)
     if point is not None:
-        z[decided != OUTSIDE] = point
+        z[decided != INACTIVE] = point
     return z, M @ z + q
 
 

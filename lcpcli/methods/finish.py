@@ -9,68 +9,60 @@ Applications 21 (1978) 207-215.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
 from lcpcli.linalg import factors, matrices, products
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.methods.iterate import Finished, Iterate, Stage, advance
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
 STEP = "finish"
 STEADY = 2  # iterates in a row between which P has nearly stayed the same, before a try
 NEARLY = 0.004  # of n: by how much P may have changed from one to the next
-ROUNDING = 8 * float(np.finfo(np.float64).eps)
 
 
-def finish(
-    problem: Problem, iterates: Iterator[Iterate], clock: Callable[[], float] = time.perf_counter
-) -> Iterator[Iterate]:
-    """Pass the iterates of a method on, and end with the solution as soon as their active set leads to it.
+def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = time.perf_counter) -> Stage:
+    """Pass the iterates of a stage on, and end with the solution as soon as their active set leads to it.
 
-    A try is made when P has nearly stayed the same for STEADY iterates, and when the method ends; it goes on pivoting
-    while the number of wrong signs falls. All tries together take no longer than the method has iterated so far, as far
-    as the time of the last factorization lets it be foreseen; only the last try, when the method has ended, is free.
+    A try is made when P has nearly stayed the same for STEADY iterates, and when the stage ends; it goes on pivoting
+    while the number of wrong signs falls. All tries together take no longer than the stage has iterated so far, as far
+    as the time of the last factorization lets it be foreseen; only the last try, when the stage has ended, is free.
+
+    x0 : the start of the stage, whose active set counts too; None where it has none.
 
     Yields
     ------
-    Iterate : those of `iterates`; last, where a try succeeds, the basic solution, with step "finish". There x is
+    Iterate : those of the stage; last, where a try succeeds, the basic solution, with step "finish". There x is
         (z - w) / 2, and every sign is right but for rounding, eps (|M| z + |q|)_i in row i.
 
-    Raises
-    ------
-    Breakdown, Stalled : as the method does, after a last try that has failed.
+    Returns
+    -------
+    Finished where a try has succeeded, else how the stage has ended.
     """
     finisher, iterated = _Finisher(problem, clock), 0.0
-    last: Iterate | None = None
+    last = None if x0 is None else Iterate(x0, None, "", 0)
+    if last is not None:
+        finisher.is_steady(last.x > 0)
     while True:
         began = clock()
-        iterate, ending = _next(iterates)
+        step = advance(stage)
         iterated += clock() - began
-        if iterate is not None:
-            yield iterate
-            last, budget, ready = iterate, iterated, finisher.is_steady(iterate.x > 0)
+        if isinstance(step, Iterate):
+            yield step
+            last, budget, ready = step, iterated, finisher.is_steady(step.x > 0)
         else:
             budget, ready = np.inf, last is not None
         if ready and last is not None and finisher.is_due(budget, last.x > 0):
             finished = finisher.attempt(last.x, budget, last.evaluations)
             if finished is not None:
                 yield finished
-                return
-        if ending is not None:
-            raise ending
-        if iterate is None:
-            return
-
-
-def _next(iterates: Iterator[Iterate]) -> tuple[Iterate | None, Breakdown | Stalled | None]:
-    """The next iterate, or None and what the method has raised, if anything."""
-    try:
-        return next(iterates, None), None
-    except (Breakdown, Stalled) as ending:
-        return None, ending
+                return Finished()
+        if not isinstance(step, Iterate):
+            return step
 
 
 class _Finisher:
@@ -85,33 +77,33 @@ class _Finisher:
         self._tried: Mask | None = None
         self._unfinished: tuple[int, Mask] | None = None
 
-    def is_steady(self, inside: Mask) -> bool:
+    def is_steady(self, active: Mask) -> bool:
         """Whether P, of which this is the newest, has nearly stayed the same for STEADY iterates."""
-        before, self._seen = self._seen, inside
-        near = before.size > 0 and np.count_nonzero(inside != before) <= NEARLY * inside.size
+        before, self._seen = self._seen, active
+        near = before.size > 0 and np.count_nonzero(active != before) <= NEARLY * active.size
         self._steady = self._steady + 1 if near else 0
         return self._steady >= STEADY
 
-    def is_due(self, iterated: float, inside: Mask) -> bool:
+    def is_due(self, iterated: float, active: Mask) -> bool:
         """Whether there is time for two steps, and P not that of the last try, unless time was all that it lacked."""
         if self._spent + 2 * self._longest > iterated:
             return False
-        return self._unfinished is not None or self._is_new(inside)
+        return self._unfinished is not None or self._is_new(active)
 
-    def _is_new(self, inside: Mask) -> bool:
-        return self._tried is None or not np.array_equal(inside, self._tried)
+    def _is_new(self, active: Mask) -> bool:
+        return self._tried is None or not np.array_equal(active, self._tried)
 
     def attempt(self, x: Vector, budget: float, evaluations: int) -> Iterate | None:
         """Pivot from the signs of x while fewer become wrong and the budget, in seconds of all tries, lasts."""
-        inside, fewest = x > 0, self._problem.n + 1
-        if self._unfinished is not None and not self._is_new(inside):
-            fewest, inside = self._unfinished
+        active, fewest = x > 0, self._problem.n + 1
+        if self._unfinished is not None and not self._is_new(active):
+            fewest, active = self._unfinished
         else:
-            self._tried = inside
+            self._tried = active
         self._unfinished = None
         while True:
             began = self._clock()
-            solved = self._basic_solution(inside)
+            solved = self._basic_solution(active)
             seconds = self._clock() - began
             self._spent += seconds
             self._longest = max(seconds, self._longest)
@@ -124,19 +116,19 @@ class _Finisher:
                 return Iterate(x, None, STEP, evaluations)
             if number >= fewest:
                 return None
-            fewest, inside = number, inside ^ wrong
+            fewest, active = number, active ^ wrong
             if self._spent + seconds > budget:
-                self._unfinished = fewest, inside
+                self._unfinished = fewest, active
                 return None
 
-    def _basic_solution(self, inside: Mask) -> tuple[Vector, Mask] | None:
+    def _basic_solution(self, active: Mask) -> tuple[Vector, Mask] | None:
         """x of the basic solution of P and where its signs are wrong beyond rounding; None where it has none."""
         M, q = self._problem.M, self._problem.q
         if self._solver is None:
             self._solver = PrincipalSolver(M)
             ones = np.ones(q.size)
             self._row_sizes = matrices.row_and_column_maxima(M, ones, ones)[0]
-        indices = np.flatnonzero(inside)
+        indices = np.flatnonzero(active)
         z = np.zeros(q.size)
         try:
             z[indices] = self._solver.solve(indices, -q[indices])
@@ -144,11 +136,11 @@ class _Finisher:
             return None
         with np.errstate(over="ignore", invalid="ignore"):
             w = self._problem.w(z)
-            rounding = ROUNDING * (products.absolute_product(M, np.abs(z)) + np.abs(q))
-            values = np.where(inside, z * self._row_sizes, w)
+            rounding = ROW_ROUNDING * (products.absolute_product(M, np.abs(z)) + np.abs(q))
+            values = np.where(active, z * self._row_sizes, w)
         if not np.isfinite(rounding).all():
             return None
         wrong: Mask = values < -rounding
-        x: Vector = 0.5 * np.where(inside, z, -w)
+        x: Vector = 0.5 * np.where(active, z, -w)
         x[(values < 0) & ~wrong] = 0.0
         return x, wrong

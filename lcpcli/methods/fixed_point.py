@@ -8,8 +8,6 @@ Algebra with Applications 17 (2010) 917-933. `anderson` accelerates it (H. F. Wa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-
 import numpy as np
 
 from lcpcli import options
@@ -17,9 +15,10 @@ from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.products import product
 from lcpcli.linalg.spectrum import ends
 from lcpcli.methods.anderson import Anderson
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.methods.iterate import Breakdown, Iterate, Stage, Stalled, ended
+from lcpcli.methods.registry import ANDERSON, OMEGA
 from lcpcli.model.problem import Problem
-from lcpcli.options import AUTO, OPTIONS
+from lcpcli.options import AUTO
 from lcpcli.typing import Matrix, Vector
 
 
@@ -27,9 +26,9 @@ def fixed_point(
     problem: Problem,
     x0: Vector,
     *,
-    omega: float | str = float(OPTIONS["omega"].default or 0),
-    anderson: int = int(OPTIONS["anderson"].default or 0),
-) -> Iterator[Iterate]:
+    omega: float | str = OMEGA.value,
+    anderson: int = int(ANDERSON.value),
+) -> Stage:
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
 
     For symmetric positive definite M it converges linearly for every omega > 0, by the contraction factor
@@ -48,32 +47,30 @@ def fixed_point(
 
     Yields
     ------
-    Iterate : x0, x1, x2, ... and from x1 on F(x) = M z - w + q, which costs nothing: F(x_k) is the change of
-        (omega I - M) |x| from x_(k-1) to x_k.
+    Iterate : x1, x2, ... with F(x) = M z - w + q, which costs nothing: F(x_k) is the change of (omega I - M) |x| from
+        x_(k-1) to x_k.
+
+    Returns
+    -------
+    Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is found out at once.
 
     Raises
     ------
     OptionError : at once, if an option is out of its range.
-    Breakdown : omega I + M is singular.
-    Stalled : the iterates have stopped changing.
     """
-    options.check(omega=omega, anderson=anderson)
-    return _iterates(problem, x0, omega, int(anderson), factors.factorizer(problem.M))
-
-
-def _iterates(
-    problem: Problem, x: Vector, omega: float | str, anderson: int, factorize: Callable[[float], factors.Solve]
-) -> Iterator[Iterate]:
-    M, q = problem.M, problem.q
-    omega = best_omega(M) if omega == AUTO else float(omega)
+    options.check((OMEGA, ANDERSON), {"omega": omega, "anderson": anderson})
+    omega = best_omega(problem.M) if omega == AUTO else float(omega)
     try:
-        solve = factorize(omega)
+        solve = factors.factorizer(problem.M)(omega)
     except factors.SingularMatrix:
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
-        raise Breakdown(
-            f"{name} is singular to working precision, the iteration is not defined; try another --omega"
-        ) from None
-    yield Iterate(x, None, "", 0)
+        reason = f"{name} is singular to working precision, the iteration is not defined; try another --omega"
+        return ended(Breakdown(reason))
+    return _iterates(problem, x0, omega, int(anderson), solve)
+
+
+def _iterates(problem: Problem, x: Vector, omega: float, anderson: int, solve: factors.Solve) -> Stage:
+    M, q = problem.M, problem.q
     accelerator = Anderson(anderson, problem.n) if anderson else None
     image = _image(M, omega, x)
     evaluations = 1
@@ -84,7 +81,7 @@ def _iterates(
         evaluations += 1
         yield Iterate(x, base_image - image, "", evaluations)
         if np.array_equal(x, base):
-            raise Stalled("the iterates have stopped changing in double precision")
+            return Stalled("the iterates have stopped changing in double precision")
         if accelerator is not None:
             mixed = accelerator.next(base, x)
             if mixed is not x:

@@ -7,28 +7,27 @@ the lexicographic rule after B. C. Eaves, The linear complementarity problem, Ma
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from lcpcli.linalg import factors, matrices, products
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, Stalled
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
+from lcpcli.methods.registry import METHODS
 from lcpcli.methods.tableau import Tableau
 from lcpcli.model.problem import Problem
 from lcpcli.rational.tableau import IntegerTableau
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 
-EPS = float(np.finfo(float).eps)
-LARGEST = 5000  # unknowns; the inverse of the basis is dense
-EXACT = 13  # unknowns up to which integers are pivoted as such: more than 2^13 pivots are beyond the usual limit
+MOST_UNKNOWNS = METHODS["lemke"].most or 0  # as the inverse of the basis is dense
+MOST_IN_INTEGERS = 13  # unknowns up to which integers are pivoted as such: 2^14 pivots are beyond the usual limit
 LARGEST_INTEGER = 2**20
 RAY = "this proves the problem infeasible where M is copositive-plus or row sufficient; elsewhere it proves nothing"
 
 
-def lemke(problem: Problem, x0: Vector) -> Iterator[Iterate]:
+def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as every method has it)
     """Follow the path of almost complementary basic solutions of w = M z + e z_0 + q from a large z_0 down to z_0 = 0.
 
     For every M it ends after finitely many pivots, at a solution or on a ray. Where M is copositive-plus (Lemke 1965)
@@ -38,36 +37,35 @@ def lemke(problem: Problem, x0: Vector) -> Iterator[Iterate]:
     usually of the order of n, at worst exponential.
 
     With k of the z basic, a pivot costs a few passes over the k columns of the n-by-n inverse that are no unit
-    vectors. They are dense, however sparse M is. Where M and q are integers up to 2^20 and n <= EXACT, all is done in
-    integers, so that the path is the same on every machine, ties or not.
+    vectors. They are dense, however sparse M is. Where M and q are integers up to 2^20 and n <= MOST_IN_INTEGERS, all
+    is done in integers, so that the path is the same on every machine, ties or not.
 
     Parameters
     ----------
     problem : the LCP, n <= 5000 unknowns.
-    x0 : yielded first, as every method does, and not used: the method starts where it must, from z = 0.
+    x0 : not used: the method starts where it must, from z = 0.
 
     Yields
     ------
-    Iterate : x0, and (z - w) / 2 after every pivot, with F = M z - w + q = -z_0 e, which costs nothing. The last one is
+    Iterate : (z - w) / 2 after every pivot, with F = M z - w + q = -z_0 e, which costs nothing. The last one is
         computed anew from M and q. `evaluations` counts the pivots.
 
-    Raises
-    ------
-    NoSolution : the path has ended on a ray; the certificate is "farkas" if the ray proves that no z >= 0 has
-        M z + q >= 0, otherwise "ray".
-    Stalled : the last basis is complementary, but ill-conditioned: its solution does not solve the problem.
-    Breakdown : there are too many unknowns, or the numbers have overflowed.
+    Returns
+    -------
+    Finished : at a solution. NoSolution : the path has ended on a ray; the certificate is "farkas" if the ray proves
+        that no z >= 0 has M z + q >= 0, otherwise "ray". Stalled : the last basis is complementary, but
+        ill-conditioned: its solution does not solve the problem. Breakdown : there are too many unknowns, or the
+        numbers have overflowed.
     """
-    n, needed = problem.n, bool((problem.q < 0).any())
-    if needed and n > LARGEST:
-        raise Breakdown(f"it keeps a dense inverse, for at most {LARGEST} unknowns; here are {n}")
-    yield Iterate(x0, None, "", 0)
-    if not needed:
+    n = problem.n
+    if (problem.q >= 0).all():
         yield Iterate(-0.5 * problem.q, np.zeros(n), "", 0)
-    elif n <= EXACT and _are_small_integers(problem):
-        yield from _integer_path(problem)
-    else:
-        yield from _path(problem, Tableau(problem))
+        return Finished()
+    if n > MOST_UNKNOWNS:
+        return Breakdown(f"it keeps a dense inverse, for at most {MOST_UNKNOWNS} unknowns; here are {n}")
+    if n <= MOST_IN_INTEGERS and _are_small_integers(problem):
+        return (yield from _integer_path(problem))
+    return (yield from _path(problem, Tableau(problem)))
 
 
 def _are_small_integers(problem: Problem) -> bool:
@@ -75,22 +73,25 @@ def _are_small_integers(problem: Problem) -> bool:
     return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= LARGEST_INTEGER for v in numbers)
 
 
-def _integer_path(problem: Problem) -> Iterator[Iterate]:
+def _integer_path(problem: Problem) -> Stage:
     M = [{j: int(a) for j, a in enumerate(row) if a} for row in matrices.dense(problem.M).tolist()]
     tableau = IntegerTableau(M, list(map(int, problem.q.tolist())))
     for pivots, _ in enumerate(tableau.path(), 1):
         cover = float(tableau.value_of(2 * problem.n))
         yield Iterate(tableau.x(), np.full(problem.n, -cover), "", pivots)
     if tableau.ray is not None:
-        raise NoSolution(_certificate(problem, tableau.direction(), tableau.multipliers()))
+        return NoSolution(_certificate(problem, tableau.direction(), tableau.multipliers()))
+    return Finished()
 
 
-def _path(problem: Problem, tableau: Tableau) -> Iterator[Iterate]:
+def _path(problem: Problem, tableau: Tableau) -> Stage:
     n, auxiliary = problem.n, 2 * problem.n
     pivots, entering = 0, auxiliary
     column, row, tied = tableau.first_pivot()
     while True:
         leaving = tableau.pivot(column, row, tied, entering)
+        if not np.isfinite(tableau.values).all():
+            return Breakdown("the basic solution has overflowed")
         pivots += 1
         yield Iterate(tableau.x(), np.full(n, -tableau.value_of(auxiliary)), "", pivots)
         entering = leaving - n if leaving >= n else leaving + n
@@ -103,10 +104,10 @@ def _path(problem: Problem, tableau: Tableau) -> Iterator[Iterate]:
             if row == tableau.row_of[auxiliary]:
                 yield Iterate(x, F, "", pivots + 1)
                 if solves:
-                    return
-                raise Stalled("the last basis is complementary, but too ill-conditioned to give a solution")
+                    return Finished()
+                return Stalled("the last basis is complementary, but too ill-conditioned to give a solution")
         if row < 0:
-            raise NoSolution(_certificate(problem, tableau.direction(column, entering), tableau.multipliers()))
+            return NoSolution(_certificate(problem, tableau.direction(column, entering), tableau.multipliers()))
 
 
 def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]:

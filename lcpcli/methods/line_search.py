@@ -15,15 +15,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.methods.iterate import Stalled
 from lcpcli.methods.smoothing import Point, Smoothed
 from lcpcli.typing import Vector
 
 MAX_TRIALS = 200
-TINY = 1e-6  # from this share of the first trial length on, it is worth looking whether a trial changes x at all
+SHORT_STEP = 1e-6  # from this share of the first trial length on, it is worth looking whether a trial changes x at all
 
 
 @dataclass
@@ -57,13 +57,20 @@ class Bracket:
         return inner
 
 
+class Step(NamedTuple):
+    """Where a step leads, and the gradient of f there; trials is how many lengths were tried."""
+
+    point: Point
+    gradient: Vector
+    trials: int
+
+
 def search(
     smoothed: Smoothed, start: Point, s: Vector, slope: float, gamma: float, rho: float, sigma: float
-) -> tuple[Point, Vector, int]:
+) -> Step | int:
     """The step from start along s, where f has the slope <grad f, s> < 0, found from the first trial length gamma > 0.
 
-    Returns the point at its end, the gradient there and the number of trials. Raises Stalled when the
-    trials have come down to lengths that change nothing: the decrease is below rounding.
+    Just the number of trials where these have come down to lengths that change nothing: the decrease is below rounding.
     """
     bracket, first = Bracket(0.0, start.f, slope), gamma
     for trial in range(1, MAX_TRIALS + 1):
@@ -71,14 +78,14 @@ def search(
         x += start.x
         point = smoothed.at(x)
         if not point.f <= start.f + gamma * rho * slope:
-            if gamma < TINY * first and np.array_equal(x, start.x):
+            if gamma < SHORT_STEP * first and np.array_equal(x, start.x):
                 break
             bracket.cut_high(gamma, point.f)
         else:
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
-                return point, g, trial
+                return Step(point, g, trial)
             bracket.raise_low(gamma, point.f, slope_here)
         gamma = bracket.next_trial(slope)
-    raise Stalled("no step decreases |F~| any further in double precision", trial)
+    return trial

@@ -10,23 +10,22 @@ K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from lcpcli.linalg import factors, matrices, products
+from lcpcli.linalg import factors, matrices
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.methods.iterate import Breakdown, Iterate
+from lcpcli.linalg.products import absolute_product
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 LEAST_INDEX = "least index"
 FEW = 0.05  # of all signs may be wrong where it is worth asking whether that is more than rounding
-ROUNDING = 8 * float(np.finfo(np.float64).eps)
 PATIENCE = 10  # steps that exchange all infeasible indices without a new least number of them, before one at a time
 
 
-def newton(problem: Problem, x0: Vector) -> Iterator[Iterate]:
+def newton(problem: Problem, x0: Vector) -> Stage:
     """Exchange all indices whose z or w is negative; after PATIENCE steps without a new minimum, the least one alone.
 
     Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. On
@@ -40,35 +39,34 @@ def newton(problem: Problem, x0: Vector) -> Iterator[Iterate]:
 
     Yields
     ------
-    Iterate : x0, then x = (z - w) / 2 of the basic solutions, with step "block" or "least index".
+    Iterate : x = (z - w) / 2 of the basic solutions, with step "block" or "least index".
 
-    Raises
-    ------
-    Breakdown : M_PP is singular.
+    Returns
+    -------
+    Finished, or Breakdown : M_PP is singular.
     """
     return _iterates(problem, x0, PrincipalSolver(problem.M))
 
 
-def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Iterator[Iterate]:
-    yield Iterate(x0, None, "", 0)
-    inside = x0 > 0
+def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Stage:
+    active = x0 > 0
     fewest, patience, step = problem.n + 1, PATIENCE, "block"
     evaluations = 0
     while True:
         z = np.zeros(problem.n)
         try:
-            z[inside] = solver.solve(np.flatnonzero(inside), -problem.q[inside])
+            z[active] = solver.solve(np.flatnonzero(active), -problem.q[active])
         except factors.SingularMatrix:
-            raise Breakdown(f"the principal submatrix of {int(inside.sum())} indices is singular") from None
+            return Breakdown(f"the principal submatrix of {int(active.sum())} indices is singular")
         w = problem.w(z)
-        w[inside] = 0.0
+        w[active] = 0.0
         evaluations += 1
         infeasible = np.flatnonzero((z < 0) | (w < 0))
         few = infeasible.size <= FEW * problem.n
-        settled = few and not (infeasible.size and _beyond_rounding(problem, z, w, infeasible))
-        yield Iterate(0.5 * (z - w), None, step, evaluations, settled=settled)
+        final = few and not (infeasible.size and _beyond_rounding(problem, z, w, infeasible))
+        yield Iterate(0.5 * (z - w), None, step, evaluations, signs_final=final)
         if not infeasible.size:
-            return
+            return Finished()
         if infeasible.size < fewest:
             fewest, patience, step = infeasible.size, PATIENCE, "block"
         elif patience > 1:
@@ -76,13 +74,13 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Iterator
         else:
             step = LEAST_INDEX
         exchanged = infeasible if step == "block" else infeasible[:1]
-        inside[exchanged] = ~inside[exchanged]
+        active[exchanged] = ~active[exchanged]
 
 
 def _beyond_rounding(problem: Problem, z: Vector, w: Vector, infeasible: Indices) -> bool:
     """Whether a negative z_i or w_i is more than what rounding leaves of zero in its row."""
     rows = problem.M[infeasible]
-    terms = products.absolute_product(rows, np.abs(z)) + np.abs(problem.q[infeasible])
+    terms = absolute_product(rows, np.abs(z)) + np.abs(problem.q[infeasible])
     sizes = matrices.row_maxima(rows)
     violations = -np.minimum(z[infeasible] * sizes, w[infeasible])
-    return bool((violations > ROUNDING * terms).any())
+    return bool((violations > ROW_ROUNDING * terms).any())

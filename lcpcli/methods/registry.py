@@ -1,68 +1,202 @@
-"""The methods by name, imported when they are asked for. A method `m` is the function m in the module of that name."""
+"""The methods, each declared once: what the command line, the library, help, completion and diagnosis read of it.
+
+To add one: a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
+checks its options, sets itself up and returns an `iterate.Stage`. It is imported when it is asked for, nothing heavy
+here.
+"""
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import OptionError, likely
-from lcpcli.options import OPTIONS, flag
+from lcpcli.options import Option, flag
 
 if TYPE_CHECKING:
-    from lcpcli.methods.iterate import Iterate
+    from lcpcli.methods.iterate import Stage
     from lcpcli.model.problem import Problem
 
+ADDITIONS = {"scale": "work on the equilibrated problem", "finish": "end on the active set"}  # to methods that iterate
+ANY = "any matrix"  # in the place of a class
+
+P = Option(
+    "p",
+    float,
+    None,
+    "0 < p < infinity",
+    lambda p: 0 < p < math.inf,
+    "Smoothing parameter; by default so large that the smoothing error is below rounding.",
+    derived="default_p",
+)
+K_STAR = Option(
+    "k_star",
+    int,
+    100,
+    "whole number >= 1",
+    lambda k: k >= 1,
+    "A steepest-descent step is inserted at every multiple of k*.",
+)
+RHO = Option(
+    "rho",
+    float,
+    1e-4,
+    "0 < rho < 1/2",
+    lambda rho: 0 < rho < 0.5,
+    "Sufficient decrease in the line search.",
+)
+SIGMA = Option(
+    "sigma",
+    float,
+    0.9,
+    "rho < sigma < 1",
+    lambda sigma: 0 < sigma < 1,
+    "Curvature in the line search.",
+    above="rho",
+)
+OMEGA = Option(
+    "omega",
+    float,
+    1.0,
+    "0 < omega < infinity, or auto",
+    lambda omega: 0 < omega < math.inf,
+    "Modulus parameter; 1 is the published method, auto is estimated from the spectrum of M.",
+    auto=True,
+)
+ANDERSON = Option(
+    "anderson",
+    int,
+    0,
+    "whole number >= 0",
+    lambda memory: memory >= 0,
+    "Accelerate the iteration by that many earlier steps; 0 is the published method.",
+)
+
+
+@dataclass(frozen=True)
+class Method:
+    """One method.
+
+    meaning : one line of help, with the source.
+    options : its numeric options, keyword-only parameters of its function.
+    vectors : its parameters that are vectors given like a start, with their help.
+    iterates : whether it is an iteration on x, to which ADDITIONS may be made.
+    uses_start : whether it matters where it starts.
+    timed : whether its function takes the time limit, so as to divide the time among its parts.
+    factorizes : how M is stored, "dense" or "sparse", where its set-up needs a factorization: what that takes is then
+        imported before the clock starts.
+    most : unknowns that it takes; None for no limit.
+    guaranteed : for which classes of M it ends at a solution, or with a proof that there is none, in exact arithmetic,
+        with what it does there; the first class to which M belongs counts.
+    place : the module in lcpcli.methods and the function, where these are not called as the method is.
+    """
+
+    meaning: str
+    options: tuple[Option, ...] = ()
+    vectors: Mapping[str, str] = field(default_factory=dict)
+    iterates: bool = False
+    uses_start: bool = False
+    timed: bool = False
+    factorizes: tuple[str, ...] = ()
+    most: int | None = None
+    guaranteed: Mapping[str, str] = field(default_factory=dict)
+    place: tuple[str, str] | None = None
+
+
 METHODS = {
-    "auto": "whatever solves the problem first, or proves that it has no solution",
-    "shi": "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
-    "fixed-point": "modulus iteration (Schäfer 2004)",
-    "newton": "generalized Newton, safeguarded block principal pivoting (Kostreva 1978; Júdice and Pires 1994)",
-    "lemke": "complementary pivoting (Lemke 1965)",
-    "milp": "mixed-integer program (Pardalos and Rosen 1988)",
+    "auto": Method(
+        "whatever solves the problem first, or proves that it has no solution",
+        uses_start=True,
+        timed=True,
+        factorizes=("dense",),
+        guaranteed={ANY: "it ends on milp, which needs no property of M; exponential in n at worst"},
+        place=("auto.policy", "auto"),
+    ),
+    "shi": Method(
+        "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
+        options=(P, K_STAR, RHO, SIGMA),
+        vectors={"x1": "Second point of shi.  [default: the problem's, else a descent step]"},
+        iterates=True,
+        uses_start=True,
+        guaranteed={"p_matrix": "steepest descent leads to the solution, unless rounding stalls it"},
+    ),
+    "fixed-point": Method(
+        "modulus iteration (Schäfer 2004)",
+        options=(OMEGA, ANDERSON),
+        iterates=True,
+        uses_start=True,
+        factorizes=("dense", "sparse"),
+        guaranteed={"positive_definite": "each step comes closer to the solution, whatever omega", "h_plus": ""},
+    ),
+    "newton": Method(
+        "generalized Newton, safeguarded block principal pivoting (Kostreva 1978; Júdice and Pires 1994)",
+        uses_start=True,
+        factorizes=("dense", "sparse"),
+        guaranteed={"p_matrix": "it ends at the solution, usually after a handful of steps"},
+    ),
+    "lemke": Method(
+        "complementary pivoting (Lemke 1965)",
+        most=5000,
+        guaranteed={
+            "p_matrix": "it ends at the solution",
+            "strictly_copositive": "it ends at a solution",
+            "copositive_plus": "it ends at a solution, or on a ray that proves that there is none",
+            "row_sufficient": "it ends at a solution, or on a ray that proves that there is none",
+        },
+    ),
+    "milp": Method(
+        "mixed-integer program (Pardalos and Rosen 1988)",
+        timed=True,
+        guaranteed={ANY: "it needs no property of M; exponential in n at worst"},
+    ),
 }
 
-ITERATIVE = ("shi", "fixed-point")  # the methods that equilibration and finishing may be added to
-STARTED = ("auto", "shi", "fixed-point", "newton")  # the methods to which it matters where they start
-ADDITIONS = ("scale", "finish")
 
-Method = Callable[..., "Iterator[Iterate]"]
+OPTIONS = {option.name: option for method in METHODS.values() for option in method.options}
 
 
-def load(name: str) -> Method:
-    """The method of that name: a function (problem, x0, *, options) that checks its options and returns an iterator."""
+def meanings() -> dict[str, str]:
+    """The methods with their lines of help."""
+    return {name: method.meaning for name, method in METHODS.items()}
+
+
+def declared(name: str) -> Method:
+    """The declaration of the method of that name, or an OptionError with a likely name."""
     if name not in METHODS:
         raise OptionError("method", f"{name!r} is unknown", likely(str(name), METHODS))
-    function = name.replace("-", "_")
-    module = "auto.policy" if name == "auto" else function
-    method: Method = getattr(import_module(f"lcpcli.methods.{module}"), function)
-    return method
+    return METHODS[name]
 
 
-def options_of(method: Method) -> list[str]:
-    """The options that have an effect on a method: its keyword-only parameters."""
-    parameters = inspect.signature(method).parameters.values()
-    return [parameter.name for parameter in parameters if parameter.kind is parameter.KEYWORD_ONLY]
+def load(name: str) -> Callable[..., Stage]:
+    """The function of the method of that name."""
+    module, function = declared(name).place or 2 * (name.replace("-", "_"),)
+    loaded: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
+    return loaded
 
 
-def options_in_force(method: Method, problem: Problem, chosen: dict[str, Any]) -> dict[str, Any]:
-    """All of a method's options with their values: chosen, default, or derived from the problem by the method's module.
+def parameters_of(name: str) -> list[str]:
+    """All that a method's function takes besides the problem and the start."""
+    method = declared(name)
+    return [*method.vectors, *(option.name for option in method.options), *["time_limit"] * method.timed]
+
+
+def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """All of a method's parameters with their values: chosen, default, or derived from the problem.
 
     Raises OptionError for a chosen option that has no effect on the method.
     """
-    known = options_of(method)
-    for name in chosen:
-        if name not in OPTIONS and name not in known:
-            raise OptionError(name, "is no option of a method", f"there are {', '.join(known)}")
-        if name not in known:
-            raise OptionError(
-                flag(name), f"has no effect with the method {method.__name__.replace('_', '-')}", "leave it out"
-            )
-    parameters = inspect.signature(method).parameters
-    values = {name: chosen.get(name, parameters[name].default) for name in known}
-    module = import_module(method.__module__)
-    for name, value in values.items():
-        if value is None and hasattr(module, f"default_{name}"):
-            values[name] = getattr(module, f"default_{name}")(problem)
-    return values
+    method, known = declared(name), parameters_of(name)
+    for wrong in (given for given in chosen if given not in known):
+        if wrong not in OPTIONS:
+            raise OptionError(wrong, "is no option of a method", f"there are {', '.join(known)}")
+        raise OptionError(flag(wrong), f"has no effect with the method {name}", "leave it out")
+    values: dict[str, Any] = {vector: chosen.get(vector) for vector in method.vectors}
+    for option in method.options:
+        value = chosen.get(option.name, option.default)
+        if value is None and option.derived:
+            value = getattr(import_module(load(name).__module__), option.derived)(problem)
+        values[option.name] = value
+    return values | ({"time_limit": chosen.get("time_limit", math.inf)} if method.timed else {})

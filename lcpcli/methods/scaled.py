@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from lcpcli.methods.iterate import Iterate
+from lcpcli.methods.iterate import Iterate, Stage, advance
 from lcpcli.model.scaled import Scaled
 
 
-def in_original_units(units: Scaled, iterates: Iterator[Iterate]) -> Iterator[Iterate]:
-    """The iterates with x and F of the original problem."""
-    for iterate in iterates:
+def in_original_units(units: Scaled, stage: Stage) -> Stage:
+    """The stage with x and F of the original problem."""
+    while True:
+        step = advance(stage)
+        if not isinstance(step, Iterate):
+            return step
         with np.errstate(over="ignore"):
-            F = None if iterate.F is None else iterate.F / units.R
-        yield replace(iterate, x=units.back(iterate.x), F=F)
+            F = None if step.F is None else step.F / units.R
+        yield replace(step, x=units.back(step.x), F=F)

@@ -9,20 +9,19 @@ Steps are numbered as in the paper's algorithm.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
 from lcpcli import options
 from lcpcli.linalg import matrices
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.linalg.doubles import EPS
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.methods.line_search import search
+from lcpcli.methods.registry import K_STAR, RHO, SIGMA, P
 from lcpcli.methods.smoothing import Smoothed
 from lcpcli.model.problem import Problem
-from lcpcli.options import OPTIONS
 from lcpcli.typing import Vector
 
-EPS = float(np.finfo(float).eps)
 SELECTED = "1"
 STEEPEST_AT_MULTIPLE = "2.2"
 PLANE = "2.4"
@@ -36,11 +35,11 @@ def shi(
     x0: Vector,
     *,
     x1: Vector | None = None,
-    p: float | None = OPTIONS["p"].default,
-    k_star: int = int(OPTIONS["k_star"].default or 0),
-    rho: float = OPTIONS["rho"].default or 0.0,
-    sigma: float = OPTIONS["sigma"].default or 0.0,
-) -> Iterator[Iterate]:
+    p: float | None = P.default,
+    k_star: int = int(K_STAR.value),
+    rho: float = RHO.value,
+    sigma: float = SIGMA.value,
+) -> Stage:
     """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step.
 
     In exact arithmetic, limit points of the steepest-descent steps are stationary points of f if its level sets are
@@ -60,17 +59,20 @@ def shi(
 
     Yields
     ------
-    Iterate : x0, x1, x2, ... with F~ and the number of the step that led there: "1" selected, "2.2" steepest descent
+    Iterate : x1, x2, ... with F~ and the number of the step that led there: "1" selected, "2.2" steepest descent
         at a multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for want of a
         direction that descends, also where the search along one of step 2.4 or 2.5 has found no step.
+
+    Returns
+    -------
+    Finished : F~ is zero. Stalled : the decrease of f is below rounding. Breakdown : f is stationary where F~ is not
+        zero (J is singular), or |F~|^2 over- or underflows.
 
     Raises
     ------
     OptionError : at once, if an option is out of its range.
-    Stalled : the decrease of f is below rounding.
-    Breakdown : f is stationary where F~ is not zero (J is singular), or |F~|^2 overflows.
     """
-    options.check(p=p, k_star=k_star, rho=rho, sigma=sigma)
+    options.check((P, K_STAR, RHO, SIGMA), {"p": p, "k_star": k_star, "rho": rho, "sigma": sigma})
     return _iterates(problem, x0, x1, default_p(problem) if p is None else p, int(k_star), rho, sigma)
 
 
@@ -82,11 +84,10 @@ def default_p(problem: Problem) -> float:
 
 def _iterates(
     problem: Problem, x0: Vector, x1: Vector | None, p: float, k_star: int, rho: float, sigma: float
-) -> Iterator[Iterate]:
+) -> Stage:
     smoothed = Smoothed(problem, p)
     here = smoothed.at(x0)
     evaluations = 1
-    yield Iterate(here.x, here.F, SELECTED, evaluations)
     if x1 is None:
         k, g = 0, smoothed.gradient(here)
         step, s = SELECTED, -g
@@ -99,25 +100,26 @@ def _iterates(
     while here.f > 0:
         slope = float(g @ s)
         if not (math.isfinite(here.f) and math.isfinite(slope)):
-            raise Breakdown("|F~|^2 overflows; divide q and the start by their size")
+            return Breakdown("|F~|^2 overflows; divide q and the start by their size")
         if slope == 0:
-            raise Breakdown("f = |F~|^2 / 2 is stationary at a point that is no zero of F~: J is singular there")
+            return Breakdown("f = |F~|^2 / 2 is stationary at a point that is no zero of F~: J is singular there")
         last = here
         first_trial = -2 * here.f / slope  # where a parabola of that slope comes down to 0
-        try:
-            here, g, trials = search(smoothed, here, s, slope, first_trial, rho, sigma)
-        except Stalled as stalled:
+        found = search(smoothed, here, s, slope, first_trial, rho, sigma)
+        if isinstance(found, int):
             if step in DESCENT:
-                raise
-            evaluations += stalled.evaluations
+                return Stalled("no step decreases |F~| any further in double precision")
+            evaluations += found
             step, s = STEEPEST, -g  # a kink, or rounding, lets f rise along s: no direction is left but d
             continue
+        here, g, trials = found
         evaluations += trials
         k += 1
         yield Iterate(here.x, here.F, step, evaluations)
         step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
     if here.F.any():
-        raise Breakdown("|F~|^2 underflows; multiply q and the start by one large number")
+        return Breakdown("|F~|^2 underflows; multiply q and the start by one large number")
+    return Finished()
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:

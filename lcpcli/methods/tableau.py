@@ -8,12 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.methods.iterate import Breakdown
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 NOISE = 2.0**-36  # an update that leaves no more than this of its terms has cancelled, ratios as close as this tie
-ROUNDING = 2.0**-42  # the same for sums that have just been computed from M and q
+RECOMPUTED = 2.0**-42  # the same for sums that have just been computed from M and q
 TIE = 2.0**-30  # quotients of entries of the inverse as close as this are equal
 DOUBTFUL = 2.0**-26  # a pivot that cancellation has made so small is computed anew before it is used
 REFACTOR = 50  # pivots, at least, between two inversions of the basis from scratch
@@ -120,8 +119,6 @@ class Tableau:
             self.outside[place] = self.outside[last]
             self.outside.pop()
         self.age += 1
-        if not np.isfinite(self.values).all():
-            raise Breakdown("the basic solution has overflowed")
         return leaving
 
     def invert(self) -> None:
@@ -137,9 +134,9 @@ class Tableau:
         except np.linalg.LinAlgError:
             return
         size = np.abs(block) @ (np.abs(columns[outside]) @ np.abs(block))
-        block[np.abs(block) <= ROUNDING * size] = 0.0
+        block[np.abs(block) <= RECOMPUTED * size] = 0.0
         rest = -(columns[inside] @ block)
-        rest[np.abs(rest) <= ROUNDING * (np.abs(columns[inside]) @ size)] = 0.0
+        rest[np.abs(rest) <= RECOMPUTED * (np.abs(columns[inside]) @ size)] = 0.0
         k, rows = others.size, self.row_of[inside]
         self.inverse[:k, others], self.inverse[:k, rows] = block.T, rest.T
         q = self.problem.q
@@ -147,7 +144,7 @@ class Tableau:
         size[rows] += np.abs(q[inside])
         self.values = q[outside] @ self.inverse[:k]
         self.values[rows] += q[inside]
-        self.values[np.abs(self.values) <= ROUNDING * size] = 0.0
+        self.values[np.abs(self.values) <= RECOMPUTED * size] = 0.0
         self.age = 0
 
     def _column(self, entering: int) -> tuple[Vector, Vector]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.linalg.doubles import LARGEST
 from lcpcli.typing import Vector
 
-LARGEST = float(np.finfo(np.float64).max) / 2  # |x| up to which z and w are finite
+LARGEST_X = LARGEST / 2  # |x| up to which z and w are finite
 
 
 def z_of(x: Vector) -> Vector:

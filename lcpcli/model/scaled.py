@@ -9,7 +9,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import LARGEST_POWER, equilibrate
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.modulus import LARGEST
+from lcpcli.model.modulus import LARGEST_X
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -39,7 +39,7 @@ class Scaled:
         Where z is too large for these, x is infinite; where w is, x is as far below 0 as it can be.
         """
         original: Vector = np.maximum(x, 0) * self.C
-        original += np.maximum(np.minimum(x, 0) / self.R, -LARGEST)
+        original += np.maximum(np.minimum(x, 0) / self.R, -LARGEST_X)
         return original
 
 

@@ -16,7 +16,7 @@ from lcpcli.linalg.principal import definite_solver
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
-ROUNDING = 10 * float(
+SEMIDEFINITE = 10 * float(
     np.finfo(np.float64).eps
 )  # times n: what rounding may take from a semidefinite M of unit diagonal
 
@@ -50,7 +50,7 @@ def _is_semidefinite(M: Matrix) -> bool:
     if (products.absolute_product(M, ones) <= 2 * diagonal).all():
         return True
     C = np.exp2(-np.rint(0.5 * np.log2(np.where(diagonal > 0, diagonal, 1.0))))  # powers of two keep it symmetric
-    shift = ROUNDING * M.shape[0]
+    shift = SEMIDEFINITE * M.shape[0]
     return definite_solver(_shifted(matrices.scaled(M, C, C), shift)) is not None
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.rational import sums
+from lcpcli.rational import linear, sums
 from lcpcli.typing import Mask, Matrix, Vector
 
 
@@ -28,16 +28,16 @@ def exact_basis(M: Matrix, q: Vector, P: Mask) -> Basis | None:
 
     It costs k^3 operations for k indices in P, on numbers whose length grows with k.
     """
-    inside = np.flatnonzero(P)
-    columns = matrices.dense_columns(M, inside)
+    active = np.flatnonzero(P)
+    columns = matrices.dense_columns(M, active)
     constant = [Fraction(value) for value in q.tolist()]
-    solved = sums.solve(columns[inside], [-constant[i] for i in inside])
-    if solved is None:
+    system = sums.row_integers(np.column_stack((columns[active], -q[active])))
+    z_P, null_space = linear.solve([row[:-1] for row in system], [row[-1] for row in system])
+    if z_P is None:
         return None
-    z_P, unique = solved
     w = (sums.product(row, z_P) + value for row, value in zip(columns, constant, strict=True))
     solves = min(z_P, default=0) >= 0 and all(value >= 0 for value in w)
     z = [Fraction(0)] * q.size
-    for i, value in zip(inside.tolist(), z_P, strict=True):
+    for i, value in zip(active.tolist(), z_P, strict=True):
         z[i] = value
-    return Basis(z, unique, solves)
+    return Basis(z, not null_space, solves)

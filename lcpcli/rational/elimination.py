@@ -6,9 +6,8 @@ E. H. Bareiss, Sylvester's identity and multistep integer-preserving Gaussian el
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import combinations
 
 Rows = list[list[int]]
@@ -112,36 +111,3 @@ def determinant(A: Rows) -> int:
         pivot = A[0][0]
         A, previous = eliminated(A, 0, previous), pivot
     return sign * A[0][0]
-
-
-def solve(A: Sequence[Sequence[int]], b: Sequence[int]) -> tuple[list[Fraction] | None, list[list[Fraction]]]:
-    """One solution of A x = b, None if there is none, and a basis of the null space of the square A, by reduction."""
-    n = len(A)
-    rows = [[Fraction(v) for v in (*row, value)] for row, value in zip(A, b, strict=True)]
-    pivots: list[int] = []
-    for column in range(n):
-        top = len(pivots)
-        found = next((i for i in range(top, n) if rows[i][column]), None)
-        if found is None:
-            continue
-        rows[top], rows[found] = rows[found], rows[top]
-        pivot = rows[top][column]
-        rows[top] = [v / pivot for v in rows[top]]
-        for i in range(n):
-            factor = rows[i][column]
-            if i != top and factor:
-                rows[i] = [v - factor * p for v, p in zip(rows[i], rows[top], strict=True)]
-        pivots.append(column)
-    free = [j for j in range(n) if j not in pivots]
-    basis = []
-    for j in free:
-        v = [Fraction(int(i == j)) for i in range(n)]
-        for row, column in zip(rows, pivots, strict=False):
-            v[column] = -row[j]
-        basis.append(v)
-    if any(row[n] for row in rows[len(pivots) :]):
-        return None, basis
-    x = [Fraction(0)] * n
-    for row, column in zip(rows, pivots, strict=False):
-        x[column] = row[n]
-    return x, basis

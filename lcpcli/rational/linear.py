@@ -1,48 +1,104 @@
-"""Linear systems in integers, solved in rational numbers by FLINT (https://flintlib.org), by way of python-flint.
+"""Linear systems in integers, solved in rational numbers. There is no other exact solver in the program.
 
-A regular system costs n^3 operations modulo primes and a p-adic lifting, J. D. Dixon, Exact solution of linear
-equations using p-adic expansions, Numerische Mathematik 40 (1982) 137-141: a second for n = 400 and entries of 7 bits.
+Small systems by fraction-free Gauss-Jordan elimination (E. H. Bareiss, Sylvester's identity and multistep integer-
+preserving Gaussian elimination, Mathematics of Computation 22 (1968) 565-578): n^3 operations on minors of the matrix.
+Larger ones by FLINT (https://flintlib.org), where python-flint is installed: a regular system costs n^3 operations
+modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of linear equations using p-adic expansions, Numerische
+Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same numbers.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from lcpcli.errors import OptionError
+
+SMALL = 16  # rows up to which FLINT would not be faster
+
+Rows = Sequence[Sequence[int]]
+
+
+class Solutions(NamedTuple):
+    """The solutions of a linear system.
+
+    x : one of them, in which unknowns whose columns depend on earlier ones are 0; None if there is none.
+    null_space : a basis of the solutions of A x = 0; empty where x is the only one.
+    """
+
+    x: list[Fraction] | None
+    null_space: list[list[Fraction]]
 
 
 def require() -> Any:
     """The module flint, or an OptionError that says how to get it."""
-    try:
-        import flint
-    except ModuleNotFoundError:
-        raise OptionError("--exact", "needs python-flint", "pip install 'linear-complementarity[exact]'") from None
+    flint = _flint()
+    if flint is None:
+        raise OptionError("--exact", "needs python-flint", "pip install 'linear-complementarity[exact]'")
     return flint
 
 
-def solve(A: Sequence[Sequence[int]], b: Sequence[int]) -> list[Fraction] | None:
-    """x with A x = b, for integers A of shape (m, n), m, n >= 1, and b of length m; None if there is none.
-
-    Where there are many, unknowns are taken in their order as long as their columns are independent; the others are 0.
-    """
-    flint = require()
-    m, n = len(A), len(A[0])
-    if m == n:
+def solve(A: Rows, b: Sequence[int]) -> Solutions:
+    """The solutions of A x = b, for integers A of shape (m, n) and b of length m."""
+    m, n = len(A), len(A[0]) if A else 0
+    flint = _flint() if m == n > SMALL else None
+    if flint is not None:
         try:
-            return [_fraction(x.p, x.q) for x in flint.fmpz_mat(A).solve(flint.fmpz_mat(n, 1, b)).entries()]
+            found = flint.fmpz_mat(A).solve(flint.fmpz_mat(n, 1, b)).entries()
+            return Solutions([Fraction(int(x.p), int(x.q)) for x in found], [])
         except ZeroDivisionError:
             pass
-    reduced, divisor, rank = flint.fmpz_mat([[*row, value] for row, value in zip(A, b, strict=True)]).rref()
+    rows, pivots, divisor = _reduced([[*row, value] for row, value in zip(A, b, strict=True)], n)
     x = [Fraction(0)] * n
-    for row in reduced.tolist()[:rank]:
-        pivot = next(j for j, value in enumerate(row) if value)
-        if pivot == n:
-            return None
-        x[pivot] = _fraction(row[n], divisor)
-    return x
+    for row, column in zip(rows, pivots, strict=False):
+        x[column] = Fraction(row[n], divisor)
+    null_space = []
+    for j in (j for j in range(n) if j not in pivots):
+        v = [Fraction(int(i == j)) for i in range(n)]
+        for row, column in zip(rows, pivots, strict=False):
+            v[column] = Fraction(-row[j], divisor)
+        null_space.append(v)
+    return Solutions(None if any(row[n] for row in rows[len(pivots) :]) else x, null_space)
 
 
-def _fraction(above: Any, below: Any) -> Fraction:
-    return Fraction(int(above), int(below))
+def inverse(A: Rows) -> list[list[Fraction]] | None:
+    """The inverse of a square A of integers; None if it is singular."""
+    n = len(A)
+    rows, pivots, divisor = _reduced([[*row, *(int(i == j) for j in range(n))] for i, row in enumerate(A)], n)
+    return [[Fraction(value, divisor) for value in row[n:]] for row in rows] if len(pivots) == n else None
+
+
+def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
+    """The reduced row echelon form of the first n columns times a divisor, its pivot columns, and that divisor."""
+    flint = _flint() if len(rows) > SMALL else None
+    if flint is not None:
+        reduced, divisor, rank = flint.fmpz_mat(rows).rref()
+        whole = [[int(value) for value in row] for row in reduced.tolist()]
+        leading = [next(j for j, value in enumerate(row) if value) for row in whole[:rank]]
+        return whole, [j for j in leading if j < n], int(divisor)
+    pivots: list[int] = []
+    previous = 1
+    for column in range(n):
+        top = len(pivots)
+        found = next((i for i in range(top, len(rows)) if rows[i][column]), None)
+        if found is None:
+            continue
+        rows[top], rows[found] = rows[found], rows[top]
+        pivot_row = rows[top]
+        pivot = pivot_row[column]
+        for i, row in enumerate(rows):
+            if i != top:
+                factor = row[column]
+                rows[i] = [(pivot * v - factor * p) // previous for v, p in zip(row, pivot_row, strict=True)]
+        pivots.append(column)
+        previous = pivot
+    return rows, pivots, previous
+
+
+def _flint() -> Any:
+    try:
+        import flint
+    except ModuleNotFoundError:
+        return None
+    return flint

@@ -14,6 +14,7 @@ import numpy as np
 
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
+from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Matrix, Vector
 
 Rows = list[dict[int, Fraction]]  # of a matrix: by its column, each entry that is not 0
@@ -117,12 +118,6 @@ def rows_of(M: Matrix) -> Rows:
 def fractions_of(values: Vector) -> list[Fraction]:
     """Doubles as the rational numbers that they are."""
     return [Fraction(value) for value in values.tolist()]
-
-
-def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:
-    """Integers V and d > 0 with values = V / d."""
-    d = math.lcm(*(value.denominator for value in values))
-    return [value.numerator * (d // value.denominator) for value in values], d
 
 
 def _dot(a: Sequence[int], b: Sequence[int]) -> int:

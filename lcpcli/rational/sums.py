@@ -9,11 +9,11 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from lcpcli.linalg.doubles import SMALLEST_NORMAL
 from lcpcli.typing import Vector
 
 MANTISSA = 53
 SUBNORMAL = 1074  # the smallest positive number is 2 to the minus this
-TINY = float(np.finfo(np.float64).smallest_normal)
 
 
 def sign_of_product(a: Vector, y: Vector) -> int:
@@ -43,7 +43,7 @@ def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
         rounded = float(exact)
     except OverflowError:
         return math.inf if total > 0 else -math.inf
-    if abs(rounded) >= TINY:
+    if abs(rounded) >= SMALLEST_NORMAL:
         return rounded
     return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), 1 if total > 0 else -1)
 
@@ -72,35 +72,15 @@ def integers(A: Vector) -> list[list[int]]:
     return [shifted[top : top + width] for top in range(0, len(shifted), width)]
 
 
-def solve(A: Vector, b: Sequence[Fraction]) -> tuple[list[Fraction], bool] | None:
-    """Solve A x = b for finite floats A of shape (m, n) and rational b of length m.
+def row_integers(A: Vector) -> list[list[int]]:
+    """The rows of A, finite floats of shape (m, n), each multiplied by the power of two that makes it whole."""
+    return [integers(row[np.newaxis])[0] for row in A]
 
-    Returns x and whether it is the only solution, or None if there is none. Pivots are sought from the first column
-    on; the unknowns that are left free are set to 0. Gauss-Jordan elimination: m n min(m, n) operations, on numbers
-    whose length grows in proportion to min(m, n).
-    """
-    rows = [[*map(Fraction, row), value] for row, value in zip(A.tolist(), b, strict=True)]
-    m, n = A.shape
-    pivots: list[int] = []
-    for column in range(n):
-        top = len(pivots)
-        found = next((i for i in range(top, m) if rows[i][column]), None)
-        if found is None:
-            continue
-        rows[top], rows[found] = rows[found], rows[top]
-        pivot = rows[top][column]
-        rows[top] = [value / pivot if value else value for value in rows[top]]
-        for i in range(m):
-            factor = rows[i][column]
-            if i != top and factor:
-                rows[i] = [v - factor * p if p else v for v, p in zip(rows[i], rows[top], strict=True)]
-        pivots.append(column)
-    if any(row[n] for row in rows[len(pivots) :]):
-        return None
-    x = [Fraction(0)] * n
-    for row, column in zip(rows, pivots, strict=False):
-        x[column] = row[n]
-    return x, len(pivots) == n
+
+def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:
+    """Integers V and d > 0 with values = V / d."""
+    d = math.lcm(*(value.denominator for value in values))
+    return [value.numerator * (d // value.denominator) for value in values], d
 
 
 def _whole(values: Vector) -> tuple[list[int], NDArray[np.int64]]:

@@ -9,7 +9,7 @@ from lcpcli.diagnosis.inspection import Inspection
 from lcpcli.diagnosis.rates import Rate
 from lcpcli.errors import count
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.options import OPTIONS
+from lcpcli.options import TOL
 
 WIDTH = 80
 TITLES = {
@@ -115,9 +115,7 @@ def _rate(rate: Rate | None, found: Inspection) -> str:
     many = rate.iterations > MANY
     times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
-    return (
-        f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {OPTIONS['tol'].default:.0e} of the first error"
-    )
+    return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the first error"
 
 
 def _bytes(size: int) -> str:

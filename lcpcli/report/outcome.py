@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from lcpcli.errors import count
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import numbers, summary
 from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.solving.result import Result
-from lcpcli.verify.accuracy import ROUNDING
 
 PAGE = 80
 DIGITS = 7
@@ -33,7 +33,8 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     work = [] if result.solved else [_work(result)]
     if result.status.word in SETTLED:
         return work
-    measures = [f"residual {summary.residual(result)}", f"relative {numbers.short(result.relative_residual, ROUNDING)}"]
+    relative = numbers.short(result.relative_residual, ROW_ROUNDING)
+    measures = [f"residual {summary.residual(result)}", f"relative {relative}"]
     if result.error is not None:
         measures.append(f"error {summary.error(result.error, result.problem)}")
     return [*work, ", ".join(measures), *_vector("z" if result.solved else "best z", result, width or PAGE, whole)]

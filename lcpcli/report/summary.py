@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.problem import Problem
 from lcpcli.report import numbers
 from lcpcli.report.formats import LEVELS
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Milestone
-from lcpcli.verify.accuracy import ROUNDING, size_of_solutions
+from lcpcli.verify.accuracy import size_of_solutions
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # where a row is full
 NOT_REACHED = "-"
@@ -46,12 +47,12 @@ def name(result: Result) -> str:
 
 def residual(result: Result) -> str:
     """The natural residual of a result, 0 where it is no more than rounding of the terms of each row."""
-    return numbers.short(result.residual, math.inf if result.relative_residual <= ROUNDING else 0.0)
+    return numbers.short(result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0)
 
 
 def error(value: float | None, problem: Problem) -> str:
     """An error, 0 where it is no more than rounding of the solution."""
-    return numbers.short(value, ROUNDING * size_of_solutions(problem))
+    return numbers.short(value, ROW_ROUNDING * size_of_solutions(problem))
 
 
 def doubt(result: Result) -> str:

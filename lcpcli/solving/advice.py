@@ -10,15 +10,15 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.methods.registry import ADDITIONS, ITERATIVE
-from lcpcli.options import OPTIONS, flag
+from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA
+from lcpcli.options import MAX_ITERATIONS, flag
 from lcpcli.solving.result import Status
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
 
-ROUNDING = 1e-8  # a run that stalls with a relative residual below this has come as far as rounding lets it
+ROUNDING_LEVEL = 1e-8  # a run that stalls with a relative residual below this has come as far as rounding lets it
 FINEST = 1e-14  # a tolerance below this asks for more than doubles have
 SECONDS = 60  # at least, of a longer time limit
 EXACT = 200  # unknowns that rational arithmetic settles in seconds
@@ -49,7 +49,7 @@ def ways_on(result: Result) -> tuple[list[str], str]:
         return [], ""
     beyond = result.tol < FINEST
     ways = [] if automatic or beyond else ["--method auto", *_with_additions(result)]
-    if status is Status.STALLED and result.relative_residual <= ROUNDING:
+    if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
         ways.append(f"--tol {_round(2 * result.relative_residual)}")
     if (automatic or beyond) and result.exact is None and result.problem.n <= EXACT:
         ways.append("lcp solve --exact")
@@ -58,7 +58,7 @@ def ways_on(result: Result) -> tuple[list[str], str]:
 
 def _after_the_limit(result: Result) -> tuple[list[str], str]:
     """With more iterations where these lead there; otherwise with what needs fewer."""
-    usual, k = int(OPTIONS["max_iterations"].default or 0), result.iterations
+    usual, k = int(MAX_ITERATIONS.value), result.iterations
     if result.method == "auto":
         return [f"--max-iterations {usual if k < usual else 10 * k}"], ""
     if result.relative_residual <= math.sqrt(result.tol):
@@ -68,10 +68,10 @@ def _after_the_limit(result: Result) -> tuple[list[str], str]:
 
 def _with_additions(result: Result) -> list[str]:
     """What a method that iterates may be given to get there itself, where M is definite: one way, or none."""
-    if result.method not in ITERATIVE or result.status is Status.BREAKDOWN or not _is_definite(result.problem):
+    if not METHODS[result.method].iterates or result.status is Status.BREAKDOWN or not _is_definite(result.problem):
         return []
     missing = [flag(name) for name in ADDITIONS if not result.options.get(name)]
-    if result.options.get("omega") == OPTIONS["omega"].default and matrices.is_symmetric(result.problem.M):
+    if result.options.get("omega") == OMEGA.default and matrices.is_symmetric(result.problem.M):
         return [" ".join([*missing[:1], "--omega auto --anderson 5"])]
     return [" ".join(missing)] if missing else []
 

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from lcpcli.errors import OptionError, likely
 from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem
-from lcpcli.options import OPTIONS
 from lcpcli.solving import run as driver
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result
@@ -82,8 +81,8 @@ def solve(
 
 def _refuse_unknown(method: str, names: Iterable[str]) -> None:
     """Raise OptionError for a name that is no option of any method, with what this method has."""
-    known = [name for name in methods.options_of(methods.load(method)) if name not in OF_ALL]
+    known = [name for name in methods.parameters_of(method) if name not in OF_ALL]
     for name in names:
-        if name not in known and name not in OPTIONS and name not in methods.ADDITIONS:
+        if name not in known and name not in methods.OPTIONS and name not in methods.ADDITIONS:
             mend = likely(name, (*known, *OF_ALL), f"it has {', '.join((*known, *OF_ALL))}")
             raise OptionError(name, f"is no option of {method}", mend)

@@ -8,7 +8,7 @@ from fractions import Fraction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tableau import IntegerTableau
 
-LARGEST = 60  # unknowns: seconds at worst
+MOST_UNKNOWNS = 60  # unknowns: seconds at worst
 
 
 def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
@@ -16,7 +16,7 @@ def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
 
     The covering vector is that of the integer rows.
     """
-    if data.n > LARGEST:
+    if data.n > MOST_UNKNOWNS:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
     if min(data.constants) < 0:

@@ -25,18 +25,21 @@ from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.farkas import ACTIVE
 
 STEPS = 30  # of exact pivoting from one set
-LARGEST = 700  # unknowns z_P that are solved for exactly: a minute at worst
+MOST_POSITIVE = 700  # unknowns z_P that are solved for exactly: a minute at worst
 
 
-def from_point(data: ExactProblem, z: Vector, deadline: float = math.inf) -> list[Fraction] | None:
+def from_point(
+    data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_POSITIVE
+) -> list[Fraction] | None:
     """The exact solution that lies at a z nearly right, or None where none was found until the deadline.
 
     z : shape (n,). The solution has the complementary basis of z or, where that one has wrong signs, of a set near it.
-    deadline : by time.perf_counter(). Raises OptionError without python-flint.
+    deadline : by time.perf_counter().
+    most : components of z that are solved for, at most.
     """
     for P in _starts(data.problem, z):
-        found = _pivoted(data, P, deadline)
-        if found is None and np.count_nonzero(P) <= LARGEST and time.perf_counter() < deadline:
+        found = _pivoted(data, P, deadline, most)
+        if found is None and np.count_nonzero(P) <= most and time.perf_counter() < deadline:
             found = _at_vertex(data, P)
         if found is not None and data.is_solution(found):
             return found
@@ -54,10 +57,10 @@ def _starts(problem: Problem, z: Vector) -> Iterator[Mask]:
             yield P
 
 
-def _pivoted(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] | None:
+def _pivoted(data: ExactProblem, P: Mask, deadline: float, most: int) -> list[Fraction] | None:
     fewest = data.n + 1
     for _ in range(STEPS):
-        if np.count_nonzero(P) > LARGEST or time.perf_counter() >= deadline:
+        if np.count_nonzero(P) > most or time.perf_counter() >= deadline:
             return None
         inside = np.flatnonzero(P)
         z = _solved(data, inside, inside)
@@ -80,7 +83,7 @@ def _solved(data: ExactProblem, rows: Indices, columns: Indices) -> list[Fractio
     if not rows.size or not columns.size:
         return z
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
-    found = linear.solve(A, [-data.constants[i] for i in rows.tolist()])
+    found = linear.solve(A, [-data.constants[i] for i in rows.tolist()]).x
     if found is None:
         return None
     for j, value in zip(columns.tolist(), found, strict=True):

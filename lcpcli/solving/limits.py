@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lcpcli import options
-from lcpcli.options import OPTIONS
+from lcpcli.options import LIMITS, MAX_ITERATIONS, TIME_LIMIT, TOL
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,9 @@ class Limits:
     Limits(tol=1e-10, max_iterations=10000, time_limit=60)
     """
 
-    tol: float = float(OPTIONS["tol"].default or 0)
-    max_iterations: int = int(OPTIONS["max_iterations"].default or 0)
-    time_limit: float = float(OPTIONS["time_limit"].default or 0)
+    tol: float = TOL.value
+    max_iterations: int = int(MAX_ITERATIONS.value)
+    time_limit: float = TIME_LIMIT.value
 
     def __post_init__(self) -> None:
-        options.check(tol=self.tol, max_iterations=self.max_iterations, time_limit=self.time_limit)
+        options.check(LIMITS, vars(self))

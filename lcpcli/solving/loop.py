@@ -1,22 +1,23 @@
-"""The only loop: it takes iterates from a method, times it, judges them and says how it ended."""
+"""The only loop: it takes iterates from a method, times it, measures them and says how it ended."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Ending, Iterate, NoSolution, OutOfTime, Stalled
-from lcpcli.model.modulus import LARGEST, z_of
+from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, NoSolution, OutOfTime, Stage, advance
+from lcpcli.methods.registry import METHODS
+from lcpcli.model.modulus import LARGEST_X, z_of
 from lcpcli.model.problem import Problem
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.observer import Observer
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Passing, Trace
+from lcpcli.solving.trace import PendingRow, Trace
 from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import Certificate, proves_infeasible
@@ -26,10 +27,15 @@ NEAR = 100  # how many tolerances the bound of the residual may be when the resi
 ROUNDED = "z is the exact solution but for the rounding of its last digits"
 EXTRA = 3  # iterations after the tolerance is reached, where the method knows that signs are still wrong
 DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
+FINISHED = "the method has ended here, its equation is solved to rounding"
+REFUTED = "the certificate of infeasibility failed exact verification"
 
 
 class Loop:
-    """One pass of the loop, with what it has seen so far."""
+    """One pass of the loop, with what it has seen so far.
+
+    The residual bound of an iterate is a bound of its relative residual that comes free with F, or else that residual.
+    """
 
     def __init__(
         self,
@@ -46,17 +52,142 @@ class Loop:
         self.began = clock() - setup_seconds
         self.observer, self.accuracy = observer, Accuracy(problem, limits.tol)
         self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
-        self.k, self.evaluations = -1, 0
-        self.last = self.best = np.clip(x0, -LARGEST, LARGEST)
-        self.best_level = self.first_level = math.inf
+        self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
+        self.last = self.best = np.clip(x0, -LARGEST_X, LARGEST_X)
+        self.best_bound = self.first_bound = math.inf
         self.extra = 0
         self.route: list[str] = []
         self.certificate: Certificate | None = None
         self._measured: tuple[Vector | None, float] = None, math.inf
 
+    def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
+        """The start, then the iterates of the method that `begin` sets up; how that ended, and why."""
+        try:
+            status = self._take(self.start)
+            if status:
+                return status, ""
+            stage = self._set_up(begin)
+            while True:
+                step = self._next(stage)
+                if not isinstance(step, Iterate):
+                    return self._ended(step)
+                self._takes_part(step.method)
+                status = self._take(step)
+                if status:
+                    return status, ""
+        except FloatingPointError as reason:
+            return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
+        except TimeIsUp:
+            return Status.TIME_LIMIT, "in the middle of a step"
+        except KeyboardInterrupt:
+            return Status.INTERRUPTED, ""
+
+    def _set_up(self, begin: Callable[[], Stage]) -> Stage:
+        began = self.clock()
+        try:
+            with np.errstate(over="raise", invalid="raise", divide="raise"):
+                return begin()
+        finally:
+            self.setup_seconds += self.clock() - began
+
+    def _next(self, stage: Stage) -> Iterate | Ending:
+        """The next iterate or the ending, with the time that it took added to the solve."""
+        began = self.clock()
+        try:
+            with np.errstate(over="raise", invalid="raise", divide="raise"):
+                return advance(stage)
+        finally:
+            self.solve_seconds += self.clock() - began
+
+    def _take(self, iterate: Iterate) -> Status | None:
+        """Keep what is to be kept of an iterate, and say whether the run ends with it."""
+        self.k += 1
+        self.evaluations = iterate.evaluations
+        in_range = bool(np.abs(iterate.x).max() <= LARGEST_X)
+        bound = self._residual_bound(iterate) if in_range else math.inf
+        if in_range:
+            self.last = iterate.x
+            self._keep(iterate)
+        if bound < self.best_bound:
+            self.best_bound, self.best = bound, iterate.x
+        if not self.first_bound < math.inf:
+            self.first_bound = bound
+        if self.observer:
+            self.observer.saw(iterate.method or self.method, self.k, bound)
+        if in_range and self._worth_measuring(bound) and self._passes(iterate.x):
+            self.best = iterate.x
+            self.extra += 1
+            if iterate.signs_final or self.extra > EXTRA:
+                return Status.SOLVED
+        if METHODS[self.method].iterates and not bound <= DIVERGED * self.first_bound:
+            return Status.DIVERGED
+        if self.k >= self.limits.max_iterations:
+            return Status.ITERATION_LIMIT
+        return Status.TIME_LIMIT if self._late() else None
+
+    def _ended(self, ending: Ending) -> tuple[Status, str]:
+        """The status and the reason of a method's own ending."""
+        self._takes_part(ending.method)
+        if isinstance(ending, NoSolution):
+            return self._without_solution(ending.certificate)
+        if isinstance(ending, Finished):
+            return Status.STALLED, FINISHED
+        if isinstance(ending, Breakdown):
+            return Status.BREAKDOWN, ending.reason
+        late = isinstance(ending, OutOfTime) or self._late()
+        return (Status.TIME_LIMIT if late else Status.STALLED), ending.reason
+
+    def _without_solution(self, certificate: Certificate) -> tuple[Status, str]:
+        """The status that a certificate justifies; a Farkas vector is checked against M and q here, not believed."""
+        if certificate.kind == "farkas":
+            if certificate.vector is None or not proves_infeasible(self.problem, certificate.vector):
+                return Status.STALLED, REFUTED
+            self.certificate = certificate
+            return Status.INFEASIBLE, certificate.statement
+        self.certificate = certificate
+        return Status.RAY if certificate.kind == "ray" else Status.UNSOLVABLE, certificate.statement
+
+    def _takes_part(self, method: str) -> None:
+        """Note that a method has taken part; "" is the one that was asked for."""
+        method = method or self.method
+        if method not in self.route:
+            self.route.append(method)
+
+    def _late(self) -> bool:
+        """Whether the time is up, to which measuring counts too: nobody waits for the method alone."""
+        return self.clock() - self.began >= self.limits.time_limit
+
+    def _worth_measuring(self, bound: float) -> bool:
+        """Whether to compute the residual, which costs a product with M: where the bound has come near the tolerance,
+        and at k = 0, 1, 2, 4, 8, ..., in case that the bound never comes down although the residual does."""
+        return bound <= NEAR * self.limits.tol or self.k & (self.k - 1) == 0
+
+    def _residual_bound(self, iterate: Iterate) -> float:
+        return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
+
+    def _passes(self, x: Vector) -> bool:
+        """Whether the relative residual at x is at most the tolerance."""
+        if x is self._measured[0]:
+            return self._measured[1] <= self.limits.tol
+        return self.accuracy.passes(z_of(x), self.limits.tol)
+
+    def _relative_residual(self, x: Vector) -> float:
+        """The relative residual at x; that of the x asked for last is remembered."""
+        if x is not self._measured[0]:
+            z = z_of(x)
+            self._measured = x, self.accuracy.relative_residual(z, self.accuracy.w(z))
+        return self._measured[1]
+
+    def _keep(self, iterate: Iterate) -> None:
+        method = iterate.method or self.method
+        for trace in self.traces:
+            if trace is not None:
+                pending = PendingRow(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step, method)
+                trace.add(pending, self.accuracy)
+
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
-        if self.k < 0:  # the method broke down before its start
-            self._keep(Iterate(self.last, None, "", 0))
+        if self.k < 0:  # interrupted before anything was kept
+            self._keep(replace(self.start, x=self.last))
         for trace in self.traces:
             if trace is not None:
                 trace.close(self.accuracy)
@@ -95,121 +226,3 @@ class Loop:
             route=tuple(self.route) or (self.method,),
             certificate=self.certificate if status is not Status.SOLVED else None,
         )
-
-    def run(self, iterates: Iterator[Iterate]) -> tuple[Status, str]:
-        try:
-            while True:
-                iterate = self._next(iterates)
-                if iterate is None:
-                    return Status.STALLED, "the method has ended here, its equation is solved to rounding"
-                ending = self._judge(iterate)
-                if ending:
-                    return ending, ""
-        except Ending as ending:
-            self._takes_part(ending.method)
-            return self._ended(ending)
-        except FloatingPointError as reason:
-            return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
-        except TimeIsUp:
-            return Status.TIME_LIMIT, "in the middle of a step"
-        except KeyboardInterrupt:
-            return Status.INTERRUPTED, ""
-
-    def _ended(self, ending: Ending) -> tuple[Status, str]:
-        """The status and the reason of a method's own ending."""
-        if isinstance(ending, NoSolution):
-            return self._without_solution(ending.certificate)
-        if isinstance(ending, Stalled):
-            late = isinstance(ending, OutOfTime) or self._late()
-            return (Status.TIME_LIMIT if late else Status.STALLED), str(ending)
-        return Status.BREAKDOWN, str(ending)
-
-    def _takes_part(self, method: str) -> None:
-        """Note that a method has taken part; "" is the one that was asked for."""
-        method = method or self.method
-        if method not in self.route:
-            self.route.append(method)
-
-    def _without_solution(self, certificate: Certificate) -> tuple[Status, str]:
-        """The status that a certificate justifies; a Farkas vector is checked against M and q here, not believed."""
-        if certificate.kind == "farkas":
-            if certificate.vector is None or not proves_infeasible(self.problem, certificate.vector):
-                return Status.STALLED, "a proof of infeasibility did not stand up to rounding"
-            self.certificate = certificate
-            return Status.INFEASIBLE, certificate.statement
-        self.certificate = certificate
-        return Status.RAY if certificate.kind == "ray" else Status.UNSOLVABLE, certificate.statement
-
-    def _next(self, iterates: Iterator[Iterate]) -> Iterate | None:
-        """The next iterate, with the time that it took added to set-up (the first one) or to the solve."""
-        began = self.clock()
-        try:
-            with np.errstate(over="raise", invalid="raise", divide="raise"):
-                return next(iterates, None)
-        finally:
-            seconds = self.clock() - began
-            if self.k < 0:
-                self.setup_seconds += seconds
-            else:
-                self.solve_seconds += seconds
-
-    def _judge(self, iterate: Iterate) -> Status | None:
-        """Keep what is to be kept of an iterate, and say whether the run ends with it."""
-        self.k += 1
-        self.evaluations = iterate.evaluations
-        self._takes_part(iterate.method)
-        in_range = bool(np.abs(iterate.x).max() <= LARGEST)
-        level = self._level(iterate) if in_range else math.inf
-        if in_range:
-            self.last = iterate.x
-            self._keep(iterate)
-        if level < self.best_level:
-            self.best_level, self.best = level, iterate.x
-        if not self.first_level < math.inf:
-            self.first_level = level
-        if self.observer:
-            self.observer.saw(iterate.method or self.method, self.k, level)
-        if in_range and self._worth_measuring(level) and self._passes(iterate.x):
-            self.best = iterate.x
-            self.extra += 1
-            if iterate.settled or self.extra > EXTRA:
-                return Status.SOLVED
-        if self.method in methods.ITERATIVE and not level <= DIVERGED * self.first_level:
-            return Status.DIVERGED
-        if self.k >= self.limits.max_iterations:
-            return Status.ITERATION_LIMIT
-        return Status.TIME_LIMIT if self._late() else None
-
-    def _late(self) -> bool:
-        """Whether the time is up, to which judging counts too: nobody waits for the method alone."""
-        return self.clock() - self.began >= self.limits.time_limit
-
-    def _worth_measuring(self, level: float) -> bool:
-        """Whether to compute the residual, which costs a product with M: where the bound has come near the tolerance,
-        and at k = 0, 1, 2, 4, 8, ..., in case that the bound never comes down although the residual does."""
-        return level <= NEAR * self.limits.tol or self.k & (self.k - 1) == 0
-
-    def _level(self, iterate: Iterate) -> float:
-        """The bound of the relative residual that comes free with F, or the relative residual where F is unknown."""
-        return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
-
-    def _passes(self, x: Vector) -> bool:
-        """Whether the relative residual at x is at most the tolerance."""
-        if x is self._measured[0]:
-            return self._measured[1] <= self.limits.tol
-        z = z_of(x)
-        return self.accuracy.passes(z, self.limits.tol)
-
-    def _relative_residual(self, x: Vector) -> float:
-        """The relative residual at x; that of the x asked for last is remembered."""
-        if x is not self._measured[0]:
-            z = z_of(x)
-            self._measured = x, self.accuracy.relative_residual(z, self.accuracy.w(z))
-        return self._measured[1]
-
-    def _keep(self, iterate: Iterate) -> None:
-        method = iterate.method or self.method
-        for trace in self.traces:
-            if trace is not None:
-                passing = Passing(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step, method)
-                trace.add(passing, self.accuracy)

@@ -12,6 +12,7 @@ import numpy as np
 
 from lcpcli.classes.classify import classify
 from lcpcli.classes.verdict import NO, YES
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.products import product
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.game import Game
@@ -22,7 +23,6 @@ from lcpcli.typing import Vector
 from lcpcli.verify.farkas import alternative
 
 SECONDS = 1.0  # for finding out whether Q is positive semidefinite
-ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the payoffs: a gain that is no more
 UNBOUNDED = "the program is unbounded below"
 
 
@@ -105,4 +105,4 @@ def _equilibrium(result: Result, game: Game) -> Equilibrium:
 def _gain(replies: Vector, payoff: float, payoffs: Vector) -> float:
     """What the best of the replies gets beyond the payoff; 0 where that is no more than rounding of the payoffs."""
     gain = float(replies.max()) - payoff
-    return gain if gain > ROUNDING * float(np.abs(payoffs).max()) else 0.0
+    return gain if gain > ROW_ROUNDING * float(np.abs(payoffs).max()) else 0.0

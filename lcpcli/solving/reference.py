@@ -1,14 +1,13 @@
 """A solution to measure errors against, where the problem does not bring one: solved once, and then made exact.
 
-That is exact where rational arithmetic can be had (the extra `exact`) and n is small. Else auto's solution is made
-right to its last digits by `refinement.refined`, as far as that can be.
+That is exact where n is small. Else auto's solution is made right to its last digits by `refinement.refined`, as far as
+that can be.
 """
 
 from __future__ import annotations
 
 import time
 from dataclasses import replace
-from importlib.util import find_spec
 
 import numpy as np
 
@@ -23,7 +22,8 @@ from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.refinement import refined
 
 SECONDS = 10.0  # that the search for a solution may take
-LARGEST_EXACT = 200  # n up to which a solution is made exact: in a second
+MOST_UNKNOWNS = 200  # n up to which a solution is made exact, in a second
+MOST_POSITIVE = 64  # components that are then solved for exactly
 
 
 def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
@@ -53,8 +53,8 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
 
 
 def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
-    """An exact solution, rounded, where the problem is small and the extra `exact` is installed: near z, or Lemke's."""
-    if problem.n > LARGEST_EXACT or find_spec("flint") is None:
+    """An exact solution, rounded, of a small problem with few positive components: near z, or Lemke's."""
+    if problem.n > MOST_UNKNOWNS:
         return None
     from lcpcli.rational import numbers
     from lcpcli.rational.problem import ExactProblem
@@ -62,7 +62,7 @@ def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
     from lcpcli.solving.exact_solution import from_point
 
     data = ExactProblem.of_floats(problem)
-    solution = from_point(data, z, deadline) or exact_lemke.solve(data, deadline)
+    solution = from_point(data, z, deadline, MOST_POSITIVE) or exact_lemke.solve(data, deadline)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,11 @@ from numpy.typing import ArrayLike
 
 from lcpcli.errors import OptionError
 from lcpcli.interrupts import within
-from lcpcli.methods import finish as finishing
+from lcpcli.linalg import factors
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Iterate
+from lcpcli.methods.finish import finish as finish_stage
+from lcpcli.methods.iterate import Stage
 from lcpcli.methods.scaled import in_original_units
 from lcpcli.model import scaled
 from lcpcli.model.arrays import as_vector
@@ -62,22 +65,21 @@ def run(
     >>> run(problem, "newton", limits=Limits(tol=1e-12)).error < 1e-12
     True
     """
-    function, limits = methods.load(method), limits or Limits()
+    declared, limits = methods.declared(method), limits or Limits()
     additions = _additions(method, scale=scale, finish=finish)
-    _complete(chosen, methods.options_of(function), problem, limits, displaced=x0 is not None or z0 is not None)
+    _complete(chosen, method, problem, limits, displaced=x0 is not None or z0 is not None)
     start = _start(problem, x0, z0)
+    if ("sparse" if is_sparse(problem.M) else "dense") in declared.factorizes:
+        factors.load(problem.M)
     began = clock()
     units = scaled.scale(problem) if scale else None
-    target = units.problem if units else problem
-    in_force = methods.options_in_force(function, target, chosen)
+    in_force = methods.options_in_force(method, units.problem if units else problem, chosen)
     setup_seconds = clock() - began
     observer = None if observe is None else Observer(observe, method)
     loop = Loop(problem, method, limits, (trace, curve), clock, observer, start, setup_seconds)
-    iterates = _scaled(function, units, start, in_force) if units else function(problem, start, **in_force)
-    if finish:
-        iterates = finishing.finish(target, iterates, clock)
     with within(limits.time_limit, observer.look if observer else None):
-        status, reason = loop.run(in_original_units(units, iterates) if units else iterates)
+        begin = partial(_stage, methods.load(method), problem, units, start, in_force, clock if finish else None)
+        status, reason = loop.run(begin)
     result = loop.result(in_force | additions, status, reason)
     return concluded([result])[0] if conclude else result
 
@@ -86,28 +88,21 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
     """The additions that are wanted; OptionError if the method has none."""
     additions = {name: True for name, yes in wanted.items() if yes}
     for name in additions:
-        if method not in methods.ITERATIVE:
+        if not methods.declared(method).iterates:
             raise OptionError(flag(name), f"has no effect with the method {method}", "leave it out")
     return additions
 
 
-def _complete(chosen: dict[str, Any], known: Sequence[str], problem: Problem, limits: Limits, displaced: bool) -> None:
-    """Add to the options what the method knows and is not given: the time limit, and the problem's own x1 unless its
+def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Limits, displaced: bool) -> None:
+    """Add to the options what the method takes and is not given: the time limit, and the problem's own x1 unless its
     start is displaced by another."""
-    if "x1" in known and problem.x1 is not None and not displaced:
+    declared = methods.declared(method)
+    if "x1" in declared.vectors and problem.x1 is not None and not displaced:
         chosen.setdefault("x1", problem.x1)
-    if "time_limit" in known:
+    if declared.timed:
         chosen.setdefault("time_limit", limits.time_limit)
     if chosen.get("x1") is not None:
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
-
-
-def _scaled(
-    function: methods.Method, units: scaled.Scaled, start: Vector, in_force: dict[str, Any]
-) -> Iterator[Iterate]:
-    """The iterates of a method on the problem in these units, from a start in the problem's own."""
-    moved = {} if in_force.get("x1") is None else {"x1": units.start(in_force["x1"])}
-    return function(units.problem, units.start(start), **(in_force | moved))
 
 
 def _start(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None) -> Vector:
@@ -120,3 +115,21 @@ def _start(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None) -> Vect
     if x0 is not None:
         return as_vector("x0", x0, problem.n)
     return np.zeros(problem.n) if problem.x0 is None else problem.x0
+
+
+def _stage(
+    function: Callable[..., Stage],
+    problem: Problem,
+    units: scaled.Scaled | None,
+    start: Vector,
+    in_force: dict[str, Any],
+    finishing_clock: Callable[[], float] | None,
+) -> Stage:
+    """The method at work, set up: in these units if there are any, finished on its active set if there is a clock."""
+    if units is not None:
+        problem, start = units.problem, units.start(start)
+        in_force = in_force | {name: units.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
+    stage = function(problem, start, **in_force)
+    if finishing_clock is not None:
+        stage = finish_stage(problem, start, stage, finishing_clock)
+    return stage if units is None else in_original_units(units, stage)

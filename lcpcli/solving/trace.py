@@ -49,7 +49,7 @@ class Milestone:
 
 
 @dataclass(frozen=True, eq=False)
-class Passing:
+class PendingRow:
     """An iterate that may yet leave the trace, and has not been measured: its number, x, seconds, step and method."""
 
     k: int
@@ -84,13 +84,13 @@ class Trace:
     levels: tuple[float, ...] = ()
     rows: list[TraceRow] = field(default_factory=list)
     milestones: list[Milestone] = field(default_factory=list)
-    _last: list[Passing] = field(default_factory=list)
-    _waiting: list[Passing] = field(default_factory=list)
+    _last: list[PendingRow] = field(default_factory=list)
+    _waiting: list[PendingRow] = field(default_factory=list)
 
-    def add(self, passing: Passing, accuracy: Accuracy) -> None:
+    def add(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
         """Take one more iterate; one that is no longer among the last three is measured if it stays."""
-        self._note_milestones(passing, accuracy)
-        self._last.append(passing)
+        self._note_milestones(pending_row, accuracy)
+        self._last.append(pending_row)
         if len(self._last) > 3:
             leaving = self._last.pop(0)
             if self._stays(leaving.k):
@@ -99,7 +99,7 @@ class Trace:
             self.every *= 2
             self.rows = [row for row in self.rows if self._stays(row.k)]
             self._waiting = [waiting for waiting in self._waiting if self._stays(waiting.k)]
-        if len(self._waiting) >= max(1, min(MOST_TOGETHER, BLOCK // passing.x.size)):
+        if len(self._waiting) >= max(1, min(MOST_TOGETHER, BLOCK // pending_row.x.size)):
             self._measure(accuracy)
 
     def close(self, accuracy: Accuracy) -> None:
@@ -112,25 +112,25 @@ class Trace:
     def _stays(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
 
-    def _note_milestones(self, passing: Passing, accuracy: Accuracy) -> None:
+    def _note_milestones(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
         pending = self.levels[len(self.milestones) :]
-        error = accuracy.error(z_of(passing.x)) if pending else None
+        error = accuracy.error(z_of(pending_row.x)) if pending else None
         if error is not None:
             reached = [level for level in pending if error <= level * accuracy.size]
-            self.milestones += [Milestone(level, passing.k, passing.seconds) for level in reached]
+            self.milestones += [Milestone(level, pending_row.k, pending_row.seconds) for level in reached]
 
     def _measure(self, accuracy: Accuracy) -> None:
         """Turn what waits into rows, measured as far as is asked for."""
         problem, waiting = accuracy.problem, self._waiting
-        Z = np.array([z_of(passing.x) for passing in waiting])
+        Z = np.array([z_of(pending_row.x) for pending_row in waiting])
         residuals: Sequence[float | None] = [None] * len(waiting)
         rounding = [False] * len(waiting)
         if self.residuals:
             W = product(problem.M, Z.T).T + problem.q
             residuals = [accuracy.natural_residual(z, w) for z, w in zip(Z, W, strict=True)]
             rounding = [accuracy.is_rounding(z, w) for z, w in zip(Z, W, strict=True)]
-        for passing, z, residual, no_more in zip(waiting, Z, residuals, rounding, strict=True):
+        for pending_row, z, residual, no_more in zip(waiting, Z, residuals, rounding, strict=True):
             kept = z.copy() if self.components is None else z[self.components]
-            seconds, step, method = passing.seconds, passing.step, passing.method
-            self.rows.append(TraceRow(passing.k, kept, residual, accuracy.error(z), seconds, step, method, no_more))
+            seconds, step, method = pending_row.seconds, pending_row.step, pending_row.method
+            self.rows.append(TraceRow(pending_row.k, kept, residual, accuracy.error(z), seconds, step, method, no_more))
         self._waiting = []

@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from lcpcli.linalg import products
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 FLOOR = 1e-5  # of the problem's scale: what is smaller than that in a row is still measured against it
-ROUNDING = 8 * float(np.finfo(np.float64).eps)  # of the terms of a row: what is lost where w is computed, at most
 SMALLEST = -1074  # the power of two of the smallest number: what an underflow may lose
 LARGEST_POWER = 1000  # of two, in one factor
 PRECISION = 1e-13  # the smallest relative residual that is told from rounding
@@ -73,11 +73,11 @@ class Accuracy:
         inner, outer = _times(z, self._to_columns), _times(w, self._to_rows)
         residual = np.abs(np.minimum(inner, outer))
         largest = _largest(residual)
-        bound = 3 * ROUNDING * max(1.0, 2 * float(np.abs(inner).sum()) / s)  # as no entry of R |M| C is above 2
+        bound = 3 * ROW_ROUNDING * max(1.0, 2 * float(np.abs(inner).sum()) / s)  # as no entry of R |M| C is above 2
         if bound + self._underflow / (FLOOR * s) <= HARMLESS * max(self.tol, PRECISION, largest / s) < math.inf:
             return np.empty(0, dtype=np.intp)
         terms = _times(products.absolute_product(self.problem.M, np.abs(z)), self._to_rows)
-        lost, own = ROUNDING * (terms + self._Rq) + self._underflow, self._own(terms)
+        lost, own = ROW_ROUNDING * (terms + self._Rq) + self._underflow, self._own(terms)
         certain = float(np.nan_to_num((residual - lost) / own, nan=0.0, posinf=0.0).max())
         harmless = (lost <= HARMLESS * max(self.tol, PRECISION, certain) * own) | (outer - lost >= inner)
         return np.flatnonzero(~harmless)
@@ -123,7 +123,7 @@ class Accuracy:
 
     def is_rounding(self, z: Vector, w: Vector) -> bool:
         """Whether the relative residual is no more than rounding leaves, so that its digits are those of a machine."""
-        return self.scaled_residual(z, w) <= ROUNDING and self.relative_residual(z, w) <= ROUNDING
+        return self.scaled_residual(z, w) <= ROW_ROUNDING and self.relative_residual(z, w) <= ROW_ROUNDING
 
     def bound(self, F: Vector) -> float:
         """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.

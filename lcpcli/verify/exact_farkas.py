@@ -9,7 +9,8 @@ import numpy as np
 
 from lcpcli.rational import linear
 from lcpcli.rational.numbers import rounded
-from lcpcli.rational.problem import ExactProblem, fractions_of, over_one_denominator
+from lcpcli.rational.problem import ExactProblem, fractions_of
+from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE
 
@@ -19,8 +20,7 @@ SIMPLE = (100, 10**6)  # denominators of the simple fractions that are tried fir
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
     """A rational vector near y, finite doubles of shape (n,), that proves the problem infeasible; None if none is seen.
 
-    Simple fractions are tried, y itself, and y changed so that the columns with M'y nearly 0 are 0. Raises OptionError
-    without python-flint where the last one is needed.
+    Simple fractions are tried, y itself, and y changed so that the columns with M'y nearly 0 are 0.
     """
     if not (np.isfinite(y).all() and (y >= 0).all() and y.any()):
         return None
@@ -50,7 +50,7 @@ def _corrected(data: ExactProblem, y: list[Fraction]) -> list[Fraction] | None:
     if not active:
         return None
     target, d = over_one_denominator([-columns[j] for j in active])
-    found = linear.solve([[data.rows[i].get(j, 0) for i in support] for j in active], target)
+    found = linear.solve([[data.rows[i].get(j, 0) for i in support] for j in active], target).x
     if found is None:
         return None
     corrected = list(y)

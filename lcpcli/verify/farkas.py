@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import stack
 from lcpcli.typing import Indices, Matrix, Vector
@@ -22,8 +23,6 @@ from lcpcli.typing import Indices, Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-EPS = float(np.finfo(float).eps)
-TINY = float(np.finfo(float).tiny)
 ACTIVE = 1e-8  # a column with |A'y| below this times |A|'y is taken for one with A'y = 0
 SNAP = 1e-9  # entries of y below this times the largest one are taken for 0
 GRID = 2.0**20  # the steps to which entries of y, relative to the largest, are rounded in one try
@@ -60,7 +59,7 @@ def refutes(A: Matrix, b: Vector, y: Vector) -> bool:
         return False
     with np.errstate(all="ignore"):
         product, size = A.T @ y, abs(A).T @ y
-        error = 4 * (y.size + 2) * (EPS * size + TINY)
+        error = 4 * (y.size + 2) * (EPS * size + SMALLEST_NORMAL)
         doubtful = np.flatnonzero(~(product < -error))
         active = np.flatnonzero(~(product < -error - ACTIVE * size))
         if (product > error + ACTIVE * size).any():
@@ -77,7 +76,7 @@ def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool
     """Whether y changed so that A'y = 0 in the active columns, exactly, refutes the system."""
     from fractions import Fraction
 
-    from lcpcli.rational import sums
+    from lcpcli.rational import linear, sums
 
     support = np.flatnonzero(y)
     support = support[np.argsort(-y[support], kind="stable")]  # large entries bear a correction best
@@ -86,10 +85,12 @@ def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool
     if not part.size or max(part.shape) > SIDE or not np.isfinite(part).all():
         return False
     exact = [Fraction(value) for value in y[support].tolist()]
-    solved = sums.solve(part.T, [-sums.product(column, exact) for column in part.T])
-    if solved is None:
+    rows = [[*map(Fraction, column.tolist()), -sums.product(column, exact)] for column in part.T]
+    system = [sums.over_one_denominator(row)[0] for row in rows]
+    changes = linear.solve([row[:-1] for row in system], [row[-1] for row in system]).x
+    if changes is None:
         return False
-    exact = [value + change for value, change in zip(exact, solved[0], strict=True)]
+    exact = [value + change for value, change in zip(exact, changes, strict=True)]
     return _holds(A, b, support, exact)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from lcpcli.linalg import products
 from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.model import scaled
@@ -21,7 +22,6 @@ from lcpcli.typing import Mask, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.accuracy import Accuracy
 
-EPS = float(np.finfo(np.float64).eps)
 REFINEMENTS = 10
 NEARLY = 1e-6  # of the terms of a row: what is worth refining
 LAST_DIGITS = 4 * EPS

@@ -8,31 +8,33 @@ eps |A^-1| (|A| z_P + |q_P|) to first order (N. J. Higham, Accuracy and Stabilit
 from __future__ import annotations
 
 from fractions import Fraction
-from importlib.util import find_spec
 
 import numpy as np
 
 from lcpcli.linalg import matrices, products
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem
+from lcpcli.rational import linear
+from lcpcli.rational.numbers import rounded
+from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Indices, Matrix, Vector
 
-LARGEST = 400  # of P, for which an inverse is formed
-LARGEST_EXACT = 64  # the same in rational arithmetic
-BELIEVED = 1e-3 / float(np.finfo(np.float64).eps)  # condition up to which an inverse in doubles has correct digits
-ROUNDING = 8 * float(np.finfo(np.float64).eps)
+MOST_INVERTED = 400  # of P, for which an inverse is formed
+MOST_EXACT = 64  # the same in rational arithmetic
+BELIEVED = 1e-3 / EPS  # condition up to which an inverse in doubles has correct digits
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def sensitivity(problem: Problem, z: Vector) -> float | None:
     """The largest component of |A^-1| (|A| z_P + |q_P|) at the solution z, shape (n,), in units of z.
 
-    Times eps it is the error that rounding the data alone may cause. None where M_PP is singular or too large, or so
-    badly conditioned that only rational arithmetic (the extra `exact`) could tell.
+    Times eps it is the error that rounding the data alone may cause. None where M_PP is singular or too large, or too
+    large for rational arithmetic and too badly conditioned for doubles.
     """
     w = problem.w(z)
     terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-    for inside in ((z > 0) | (w <= ROUNDING * terms), z > 0):
+    for inside in ((z > 0) | (w <= ROW_ROUNDING * terms), z > 0):
         P = np.flatnonzero(inside)
         if not P.size:
             return 0.0
@@ -50,28 +52,25 @@ def _block(M: Matrix, P: Indices) -> Matrix:
 
 def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     """|M_PP^-1|, shape (k, k), or None."""
-    if P.size <= LARGEST_EXACT and find_spec("flint") is not None:
-        return _exact_inverse(_block(problem.M, P))
-    if P.size > LARGEST:
+    if P.size > MOST_INVERTED:
         return None
     units = scaled.scale(problem)
     A = _block(units.problem.M, P)
+    inverse = _exact_inverse(A) if P.size <= MOST_EXACT else _believed_inverse(A)
+    return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
+
+
+def _exact_inverse(A: Matrix) -> Matrix | None:
+    whole, unit = over_one_denominator([Fraction(value) for value in A.ravel().tolist()])
+    found = linear.inverse([whole[top : top + A.shape[0]] for top in range(0, len(whole), A.shape[0])])
+    return None if found is None else np.array([rounded(unit * value for value in row) for row in found])
+
+
+def _believed_inverse(A: Matrix) -> Matrix | None:
+    """The inverse in doubles, where it has correct digits."""
     try:
         inverse = np.linalg.inv(A)
     except np.linalg.LinAlgError:
         return None
     condition = np.linalg.norm(A, 1) * np.linalg.norm(inverse, 1)
-    return np.abs(units.C[P, np.newaxis] * inverse * units.R[P]) if condition < BELIEVED else None
-
-
-def _exact_inverse(A: Matrix) -> Matrix | None:
-    import flint
-
-    from lcpcli.rational import numbers
-
-    exactly = [flint.fmpq(*value.as_integer_ratio()) for value in A.ravel().tolist()]
-    try:
-        inverse = flint.fmpq_mat(*A.shape, exactly).inv()
-    except ZeroDivisionError:
-        return None
-    return numbers.rounded(abs(Fraction(int(entry.p), int(entry.q))) for entry in inverse.entries()).reshape(A.shape)
+    return inverse if condition < BELIEVED else None

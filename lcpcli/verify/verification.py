@@ -152,10 +152,7 @@ def judge_farkas(problem: Problem, y: list[Fraction]) -> Judgement:
 
 
 def judge_farkas_exactly(data: ExactProblem, y: list[Fraction], is_rounded: bool) -> Judgement:
-    """Judge such a proof for the exact data; one that is known to be rounded may be corrected by what was cut off.
-
-    Raises OptionError without python-flint where that is needed.
-    """
+    """Judge such a proof for the exact data; one that is known to be rounded may be corrected by what was cut off."""
     fault = _fault_of_farkas(data, y)
     if fault and is_rounded:
         from lcpcli.verify.exact_farkas import exact_proof

@@ -12,8 +12,8 @@ from lcpcli.bench.report import convergence, stability
 from lcpcli.bench.report.sheet import Sheet
 from lcpcli.bench.statistics import SHIFT, summary
 from lcpcli.errors import count
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import numbers
-from lcpcli.verify.accuracy import ROUNDING
 
 MOST_SOLVERS = 6  # side by side where no width is given
 SHORTEST = 20  # characters of what a table says of a failure at least; JSON and CSV have all of it
@@ -108,7 +108,7 @@ def _one_below_another(record: Record) -> Sheet:
         rows: list[list[str]] = []
         for row in group:
             length, unit = numbers.unit(summary(row.seconds).median) if row.success else (1.0, "")
-            measures = [numbers.short(row.scaled_residual, ROUNDING), numbers.short(row.error)]
+            measures = [numbers.short(row.scaled_residual, ROW_ROUNDING), numbers.short(row.error)]
             iterations = "" if row.iterations is None else str(row.iterations)
             rows.append(["" if rows else name, row.solver, _time(row, length), unit, *measures, iterations])
         groups.append(rows)

@@ -7,12 +7,11 @@ its Applications 5 (1972) 65-108.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
 
-from lcpcli.methods.iterate import Iterate, NoSolution, Stalled
+from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.modulus import z_of
 from lcpcli.model.problem import Problem
 from lcpcli.rational.basis import Basis, exact_basis
@@ -21,35 +20,34 @@ from lcpcli.typing import Mask, Vector
 from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.refinement import is_rounded_solution
 
-LARGEST = 8  # unknowns: 256 sets, a fraction of a second
+MOST_UNKNOWNS = 8  # unknowns: 256 sets, a fraction of a second
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot hold it: its numbers are too large or too small"
 SINGULAR = "no solution is found, and none is excluded: the submatrix of one complementary set is singular"
 
 
-def exhaustion(problem: Problem, x0: Vector) -> Iterator[Iterate]:
-    """Yield x0 and (z - w) / 2 for the rounded solutions of complementary sets, for n <= LARGEST.
+def exhaustion(problem: Problem) -> Stage:
+    """Yield (z - w) / 2 for the rounded solutions of complementary sets, for n <= MOST_UNKNOWNS.
 
-    Raises
-    ------
-    NoSolution : all sets are excluded.
-    Stalled : none of the solutions could be rounded to one, or a singular set is not excluded.
+    Returns
+    -------
+    Finished : the last one is a solution but for rounding. NoSolution : all sets are excluded. Stalled : none of the
+        solutions could be rounded to one, or a singular set is not excluded.
     """
-    yield Iterate(x0, None, "", 0)
     singular = solvable = False
-    for k, inside in enumerate(product((False, True), repeat=problem.n), 1):
-        P = np.array(inside)
+    for k, choice in enumerate(product((False, True), repeat=problem.n), 1):
+        P = np.array(choice)
         found = exact_basis(problem.M, problem.q, P)
         if found is not None and found.solves:
             solvable, x = True, _x(problem, found, P)
             yield Iterate(x, None, "exact", k)
             if is_rounded_solution(problem, z_of(x)):
-                return
+                return Finished()
         elif found is not None and not found.unique:
             singular = True
     if solvable or singular:
-        raise Stalled(OUT_OF_RANGE if solvable else SINGULAR)
-    raise NoSolution(Certificate("exhaustion", EXCLUDED))
+        return Stalled(OUT_OF_RANGE if solvable else SINGULAR)
+    return NoSolution(Certificate("exhaustion", EXCLUDED))
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -8,17 +8,18 @@ Optimization 13 (2003) 865-888), with inexact solves: each step only has to redu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.linalg.products import absolute_product
 from lcpcli.methods.auto.multilevel import Hierarchy
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled, advance
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -28,14 +29,15 @@ PATIENCE = 20  # products with M for a digit: more tell of an ill-conditioned M
 PATIENCE_MULTILEVEL = 120  # they cost less than a factorization even so
 REUSE = 0.03  # of P may differ from the set that the preconditioner was made for
 WAIT = 6  # pivoting steps without a new least residual, before it is said to cycle
-ROUNDING = 100 * float(np.finfo(np.float64).eps)
+STAGNATION = 100 * EPS  # of the terms: a residual that has stopped falling there has reached rounding level
 COARSE = 1e-3  # residual relative to |q| to which the coarse problems are solved, in at most COARSE_STEPS steps
 COARSE_STEPS = 12
+NOT_POSITIVE = "a diagonal entry of M is not positive"
 
 Preconditioner = Callable[[Indices, Matrix], Callable[[Vector], Vector]]
 
 
-def krylov(problem: Problem, x0: Vector) -> Iterator[Iterate]:
+def krylov(problem: Problem, x0: Vector) -> Stage:
     """Pivot on all wrong signs at once, M_PP z_P = -q_P solved by conjugate gradients or, nonsymmetric, by BiCGSTAB.
 
     M must be sparse with positive diagonal, best all ones. A solve starts from the last z and ends when its residual is
@@ -49,47 +51,58 @@ def krylov(problem: Problem, x0: Vector) -> Iterator[Iterate]:
 
     Yields
     ------
-    Iterate : x0, then x = (z - w) / 2 for each pivoting step. Evaluations are products with M.
+    Iterate : x = (z - w) / 2 for each pivoting step. Evaluations are products with M.
 
-    Raises
-    ------
-    Breakdown : a diagonal entry is not positive, a solve has not reached its aim in PATIENCE products for a digit, or
-        pivoting cycles; M is too ill conditioned for this method, or not a P-matrix.
-    Stalled : the residual has stopped falling at rounding level.
+    Returns
+    -------
+    Finished : the residual is zero. Stalled : it has stopped falling at rounding level. Breakdown : a diagonal entry is
+        not positive, a solve has not reached its aim in PATIENCE products for a digit, or pivoting cycles; M is too ill
+        conditioned for this method, or not a P-matrix.
     """
-    yield Iterate(x0, None, "", 0)
-    inner = _Inner(is_symmetric(problem.M))
-    yield from _iterates(problem.M, problem.q, 2 * np.maximum(x0, 0), inner)
+    return _iterates(problem.M, problem.q, 2 * np.maximum(x0, 0), _Inner(is_symmetric(problem.M)))
 
 
-def multilevel(problem: Problem, x0: Vector) -> Iterator[Iterate]:
+def multilevel(problem: Problem) -> Stage:
     """The same for symmetric positive definite M of any condition, with `multilevel.Hierarchy` in two places.
 
     It preconditions the conjugate gradients, and its coarse problems P'MP z + P'q, solved first and roughly, give the
     start: block pivoting moves the boundary of the active set by one ring of neighbours a step, so that it must begin
-    near its place. Parameters, yields and raises as `krylov`, except that x0 is only yielded, not used.
+    near its place. Yields and returns as `krylov`.
     """
-    yield Iterate(x0, None, "", 0)
+    if not problem.M.diagonal().min() > 0:
+        return Breakdown(NOT_POSITIVE)
     hierarchy = Hierarchy(problem.M)
+    if hierarchy.stuck:
+        return Breakdown("M has no coarse version that is much smaller")
     z = _coarse_start(hierarchy, problem.q)
-    yield from _iterates(problem.M, problem.q, z, _Inner(True, _preconditioner(hierarchy, 0)))
+    if not isinstance(z, np.ndarray):
+        return z
+    return (yield from _iterates(problem.M, problem.q, z, _Inner(True, _preconditioner(hierarchy, 0))))
 
 
-def _iterates(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Iterator[Iterate]:
-    for state in _pivot(M, q, z, inner):
-        w = np.where(state.inside, 0, np.maximum(state.w, 0))
+def _iterates(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Stage:
+    states = _pivot(M, q, z, inner)
+    while isinstance(state := advance(states), _State):
+        w = np.where(state.active, 0, np.maximum(state.w, 0))
         yield Iterate(0.5 * (np.maximum(state.z, 0) - w), None, "", inner.products)
+    return state
 
 
-def _coarse_start(hierarchy: Hierarchy, q: Vector) -> Vector:
+def _coarse_start(hierarchy: Hierarchy, q: Vector) -> Vector | Ending:
+    """z on the finest level from solutions on the coarser ones, or how one of these has failed."""
     loads = [q]
     for P in hierarchy.prolongations:
         loads.append(P.T @ loads[-1])
     z = np.zeros(loads[-1].size)
     for level in range(len(loads) - 1, 0, -1):
-        inner = _Inner(True, _preconditioner(hierarchy, level))
+        states = _pivot(hierarchy.matrices[level], loads[level], z, _Inner(True, _preconditioner(hierarchy, level)))
         aim = COARSE * norm(loads[level])
-        for step, state in enumerate(_pivot(hierarchy.matrices[level], loads[level], z, inner)):
+        for step in range(COARSE_STEPS + 1):
+            state = advance(states)
+            if isinstance(state, Finished):
+                break
+            if not isinstance(state, _State):
+                return state
             z = state.z
             if state.size <= aim or step >= COARSE_STEPS:
                 break
@@ -106,40 +119,44 @@ class _State(NamedTuple):
 
     z: Vector
     w: Vector
-    inside: Mask
+    active: Mask
     size: float
 
 
-def _pivot(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Iterator[_State]:
+def _pivot(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Generator[_State, None, Ending]:
     diagonal = M.diagonal()
     if not diagonal.min() > 0:
-        raise Breakdown("a diagonal entry of M is not positive")
+        return Breakdown(NOT_POSITIVE)
     w = M @ z + q
     size = least = norm(np.minimum(z * diagonal, w))
-    waited, inside = 0, np.zeros(q.size, dtype=bool)
+    waited, active = 0, np.zeros(q.size, dtype=bool)
     if size == 0:
         yield _State(z, w, z > 0, size)
-        return
+        return Finished()
     while True:
         scaled = z * diagonal
-        before, inside = inside, scaled > w
-        settled = np.array_equal(before, inside)
-        if not settled:
-            inner.take(M, np.flatnonzero(inside))
-        start, z = z, np.zeros(q.size)
-        z[inner.indices] = inner.solve(-q[inner.indices], start[inner.indices], size, SETTLED if settled else REDUCTION)
+        before, active = active, scaled > w
+        unchanged = np.array_equal(before, active)
+        if not unchanged and not inner.take(M, np.flatnonzero(active)):
+            return Breakdown("a coarse version of M is singular")
+        reduction = SETTLED if unchanged else REDUCTION
+        solved = inner.solve(-q[inner.indices], z[inner.indices], size, reduction)
+        if solved is None:
+            return Breakdown(f"{inner.patience} products with M have not given a digit")
+        z = np.zeros(q.size)
+        z[inner.indices] = solved
         w = M @ z
         w += q
         size = norm(np.minimum(z * diagonal, w))
-        yield _State(z, w, inside, size)
+        yield _State(z, w, active, size)
         waited = 0 if size < least else waited + 1
         least = min(size, least)
         if size == 0:
-            return
+            return Finished()
         if waited >= WAIT:
-            if least <= ROUNDING * norm(absolute_product(M, np.abs(z)) + np.abs(q)):
-                raise Stalled("the residual has stopped falling at rounding level")
-            raise Breakdown("block principal pivoting has stopped making progress")
+            if least <= STAGNATION * norm(absolute_product(M, np.abs(z)) + np.abs(q)):
+                return Stalled("the residual has stopped falling at rounding level")
+            return Breakdown("block principal pivoting has stopped making progress")
 
 
 class _Inner:
@@ -148,43 +165,42 @@ class _Inner:
     def __init__(self, symmetric: bool, precondition: Preconditioner | None = None) -> None:
         self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
         self._precondition = precondition
-        self._patience = PATIENCE if precondition is None else PATIENCE_MULTILEVEL
+        self.patience = PATIENCE if precondition is None else PATIENCE_MULTILEVEL
         self._cycle: Callable[[Vector], Vector] = identity
         self._built_cycle: Callable[[Vector], Vector] = identity
         self._built: Indices = np.zeros(0, dtype=np.intp)
         self.products = 1
         self.indices: Indices = np.zeros(0, dtype=np.intp)
 
-    def take(self, M: Matrix, indices: Indices) -> None:
-        """Turn to the principal submatrix of these indices."""
+    def take(self, M: Matrix, indices: Indices) -> bool:
+        """Turn to the principal submatrix of these indices; whether it could be preconditioned, if that is wanted."""
         self.indices = indices
         self._block = M if indices.size == M.shape[0] else M[indices][:, indices]
         if self._precondition is None or not indices.size:
-            return
+            return True
         places = np.full(M.shape[0], -1)
         places[self._built] = np.arange(self._built.size)
         places = places[indices]
         known = np.flatnonzero(places >= 0)
         if indices.size + self._built.size - 2 * known.size <= REUSE * indices.size:
             self._cycle = _carried_over(self._built_cycle, self._built.size, places[known], known)
-            return
+            return True
         try:
             self._cycle = self._built_cycle = self._precondition(indices, self._block)
         except SingularMatrix:
-            raise Breakdown("a coarse version of M is singular") from None
+            return False
         self._built = indices
+        return True
 
-    def solve(self, b: Vector, start: Vector, residual: float, reduction: float) -> Vector:
-        """y with |b - A y|_2 <= reduction * residual, from a start."""
+    def solve(self, b: Vector, start: Vector, residual: float, reduction: float) -> Vector | None:
+        """y with |b - A y|_2 <= reduction * residual, from a start; None if that is not reached by far."""
         self.products += 1
         if not b.size:
             return b
-        most = int(self._patience * -np.log10(reduction)) // self._cost
+        most = int(self.patience * -np.log10(reduction)) // self._cost
         with np.errstate(all="ignore"):
             y, left = self._method(self._product, b, start, reduction * residual, most, self._cycle)
-        if not left <= REDUCTION * residual:
-            raise Breakdown(f"{self._patience} products with M have not given a digit")
-        return y
+        return y if left <= REDUCTION * residual else None
 
     def _product(self, v: Vector) -> Vector:
         self.products += 1

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.factors import Solve, sparse_lu
-from lcpcli.methods.iterate import Breakdown
 from lcpcli.typing import Indices, Matrix, Vector
 
 COARSEST = 500  # unknowns that are left to a factorization
@@ -43,11 +42,13 @@ class Hierarchy:
     """
 
     def __init__(self, A: Matrix) -> None:
-        """Coarsen A, a csr_array, until COARSEST unknowns are left; Breakdown where it does not get much smaller."""
+        """Coarsen A, a csr_array with a positive diagonal, until COARSEST unknowns are left.
+
+        `stuck` tells whether it has not become much smaller on the way.
+        """
         self.matrices, self.prolongations = [A], []
         self._tentative: list[Matrix] = []
-        if not A.diagonal().min() > 0:
-            raise Breakdown("a diagonal entry of M is not positive")
+        self.stuck = False
         candidate = np.ones(A.shape[0])
         strong = STRONG
         while A.shape[0] > COARSEST:
@@ -55,8 +56,9 @@ class Hierarchy:
             T, candidate = _tentative(A, weights, candidate, strong)
             P = _smoothed(T, A, weights)
             finer, A = A, (P.T @ (A @ P)).tocsr()
-            if P.shape[1] > SMALLER * P.shape[0] or A.nnz > FULLER * finer.nnz:
-                raise Breakdown("M has no coarse version that is much smaller")
+            self.stuck = P.shape[1] > SMALLER * P.shape[0] or A.nnz > FULLER * finer.nnz
+            if self.stuck:
+                return
             self.matrices.append(A)
             self.prolongations.append(P)
             self._tentative.append(T)

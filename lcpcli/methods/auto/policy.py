@@ -6,14 +6,14 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, OutOfTime, Stalled
+from lcpcli.methods.auto.turns import Turns
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
 from lcpcli.methods.newton import LEAST_INDEX
 from lcpcli.methods.scaled import in_original_units
 from lcpcli.model import scaled
@@ -29,7 +29,7 @@ REFINED = "refined"
 LEMKE_PIVOTS = 20  # an unknown
 
 
-def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Iterator[Iterate]:
+def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:
     """Solve any LCP, or prove that it has no solution, by what gets there first.
 
     Dense M: newton solves almost every problem with a P-matrix in a handful of factorizations. Sparse M: first
@@ -49,111 +49,88 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Itera
     ------
     Iterate : those of the methods, each with its method's name.
 
-    Raises
-    ------
-    NoSolution : with a Farkas proof or by exhaustion, as lemke and milp do.
-    Stalled, Breakdown : as the last method does.
+    Returns
+    -------
+    NoSolution : with a Farkas proof or by exhaustion, as lemke and milp do. Else as the last method does.
     """
-    return _iterates(problem, x0, time_limit)
+    deadline, turns = time.perf_counter() + time_limit, Turns(x0)
+    for name, stage in _stages(problem, x0, deadline):
+        ending = yield from turns.take(name, stage)
+        if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
+            return ending
+        if is_near(problem, z_of(turns.last.x)):
+            turns.last = _refined(problem, turns.last)
+            yield turns.last
+            if is_rounded_solution(problem, z_of(turns.last.x)):
+                return Finished()
+    ending = yield from turns.take("milp", methods.load("milp")(problem, x0, time_limit=_left(deadline)))
+    from lcpcli.methods.auto.exhaustion import MOST_UNKNOWNS, exhaustion
+
+    if isinstance(ending, Stalled) and problem.n <= MOST_UNKNOWNS:
+        ending = yield from turns.take("exhaustion", exhaustion(problem))
+    return ending
 
 
-def _iterates(problem: Problem, x0: Vector, time_limit: float) -> Iterator[Iterate]:
-    deadline = time.perf_counter() + time_limit
-    last = Iterate(x0, None, "", 0)
-    for place, (name, iterates) in enumerate(_in_order(problem, x0, deadline)):
-        done = last.evaluations
-        try:
-            for iterate in islice(iterates, min(place, 1), None):  # each method hands out the start first; once will do
-                evaluations = done + iterate.evaluations
-                last = replace(iterate, method=iterate.method or name, evaluations=evaluations)
-                yield last
-        except (Breakdown, Stalled, FloatingPointError):
-            pass
-        except NoSolution as ending:
-            if ending.certificate.kind != "ray":
-                ending.method = name
-                raise
-        if is_near(problem, z_of(last.x)):
-            last = _refined(problem, last)
-            yield last
-            if is_rounded_solution(problem, z_of(last.x)):
-                return
-    seconds = max(deadline - time.perf_counter(), 1e-3)
-    try:
-        yield from _taking_part("milp", methods.load("milp")(problem, x0, time_limit=seconds), last.evaluations)
-    except Stalled as ending:
-        from lcpcli.methods.auto import exhaustion
-
-        if problem.n > exhaustion.LARGEST or isinstance(ending, OutOfTime):
-            raise
-        yield from _taking_part("exhaustion", exhaustion.exhaustion(problem, x0), last.evaluations)
-
-
-def _taking_part(method: str, iterates: Iterator[Iterate], done: int) -> Iterator[Iterate]:
-    """The iterates but the first, the start, and the ending of a method, with its name."""
-    try:
-        for iterate in islice(iterates, 1, None):
-            yield replace(iterate, method=method, evaluations=done + iterate.evaluations)
-    except Ending as ending:
-        ending.method = method
-        raise
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def _refined(problem: Problem, last: Iterate) -> Iterate:
-    """The iterate with z made right to its last digits."""
-    inside = last.x > 0
-    z = refined(problem, z_of(last.x), inside)
-    x = np.where(inside, z, -np.maximum(problem.w(z), 0)) / 2
-    return replace(last, x=x, F=None, step=REFINED, settled=True)
-
-
-def _in_order(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Iterator[Iterate]]]:
-    """The methods before milp, by name, each made when it is its turn."""
-    if is_sparse(problem.M) and problem.n > factors.SMALL:
+def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
+    """The methods before milp in their order, by name, each made when it is its turn."""
+    large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
+    if large_and_sparse:
         from lcpcli.methods.auto.sparse_route import sparse_route
 
         yield "sparse", sparse_route(problem, x0)
     patience = problem.n if is_sparse(problem.M) else LEAST_INDEX_STEPS
     yield "newton", _while_blocks_advance(methods.load("newton")(problem, x0), patience)
     if scaled.is_far_from_one(problem):
-        yield from _in_scaled_units(problem, x0)
-    if is_sparse(problem.M) and problem.n > factors.SMALL:
+        yield from _stages_in_scaled_units(problem, x0)
+    if large_and_sparse:
         from lcpcli.methods.auto.linear import linear
 
-        yield "linear", linear(problem, x0, max(deadline - time.perf_counter(), 1e-3))
-    yield "lemke", islice(methods.load("lemke")(problem, x0), LEMKE_PIVOTS * problem.n)
+        yield "linear", linear(problem, _left(deadline))
+    yield "lemke", limited(methods.load("lemke")(problem, x0), LEMKE_PIVOTS * problem.n)
     from lcpcli.methods.auto.restarts import restarts
 
-    yield "lemke", restarts(problem, x0)
+    yield "lemke", restarts(problem)
 
 
-def _in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Iterator[Iterate]]]:
+def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
     """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
-    units = scaled.scale(problem)
-    start, pivots = np.sign(x0), LEMKE_PIVOTS * problem.n
+    units, start = scaled.scale(problem), np.sign(x0)
     newton = _while_blocks_advance(methods.load("newton")(units.problem, start), LEAST_INDEX_STEPS)
     yield "newton", in_original_units(units, newton)
-    yield "lemke", _proving(problem, units, islice(methods.load("lemke")(units.problem, start), pivots))
+    lemke = limited(methods.load("lemke")(units.problem, start), LEMKE_PIVOTS * problem.n)
+    yield "lemke", _proving(problem, units, in_original_units(units, lemke))
 
 
-def _proving(problem: Problem, units: Scaled, iterates: Iterator[Iterate]) -> Iterator[Iterate]:
-    """The iterates in the problem's own units, and so a proof with which they end."""
-    try:
-        yield from in_original_units(units, iterates)
-    except NoSolution as ending:
-        proof = ending.certificate
-        y = None if proof.kind == "ray" or proof.vector is None else proof_in_units(problem, units.R, proof.vector)
-        if y is None:
-            raise Breakdown(proof.statement) from None
-        raise NoSolution(replace(proof, vector=y)) from None
+def _proving(problem: Problem, units: Scaled, stage: Stage) -> Stage:
+    """The stage, with a proof in which it ends in the problem's own units too."""
+    ending = yield from stage
+    if not isinstance(ending, NoSolution):
+        return ending
+    proof = ending.certificate
+    y = None if proof.kind == "ray" or proof.vector is None else proof_in_units(problem, units.R, proof.vector)
+    return Breakdown(proof.statement) if y is None else NoSolution(replace(proof, vector=y))
 
 
-def _while_blocks_advance(iterates: Iterator[Iterate], patience: int) -> Iterator[Iterate]:
+def _while_blocks_advance(stage: Stage, patience: int) -> Stage:
     """The iterates of newton, until it has taken more than so many steps one index at a time."""
     alone = 0
-    for iterate in iterates:
-        alone += iterate.step == LEAST_INDEX
+    while isinstance(step := advance(stage), Iterate):
+        alone += step.step == LEAST_INDEX
         if alone > patience:
-            return
-        yield iterate
+            return Stalled(f"{patience} steps with the least index alone have not been enough")
+        yield step
+    return step
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _refined(problem: Problem, last: Iterate) -> Iterate:
+    """The iterate with z made right to its last digits."""
+    active = last.x > 0
+    z = refined(problem, z_of(last.x), active)
+    x = np.where(active, z, -np.maximum(problem.w(z), 0)) / 2
+    return replace(last, x=x, F=None, step=REFINED, signs_final=True)
+
+
+def _left(deadline: float) -> float:
+    """The seconds that are left, but a little at least."""
+    return max(deadline - time.perf_counter(), 1e-3)

@@ -7,48 +7,59 @@ one w_j exchanged it is a path as of C. E. Lemke and J. T. Howson, Equilibrium p
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterator
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg import matrices
 from lcpcli.methods.finish import finish
-from lcpcli.methods.iterate import Breakdown, Iterate, NoSolution, Stalled
+from lcpcli.methods.iterate import Finished, Iterate, Stage, Stalled, advance, limited
 from lcpcli.methods.lemke import lemke
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-LARGEST = 1000  # unknowns; the exchanged problem is dense
+MOST_UNKNOWNS = 1000  # unknowns; the exchanged problem is dense
 TRIES = 8
 PIVOTS = 5  # an unknown, of each try
+NEARLY = 1e-6  # of the largest |q|: what F may be at the end of a path that is worth finishing
 
 
-def restarts(problem: Problem, x0: Vector) -> Iterator[Iterate]:
-    """Yield x0 and what the path of each try ends with, if that is a solution; x0 is not used."""
-    yield Iterate(x0, None, "", 0)
-    if problem.n > LARGEST or not (problem.q < 0).any():
-        return
+def restarts(problem: Problem) -> Stage:
+    """Yield what the path of each try ends with, if that is a solution."""
+    if problem.n > MOST_UNKNOWNS or not (problem.q < 0).any():
+        return Finished()
     M, evaluations = matrices.dense(problem.M), 0
     for k in np.random.default_rng(0).permutation(problem.n)[:TRIES]:
         rows = np.flatnonzero((M[:, k] > 0) & (problem.q < 0))
         if not rows.size:
             continue
         pair = np.unique([k, rows[np.argmax(-problem.q[rows] / M[rows, k])]])
-        try:
-            exchanged = _exchanged(M, problem.q, pair)
-            last = deque(islice(lemke(exchanged, np.zeros(problem.n)), PIVOTS * problem.n), maxlen=1)[-1]
-        except (Breakdown, Stalled, NoSolution, ProblemError, FloatingPointError, np.linalg.LinAlgError):
-            continue
-        if last.F is None or np.abs(last.F).max() > 1e-6 * np.abs(problem.q).max():
+        last = _end_of_path(M, problem.q, pair)
+        if last is None or last.F is None or np.abs(last.F).max() > NEARLY * np.abs(problem.q).max():
             continue
         x = last.x.copy()
         x[pair] *= -1
         evaluations += last.evaluations
-        yield from finish(problem, iter([replace(last, x=x, F=None, step="restart", evaluations=evaluations)]))
+        yield from finish(problem, None, _alone(replace(last, x=x, F=None, step="restart", evaluations=evaluations)))
+    return Stalled("no path from another start ends at a solution")
+
+
+def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
+    """The last iterate of Lemke's method on the exchanged problem; None where it does not end at a solution."""
+    try:
+        path = limited(lemke(_exchanged(M, q, pair), np.zeros(q.size)), PIVOTS * q.size)
+        last = None
+        while isinstance(step := advance(path), Iterate):
+            last = step
+    except (ProblemError, FloatingPointError, np.linalg.LinAlgError):
+        return None
+    return last if isinstance(step, Finished) else None
+
+
+def _alone(iterate: Iterate) -> Stage:
+    yield iterate
+    return Finished()
 
 
 def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:

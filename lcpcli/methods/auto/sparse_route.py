@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
-from itertools import islice
-
 import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.methods.auto.krylov import krylov, multilevel
+from lcpcli.methods.auto.turns import Turns
 from lcpcli.methods.finish import finish
 from lcpcli.methods.fixed_point import fixed_point
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled, advance, ended, limited
 from lcpcli.methods.scaled import in_original_units
 from lcpcli.model.problem import Problem
 from lcpcli.model.scaled import Scaled
@@ -25,7 +22,7 @@ MODULUS_STEPS = 500  # ten times what it needs where it is made for the problem
 GROWTH = 1e6  # of |F| over its least value: the modulus iteration diverges
 
 
-def sparse_route(problem: Problem, x0: Vector) -> Iterator[Iterate]:
+def sparse_route(problem: Problem, x0: Vector) -> Stage:
     """Solve the problem in units in which M has diagonal 1: by pivoting with Krylov solves, else by modulus steps.
 
     Well-conditioned M, however large and whatever its fill-in, needs a few dozen products and no factorization
@@ -43,51 +40,42 @@ def sparse_route(problem: Problem, x0: Vector) -> Iterator[Iterate]:
     ------
     Iterate : in the problem's own units; `method` names the part of the route.
 
-    Raises
-    ------
-    Breakdown, Stalled : as the last part does. It is made for positive definite and H-matrices; other M may defeat it.
+    Returns
+    -------
+    As the last part does. It is made for positive definite and H-matrices; other M may defeat it.
     """
     R, C = _units(problem.M, problem.q)
     units = Scaled(Problem(matrices.scaled(problem.M, R, C), R * problem.q), R, C)
-    yield from in_original_units(units, _parts(units.problem, units.start(x0)))
+    return (yield from in_original_units(units, _parts(units.problem, units.start(x0))))
 
 
-def _parts(problem: Problem, x: Vector) -> Iterator[Iterate]:
-    last = Iterate(x, None, "", 0)
-    for part in (krylov, multilevel) if matrices.is_symmetric(problem.M) else (krylov,):
-        done = last.evaluations
-        try:
-            for iterate in part(problem, x):
-                last = replace(iterate, method=part.__name__, evaluations=done + iterate.evaluations)
-                yield last
-        except (Breakdown, FloatingPointError):
-            continue
-        except Stalled as reason:
-            if part is krylov:
-                raise
-            yield from (replace(each, method="multilevel") for each in finish(problem, _ended(last, reason)))
-            return
-    done = last.evaluations
-    modulus = islice(fixed_point(problem, last.x, omega=AUTO, anderson=MEMORY), MODULUS_STEPS)
-    for iterate in finish(problem, _while_bounded(modulus)):
-        yield replace(iterate, method="fixed-point", evaluations=done + iterate.evaluations)
+def _parts(problem: Problem, x: Vector) -> Stage:
+    turns = Turns(x)
+    ending = yield from turns.take("krylov", krylov(problem, x))
+    if isinstance(ending, Stalled | Finished):
+        return ending
+    if matrices.is_symmetric(problem.M):
+        ending = yield from turns.take("multilevel", multilevel(problem))
+        if isinstance(ending, Stalled):
+            return (yield from turns.take("multilevel", finish(problem, turns.last.x, ended(ending))))
+        if isinstance(ending, Finished):
+            return ending
+    last = turns.last.x
+    modulus = limited(fixed_point(problem, last, omega=AUTO, anderson=MEMORY), MODULUS_STEPS)
+    return (yield from turns.take("fixed-point", finish(problem, last, _while_bounded(modulus))))
 
 
-def _while_bounded(iterates: Iterator[Iterate]) -> Iterator[Iterate]:
-    """The iterates, until |F| has grown by GROWTH over its least value so far."""
+def _while_bounded(stage: Stage) -> Stage:
+    """The stage, until |F| has grown by GROWTH over its least value so far."""
     least = np.inf
-    for iterate in iterates:
-        if iterate.F is not None:
-            size = float(np.abs(iterate.F).max())
+    while isinstance(step := advance(stage), Iterate):
+        if step.F is not None:
+            size = float(np.abs(step.F).max())
             if not size <= GROWTH * least:
-                raise Breakdown("the modulus iteration diverges")
+                return Breakdown("the modulus iteration diverges")
             least = min(size, least)
-        yield iterate
-
-
-def _ended(last: Iterate, reason: Stalled) -> Iterator[Iterate]:
-    yield last
-    raise reason
+        yield step
+    return step
 
 
 def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:

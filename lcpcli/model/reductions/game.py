@@ -11,10 +11,10 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind, refuse_unknown
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import as_matrix
 from lcpcli.typing import Matrix, Vector
 
-EPS = float(np.finfo(float).eps)
 KEYS = ("kind", "A", "B", "rows", "columns")
 
 

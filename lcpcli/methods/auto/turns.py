@@ -1,0 +1,28 @@
+"""Methods that take turns on one problem: their iterates bear their names, and their evaluations add up."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lcpcli.methods.iterate import Breakdown, Iterate, Stage, advance
+from lcpcli.typing import Vector
+
+
+class Turns:
+    """The turns that have been taken so far. last : the newest iterate, or the start."""
+
+    def __init__(self, x0: Vector) -> None:
+        self.last = Iterate(x0, None, "", 0)
+
+    def take(self, method: str, stage: Stage) -> Stage:
+        """One turn of a method, which may itself be several that bear their own names; overflow breaks it down."""
+        done = self.last.evaluations
+        while True:
+            try:
+                step = advance(stage)
+            except FloatingPointError as overflow:
+                return Breakdown(str(overflow), method)
+            if not isinstance(step, Iterate):
+                return replace(step, method=step.method or method)
+            self.last = replace(step, method=step.method or method, evaluations=done + step.evaluations)
+            yield self.last

@@ -1,0 +1,63 @@
+"""The one exact solver: the same rational numbers by elimination in integers and by FLINT, of systems of any rank."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lcpcli.rational import linear
+from lcpcli.rational.linear import Rows, inverse, solve
+
+ONE, ZERO = Fraction(1), Fraction(0)
+
+
+def systems(rows: int, columns: int) -> st.SearchStrategy[tuple[Rows, list[int]]]:
+    """Small integers, of which many are 0, so that many systems are singular."""
+    entry = st.integers(-2, 2)
+    row = st.lists(entry, min_size=columns, max_size=columns)
+    return st.tuples(st.lists(row, min_size=rows, max_size=rows), st.lists(entry, min_size=rows, max_size=rows))
+
+
+def product(A: Rows, x: list[Fraction]) -> list[Fraction]:
+    return [sum((a * value for a, value in zip(row, x, strict=True)), ZERO) for row in A]
+
+
+def test_solution_and_null_space_are_given() -> None:
+    assert solve([[2, 0], [0, 4]], [1, 1]) == ([Fraction(1, 2), Fraction(1, 4)], [])
+    assert solve([[1, 1], [2, 2]], [1, 2]) == ([ONE, ZERO], [[-ONE, ONE]])
+    assert solve([[1, 1], [2, 2]], [1, 1]).x is None
+    assert solve([], []) == ([], [])
+
+
+@pytest.mark.parametrize(("m", "n"), [(3, 3), (2, 4), (4, 2)])
+@given(data=st.data())
+def test_every_solution_is_found(m: int, n: int, data: st.DataObject) -> None:
+    A, b = data.draw(systems(m, n))
+    x, null_space = solve(A, b)
+    rank = int(np.linalg.matrix_rank(np.array(A)))
+    assert len(null_space) == n - rank
+    assert all(not any(product(A, v)) for v in null_space)
+    assert (x is None) == (int(np.linalg.matrix_rank(np.column_stack((A, b)))) > rank)
+    assert x is None or product(A, x) == b
+
+
+@given(systems(4, 4))
+def test_flint_gives_the_same_numbers(system: tuple[Rows, list[int]]) -> None:
+    pytest.importorskip("flint")
+    own = solve(*system), inverse(system[0])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(linear, "SMALL", 0)
+        assert (solve(*system), inverse(system[0])) == own
+
+
+def test_inverse_times_the_matrix_is_the_identity() -> None:
+    A = np.random.default_rng(1).integers(-9, 10, (20, 20)).tolist()
+    found = inverse(A)
+    assert found is not None
+    columns = [product(A, [row[j] for row in found]) for j in range(20)]
+    assert columns == [[Fraction(int(i == j)) for i in range(20)] for j in range(20)]
+    assert inverse([[1, 2], [2, 4]]) is None
