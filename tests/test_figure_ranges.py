@@ -1,14 +1,13 @@
-"""The axes of figures: no value is lost, ticks are few, and texts beside axes keep apart."""
+"""The axes of figures: no value is lost, and ticks are few."""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli.report.figures import bench_figure, convergence_figure, ranges, style
+from lcpcli.report.figures import convergence_figure, ranges, style
 from lcpcli.report.figures.data import Curve, Panel
 from lcpcli.report.figures.ranges import Range
 
@@ -57,12 +56,3 @@ def test_ticks_are_few_powers_of_ten(start: float, length: float, most: int) -> 
     assert len(majors) <= most
     assert all(span.low * (1 - 1e-9) <= tick <= span.high * (1 + 1e-9) for tick in (*majors, *minors))
     assert not set(majors) & set(minors)
-
-
-@given(st.lists(st.floats(-50, 200), min_size=1, max_size=11))
-def test_exponents_keep_a_line_apart_and_their_order(heights: list[float]) -> None:
-    spread = bench_figure._spread(heights, 120.0)
-    order = sorted(range(len(heights)), key=lambda i: heights[i])
-    gaps = [spread[b] - spread[a] for a, b in pairwise(order)]
-    assert all(gap >= bench_figure.LINE - 1e-9 for gap in gaps)
-    assert max(spread) <= 120

@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -27,22 +28,21 @@ MAGIC = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
 
 
 def texts(figure: Figure) -> list[Text]:
-    """All texts that are drawn."""
-    figure.canvas.draw()
+    """All texts that are drawn, in their places."""
+    FigureCanvasAgg(figure).draw()
     found: list[Text] = []
     for axes in figure.axes:
-        found += [axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label, *axes.texts]  # type: ignore[attr-defined]
+        found += [axes._left_title, axes.xaxis.label, axes.yaxis.label, *axes.texts]  # type: ignore[attr-defined]
         for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
             ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=False)  # no labels if hidden
             found += [label for at, label in ticks if low <= at <= high]
-    for legend in figure.legends:
+    for legend in [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]:
         found += legend.get_texts()
     return [text for text in found if text.get_text()]
 
 
 def boxes(figure: Figure) -> list[tuple[str, Any]]:
-    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    return [(text.get_text(), text.get_window_extent(renderer)) for text in texts(figure)]
+    return [(text.get_text(), text.get_window_extent()) for text in texts(figure)]
 
 
 def overlaps(one: Any, other: Any, by: float = 0.3) -> bool:
@@ -81,25 +81,22 @@ def test_no_text_lies_on_another_or_leaves_the_figure(name: str) -> None:
             assert not overlaps(box, other), (text, other_text)
 
 
-@pytest.mark.parametrize("count", [1, 2])
-def test_few_curves_are_labelled_at_their_ends_clear_of_lines(count: int) -> None:
+@pytest.mark.parametrize("count", [1, 2, 6, 11])
+def test_one_legend_below_the_axes_names_every_curve_and_explains_the_signs(count: int) -> None:
     with style.context():
-        figure = convergence_figure.draw([crowd(count)])
-        figure.canvas.draw()
-        labels = [text for axes in figure.axes for text in axes.texts]
-        assert {text.get_text() for text in labels} == set(METHODS[:count])
-        for text in labels:
-            box = text.get_window_extent()
-            for line in text.axes.lines:
-                xy = text.axes.transData.transform(np.column_stack(line.get_data()))
-                between = np.concatenate([np.linspace(a, b, 200) for a, b in pairwise(xy)] or [xy])
-                assert not any(box.contains(x, y) for x, y in between)
+        figure = convergence_figure.draw([crowd(count), crowd(count)])
+        (legend,) = figure.legends
+        named = [text.get_text() for text in texts(figure) if text in legend.get_texts()]
+        below = min(axes.xaxis.label.get_window_extent().y0 for axes in figure.axes)
+        assert max(text.get_window_extent().y1 for text in legend.get_texts()) < below
+    signs = ["0 or beyond the axis"] + ["not solved"] * (count > 1)
+    assert named == [*(METHODS + PEERS)[:count], *signs]
 
 
-def test_many_curves_have_a_legend() -> None:
+def test_figure_is_no_higher_than_its_rows_and_its_legend() -> None:
     with style.context():
-        figure = convergence_figure.draw([crowd(11)])
-    assert {text.get_text() for text in figure.legends[0].get_texts()} >= set(METHODS + PEERS)
+        figure = convergence_figure.draw([paper_panel()])
+        assert figure.get_figheight() < 1.12 * style.ROW
 
 
 @pytest.mark.parametrize("form", figures.FORMS)
@@ -226,7 +223,32 @@ def test_growth_draws_the_fit_and_names_its_exponent() -> None:
         )
     axes = figure.axes[0]
     assert axes.lines[0].get_ydata() == pytest.approx([0.1, 1000.0])
-    assert "$n^{2.00}$" in [text.get_text() for text in axes.texts]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["$n^{2.00}$"]
+
+
+@pytest.mark.parametrize("count", [1, 6, 11])
+def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int) -> None:
+    with style.context():
+        figure = bench_figure.draw([], [crowd(1)], [growth(count)])
+        FigureCanvasAgg(figure).draw()
+        axes = figure.axes[1]
+        legend = axes.get_legend()
+        right = max(axes.transData.transform(line.get_xydata())[:, 0].max() for line in axes.lines)
+        box = legend.get_window_extent()
+        assert box.x0 > right
+        assert axes.bbox.y0 < box.y0 < box.y1 < axes.bbox.y1
+    exponents = sorted((one.exponent for one in growth(count).growths), reverse=True)
+    assert [text.get_text() for text in legend.get_texts()] == [f"$n^{{{e:.2f}}}$" for e in exponents]
+
+
+def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:
+    cut = style.fitted("$\\alpha_1$ \n\u4e2d " + "long " * 60, style.FONT, 2.0)
+    assert cut.startswith(r"\$\alpha_1\$ ? long")
+    assert cut.endswith("...")
+    with style.context():
+        figure = Figure()
+        box = figure.text(0, 0, cut, fontsize=style.FONT).get_window_extent()
+    assert 1.9 < box.width / figure.dpi < 2.05
 
 
 @pytest.mark.parametrize("path", ["a.png", "b/c.SVG", "d.e.pdf"])

@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogFormatterMathtext, MaxNLocator, NullFormatter
 
 from lcpcli.report.figures import ranges
-from lcpcli.report.figures.labels import Drawn
 from lcpcli.report.figures.ranges import Point, Range
-from lcpcli.report.figures.style import GREY, Look
+from lcpcli.report.figures.style import Look
 
 MOST_MARKERS = 12
 MOST_TICKS = 6
@@ -30,6 +28,8 @@ RING: dict[str, Any] = {
     "markeredgewidth": 0.7,
 }
 CROSS: dict[str, Any] = {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3}
+BEYOND, UNSOLVED = "0 or beyond the axis", "not solved"
+SIGNS = {BEYOND: RING, UNSOLVED: CROSS}  # by their labels, which no other artist in axes has
 
 
 def log_axis(axes: Axes, which: str, span: Range) -> None:
@@ -81,19 +81,11 @@ def draw(axes: Axes, points: Sequence[Point], look: Look, solved: bool, turn: in
     marked = [points[i] for i in sorted({*_marked(at, turn), *_first_outside(points)}) if i != crossed]
     axes.plot([p.x for p in marked], [p.y for p in marked], linestyle="", clip_on=False, zorder=3, **look.points)
     ringed = [p for p in marked if p.beyond]
-    axes.plot([p.x for p in ringed], [p.y for p in ringed], color=look.color, clip_on=False, zorder=4, **RING)
+    above: dict[str, Any] = {"color": look.color, "clip_on": False}
+    if ringed:
+        axes.plot([p.x for p in ringed], [p.y for p in ringed], label=BEYOND, zorder=4, **above, **RING)
     if not solved:
-        axes.plot(points[-1].x, points[-1].y, color=look.color, clip_on=False, zorder=5, **CROSS)
-
-
-def remarks(drawn: Sequence[Drawn]) -> list[tuple[Line2D, str]]:
-    """Legend entries that explain the rings and the crosses, where there are any."""
-    entries = []
-    if any(one.outside for one in drawn):
-        entries.append((Line2D([], [], color=GREY, **RING), "0 or beyond the axis"))
-    if any(one.unsolved for one in drawn):
-        entries.append((Line2D([], [], color=GREY, **CROSS), "not solved"))
-    return entries
+        axes.plot(points[-1].x, points[-1].y, label=UNSOLVED, zorder=5, **above, **CROSS)
 
 
 def _marked(at: Any, turn: int) -> list[int]:

@@ -6,25 +6,24 @@ that the methods' lightness rises in steps of about ten and they are told apart 
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO
-from typing import Any, cast
+from typing import Any
 
 import matplotlib
-from matplotlib import font_manager
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
+from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.textpath import text_to_path
 
 FONT = 8  # points, as in the captions of a journal
 SMALL = 7
-POINTS = 72  # points an inch; figures are laid out at this resolution, so that a pixel is a point
 PNG_DPI = 300
-GREY = "0.35"
-BELOW, BESIDE = 0.32, 0.43  # inches from the frame to the names of the axes
+FAMILY = "DejaVu Sans"  # comes with matplotlib: the same picture on every machine
+WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
+ROW = 2.45  # the height of a row of axes
 
 
 @dataclass(frozen=True)
@@ -52,11 +51,6 @@ class Look:
             "markerfacecoloralt": "white",
             "markeredgewidth": 0.8,
         }
-
-    @property
-    def text(self) -> str:
-        """The colour of a label: the curve's, darkened until thin strokes of it are readable on white."""
-        return matplotlib.colors.to_hex([0.8 * part for part in matplotlib.colors.to_rgb(self.color)])
 
 
 Looks = dict[tuple[str, str], Look]  # by name and label
@@ -113,11 +107,6 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     return found
 
 
-def key(look: Look) -> Line2D:
-    """The sample of a look in a legend."""
-    return Line2D([], [], **(look.points | look.line))
-
-
 @contextmanager
 def context() -> Iterator[None]:
     """The settings of these figures, whatever the user's own are; the user's are back afterwards."""
@@ -125,14 +114,21 @@ def context() -> Iterator[None]:
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(
             {
-                "font.family": "DejaVu Sans",  # comes with matplotlib: the same picture on every machine
+                "font.family": FAMILY,
                 "font.size": FONT,
                 "text.hinting": "none",  # else widths depend on the resolution
+                "figure.constrained_layout.use": True,
+                "figure.constrained_layout.h_pad": 0.07,
+                "figure.constrained_layout.w_pad": 0.06,
                 "axes.titlesize": FONT,
+                "axes.titlelocation": "left",
                 "axes.labelsize": FONT,
                 "xtick.labelsize": SMALL,
                 "ytick.labelsize": SMALL,
                 "legend.fontsize": SMALL,
+                "legend.frameon": False,
+                "legend.handlelength": 3.4,
+                "legend.columnspacing": 1.6,
                 "axes.linewidth": 0.6,
                 "xtick.direction": "in",
                 "ytick.direction": "in",
@@ -152,29 +148,6 @@ def context() -> Iterator[None]:
         yield
 
 
-def page(width: float, height: float) -> Figure:
-    """An empty figure of that size in inches, whose text can be measured in points."""
-    figure = Figure(figsize=(width, height), dpi=POINTS)
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def add_axes(figure: Figure, inches: tuple[float, float, float, float]) -> Axes:
-    """Axes whose frame has its left and lower edges, width and height where the inches say."""
-    left, bottom, width, height = inches
-    page_width, page_height = figure.get_size_inches()
-    return figure.add_axes((left / page_width, bottom / page_height, width / page_width, height / page_height))
-
-
-def name_axes(axes: Axes, abscissa: str, ordinate: str) -> None:
-    """Name both axes at fixed distances from the frame, so that the names of neighbours are on one line."""
-    width, height = axes.bbox.width / POINTS, axes.bbox.height / POINTS
-    axes.set_xlabel(abscissa, va="baseline")
-    axes.xaxis.set_label_coords(0.5, -BELOW / height)
-    axes.set_ylabel(ordinate, va="bottom")
-    axes.yaxis.set_label_coords(-BESIDE / width, 0.5)
-
-
 def save(figure: Figure, form: str) -> bytes:
     """The figure as a file; the same figure gives the same bytes."""
     undated: dict[str, dict[str, None]] = {
@@ -187,30 +160,17 @@ def save(figure: Figure, form: str) -> bytes:
     return buffer.getvalue()
 
 
-def legible(text: str) -> str:
-    """A text on one line, in which a question mark stands for what the font lacks."""
-    font = font_manager.get_font(font_manager.findfont("DejaVu Sans"))
-    return "".join(c if font.get_char_index(ord(c)) else "?" for c in " ".join(text.split()))
+def fitted(text: str, size: float, inches: float) -> str:
+    """A text on one line, cut to that length, in which ? stands for what the font lacks and $ begins no formula."""
+    font = FontProperties(family=FAMILY, size=size)
+    glyphs = get_font(findfont(font)).get_charmap()
+    text = "".join(c if ord(c) in glyphs else "?" for c in " ".join(text.split()))
 
+    def width(part: str) -> float:
+        points, _, _ = text_to_path.get_text_width_height_descent(part, font, ismath=False)
+        return float(points) / 72
 
-def renderer(figure: Figure) -> RendererAgg:
-    """What measures the texts of a page."""
-    canvas = cast(FigureCanvasAgg, figure.canvas)
-    return canvas.get_renderer()
-
-
-def width_of(figure: Figure, text: str, size: float) -> float:
-    """The width of a plain text in points."""
-    prop = font_manager.FontProperties(family="DejaVu Sans", size=size)
-    width, _, _ = renderer(figure).get_text_width_height_descent(text, prop, False)
-    return float(width)
-
-
-def fitted(figure: Figure, text: str, size: float, room: float) -> str:
-    """A text made legible and, if it is wider than the room in points, cut."""
-    text = legible(text)
-    if width_of(figure, text, size) <= room:
-        return text
-    while text and width_of(figure, text + "...", size) > room:
-        text = text[:-1]
-    return text.rstrip() + "..."
+    if width(text) > inches:
+        most = bisect_right(range(len(text)), inches, key=lambda n: width(text[:n] + "..."))
+        text = text[: most - 1].rstrip() + "..."
+    return text.replace("$", r"\$")
