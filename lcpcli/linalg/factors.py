@@ -24,7 +24,7 @@ class SingularMatrix(Exception):
     """The matrix is singular, or so close to it that a solve has no correct digit."""
 
 
-def load(M: Matrix) -> None:
+def prepare(M: Matrix) -> None:
     """Import what a factorization of a matrix like M takes."""
     if is_sparse(M):
         import scipy.sparse.csgraph

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -46,12 +47,11 @@ class Loop:
         clock: Callable[[], float],
         observer: Observer | None,
         x0: Vector,
-        setup_seconds: float,
     ) -> None:
         self.problem, self.method, self.limits, self.traces, self.clock = problem, method, limits, traces, clock
-        self.began = clock() - setup_seconds
+        self.began = clock()
         self.observer, self.accuracy = observer, Accuracy(problem, limits.tol)
-        self.setup_seconds, self.solve_seconds = setup_seconds, 0.0
+        self.setup_seconds, self.solve_seconds = 0.0, 0.0
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
         self.last = self.best = np.clip(x0, -LARGEST_X, LARGEST_X)
         self.best_bound = self.first_bound = math.inf
@@ -66,7 +66,8 @@ class Loop:
             status = self._take(self.start)
             if status:
                 return status, ""
-            stage = self._set_up(begin)
+            with self.setting_up(), np.errstate(over="raise", invalid="raise", divide="raise"):
+                stage = begin()
             while True:
                 step = self._next(stage)
                 if not isinstance(step, Iterate):
@@ -82,11 +83,12 @@ class Loop:
         except KeyboardInterrupt:
             return Status.INTERRUPTED, ""
 
-    def _set_up(self, begin: Callable[[], Stage]) -> Stage:
+    @contextmanager
+    def setting_up(self) -> Iterator[None]:
+        """What is done here is set-up of the method."""
         began = self.clock()
         try:
-            with np.errstate(over="raise", invalid="raise", divide="raise"):
-                return begin()
+            yield
         finally:
             self.setup_seconds += self.clock() - began
 

@@ -20,8 +20,8 @@ from lcpcli.methods.iterate import Stage
 from lcpcli.methods.scaled import in_original_units
 from lcpcli.model import scaled
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.modulus import x_of
 from lcpcli.model.problem import Problem
+from lcpcli.model.start import starting_point
 from lcpcli.options import flag
 from lcpcli.solving.conclusions import concluded
 from lcpcli.solving.limits import Limits
@@ -68,15 +68,14 @@ def run(
     declared, limits = methods.declared(method), limits or Limits()
     additions = _additions(method, scale=scale, finish=finish)
     _complete(chosen, method, problem, limits, displaced=x0 is not None or z0 is not None)
-    start = _start(problem, x0, z0)
+    start = starting_point(problem, x0, z0)
     if ("sparse" if is_sparse(problem.M) else "dense") in declared.factorizes:
-        factors.load(problem.M)
-    began = clock()
-    units = scaled.scale(problem) if scale else None
-    in_force = methods.options_in_force(method, units.problem if units else problem, chosen)
-    setup_seconds = clock() - began
+        factors.prepare(problem.M)
     observer = None if observe is None else Observer(observe, method)
-    loop = Loop(problem, method, limits, (trace, curve), clock, observer, start, setup_seconds)
+    loop = Loop(problem, method, limits, (trace, curve), clock, observer, start)
+    with loop.setting_up():
+        units = scaled.scale(problem) if scale else None
+        in_force = methods.options_in_force(method, units.problem if units else problem, chosen)
     with within(limits.time_limit, observer.look if observer else None):
         begin = partial(_stage, methods.load(method), problem, units, start, in_force, clock if finish else None)
         status, reason = loop.run(begin)
@@ -103,18 +102,6 @@ def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Lim
         chosen.setdefault("time_limit", limits.time_limit)
     if chosen.get("x1") is not None:
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
-
-
-def _start(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None) -> Vector:
-    """x0, or the x of z0 and w = M z0 + q, or the problem's own start, or the origin."""
-    if z0 is not None:
-        if x0 is not None:
-            raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
-        z = as_vector("z0", z0, problem.n)
-        return as_vector("M z0 + q", x_of(z, problem.w(z)))
-    if x0 is not None:
-        return as_vector("x0", x0, problem.n)
-    return np.zeros(problem.n) if problem.x0 is None else problem.x0
 
 
 def _stage(
