@@ -13,10 +13,9 @@ import click
 import pytest
 
 from lcpcli.bench import suites
-from lcpcli.cli import program
+from lcpcli.cli import program, shells
 from lcpcli.cli.command import VARIABLE
 from lcpcli.cli.completion import SHELLS
-from lcpcli.cli.shells import SHELLS as CLASSES
 from lcpcli.files import reading
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
@@ -26,6 +25,7 @@ from lcpcli.report.formats import FORMATS
 from .conftest import Outcome
 
 Lcp = Callable[..., Outcome]
+CLASSES = {"bash": shells.Bash, "zsh": shells.Zsh, "fish": shells.Fish}
 
 
 def offered(*words: str, shell: str = "bash") -> list[str]:
@@ -74,9 +74,9 @@ def test_commands() -> None:
 @pytest.mark.parametrize("name", program.lcp.commands)
 def test_options(name: str) -> None:
     command = program.lcp.commands[name]
-    params = command.get_params(click.Context(command))
+    params = command.get_params(click.Context(command, help_option_names=["-h", "--help"]))
     own = [flag for param in params if isinstance(param, click.Option) for flag in (*param.opts, *param.secondary_opts)]
-    assert offered(name, "-") == own
+    assert sorted(offered(name, "-")) == sorted(own)  # click 8.1 has -h and --help in either order
     assert offered(name, "--he") == ["--help"]
 
 
@@ -112,28 +112,28 @@ def test_every_peer_that_is_offered_can_be_selected() -> None:
 
 
 def test_files_are_those_that_can_be_read(folder: Path) -> None:
-    problems = ["a.json", "b.csv", "c.npz", "d.mtx", "e.mtx.gz", "f.JSON", "inner"]
+    problems = ["a.json", "b.csv", "c.npz", "d.mtx", "e.mtx.gz", "f.JSON", "inner/"]
     assert offered("solve", "") == offered("solve", "M.mtx", "") == offered("compare", "x.json", "") == problems
     assert offered("inspect", "") == problems
     assert {Path(name).suffix.casefold() for name in problems[:4]} == set(reading.FORMATS)
     assert offered("check", "a.json", "") == sorted([*problems, "g.txt"])
     assert offered("bench", "") == [*suites.SUITES, suites.ALL, *problems]
-    assert offered("bench", "--resume", "") == ["a.json", "f.JSON", "inner"]
+    assert offered("bench", "--resume", "") == ["a.json", "f.JSON", "inner/"]
     assert offered("solve", "a.json", "-o", "h") == ["h.py"]
     assert offered("solve", "a.json", "b.csv", "") == []
-    assert {path.name for path in folder.iterdir()} > set(problems)
+    assert {path.name for path in folder.iterdir()} > {name.rstrip("/") for name in problems}
 
 
 @pytest.mark.parametrize(
     ("typed", "found"),
     [
         ("inner/", ["inner/my own.json"]),
-        ("./in", ["./inner"]),
+        ("./in", ["./inner/"]),
         ("inner/../a", ["inner/../a.json"]),
         (".h", [".hidden.json"]),
         ("nowhere/", []),
         ("a.json/", []),
-        ("~/in", ["~/inner"]),
+        ("~/in", ["~/inner/"]),
     ],
 )
 def test_paths_stay_as_they_are_typed(
@@ -145,15 +145,22 @@ def test_paths_stay_as_they_are_typed(
 
 def test_lines_for_the_shells(folder: Path) -> None:
     assert folder.exists()
-    newton = f"newton\t{METHODS['newton'].meaning}"
-    assert answer("bash", "lcp\nsolve\n--method\nne", "3") == [f"plain\t{newton}"]
-    assert answer("bash", "lcp\nsolve\n--method\n=\nne", "4") == [f"plain\t{newton}"]
-    assert answer("zsh", "lcp solve --method ne", "3") == [f"plain\t{newton}"]
-    assert answer("zsh", "lcp solve --method=ne", "2") == [f"plain\t--method={newton}"]
-    assert answer("fish", "lcp solve --method=ne", "--method=ne") == [f"--method={newton}"]
-    assert answer("bash", "lcp\nsolve\nin", "2") == answer("zsh", "lcp solve in", "2") == ["file\tinner\t"]
-    assert answer("fish", "lcp solve in", "in") == ["inner/\t"]
-    assert answer("fish", "lcp solve inner/", "inner/") == ["inner/my own.json\t"]
+    newton = METHODS["newton"].meaning
+    assert answer("bash", "lcp\nsolve\n--method\nne", "3") == ["plain,newton"]
+    assert answer("bash", "lcp\nsolve\n--method\n=\nne", "4") == ["plain,newton"]
+    assert answer("zsh", "lcp solve --method ne", "3") == ["plain", "newton", newton]
+    assert answer("zsh", "lcp solve --method=ne", "2") == ["plain", "--method=newton", newton]
+    assert answer("fish", "lcp solve --method=ne", "--method=ne") == [f"plain,--method=newton\t{newton}"]
+    assert answer("bash", "lcp\nsolve\nin", "2") == answer("fish", "lcp solve in", "in") == ["file,inner/"]
+    assert answer("zsh", "lcp solve in", "2") == ["file", "inner/", "_"]
+    assert answer("fish", "lcp solve inner/", "inner/") == ["file,inner/my own.json"]
+
+
+def test_what_words_mean_fits_into_the_lines() -> None:
+    commands = [program.lcp.commands[name] for name in program.lcp.commands]
+    items = [item for command in commands for item in command.shell_complete(click.Context(command), "-")]
+    items += program.lcp.shell_complete(click.Context(program.lcp), "")
+    assert all(item.help and "\n" not in item.help for item in items)
 
 
 @pytest.mark.parametrize("words", ["lcp solve --method ", "lcp solve ", "lcp make ", "lcp bench --peer ", "lcp "])
@@ -182,23 +189,28 @@ BASH = """
 complete() { :; }; compopt() { echo "compopt $*"; }
 . ./script
 offer() { COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _lcp_completion lcp; printf '%s\\n' "${COMPREPLY[@]}"; }
-offer lcp solve --method ne; offer lcp solve inner/
+offer lcp solve --method ne; offer lcp solve inner/; offer lcp bench in
+offer lcp solve none > /dev/null; echo ${#COMPREPLY[@]}
 """
 ZSH = """
-compdef() { :; }; _describe() { print -rl -- ${(P)3}; }; compadd() { print -rl -- "$@"; }
+compdef() { :; }; _describe() { print -rl -- ${(P)3}; }; compadd() { print -r -- "$*"; }
 . ./script
 offer() { words=("$@"); CURRENT=$#; _lcp_completion; }
-offer lcp solve --method ne; offer lcp solve inner/
+offer lcp solve --method ne; offer lcp solve inner/; offer lcp solve "~/in"
 """
 FISH = """
 source ./script
-complete -C "lcp solve --method ne"; complete -C "lcp solve inner/"
+complete -C "lcp solve --method ne"; complete -C "lcp solve inner/"; complete -C "lcp solve ~/in"
 """
 NEWTON = METHODS["newton"].meaning
 REAL = [
-    ("bash", ["--norc", "-c", BASH], ["newton", "compopt -o filenames", "inner/my own.json"]),
-    ("zsh", ["-f", "-c", ZSH], [f"newton:{NEWTON}", "-Q", "-f", "--", "inner/my\\ own.json"]),
-    ("fish", ["--no-config", "-c", FISH], [f"newton\t{NEWTON}", "inner/my own.json"]),
+    (
+        "bash",
+        ["--norc", "-c", BASH],
+        ["newton", "compopt -o filenames", "inner/my own.json", "compopt -o filenames", "inner", "0"],
+    ),
+    ("zsh", ["-f", "-c", ZSH], [f"newton:{NEWTON}", "-Q -f -- inner/my\\ own.json", "-Q -f -S  -- ~/inner/"]),
+    ("fish", ["--no-config", "-c", FISH], [f"newton\t{NEWTON}", "inner/my own.json", "~/inner/"]),
 ]
 
 

@@ -50,7 +50,7 @@ def _paths(incomplete: str, endings: tuple[str, ...]) -> list[CompletionItem]:
     try:
         with os.scandir(os.path.expanduser(folder) or ".") as entries:  # noqa: PTH111 (Path drops a leading ./)
             found = [
-                entry.name
+                entry.name + "/" * entry.is_dir()
                 for entry in entries
                 if entry.name.startswith(start)
                 and (start or not entry.name.startswith("."))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import click
 
-from lcpcli.cli.command import Choice, Command, argument
-from lcpcli.cli.output import emit
+from lcpcli.cli.command import VARIABLE, Choice, Command, argument
 
 SHELLS = {
     "bash": 'eval "$(lcp completion bash)" in ~/.bashrc; bash 4.4 or later',
@@ -19,13 +18,14 @@ SHELLS = {
     short_help="Print a script that makes the shell complete commands.",
     examples=("lcp completion bash", "lcp completion zsh", "lcp completion fish"),
     lists={"Shells, and where the script belongs": SHELLS},
-    exits={0: "printed", 2: "bad usage, told in one line"},
+    exits={0: "printed", 2: "usage error (one-line message)"},
 )
 @argument("Shell", "shell", {"SHELL": "One of the shells below."}, metavar="SHELL", type=Choice(SHELLS))
 @click.pass_context
 def completion(context: click.Context, shell: str) -> int:
     """Print a script that makes SHELL complete commands, options, methods, names and problem files."""
-    from lcpcli.cli import shells
+    from click.shell_completion import shell_complete
 
-    emit(shells.script(shell, context.find_root().command), color=False)
-    return 0
+    from lcpcli.cli import shells as shells  # our scripts in place of click's
+
+    return shell_complete(context.find_root().command, {}, "lcp", VARIABLE, f"{shell}_source")
