@@ -104,7 +104,7 @@ def test_an_indefinite_problem_is_excluded_with_the_reason(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in QUADRATIC if name != "daqp"])
 def test_a_quadratic_program_needs_symmetry(name: str) -> None:
-    assert peers.load(name).excludes(gallery.make("harker-pang", 8)) == "needs M symmetric positive semidefinite"
+    assert peers.load(name).excludes(gallery.make("harker-pang", 8)) == "needs a symmetric positive semidefinite M"
 
 
 def test_daqp_takes_a_monotone_problem_that_is_not_symmetric() -> None:
@@ -118,7 +118,7 @@ def test_daqp_takes_a_monotone_problem_that_is_not_symmetric() -> None:
 def test_matrices_are_converted_up_to_a_size() -> None:
     n = storage.CONVERTED + 1
     large = Problem(sparse.eye_array(n, format="csr"), -np.ones(n))
-    assert peers.load("quantecon").excludes(large) == "takes dense matrices only, and converted ones up to n = 2000"
+    assert peers.load("quantecon").excludes(large) == "takes dense matrices only; others are converted up to n = 2000"
     assert peers.load("siconos-pgs").excludes(large).startswith("takes dense")
     assert peers.load("osqp").excludes(large) == ""
     assert peers.load("osqp").excludes(Problem(np.eye(n), -np.ones(n))).startswith("takes sparse")
@@ -215,8 +215,8 @@ def interpreter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     ("action", "statement"),
     [
-        ("kill -SEGV $$", "died of SIGSEGV"),
-        ("exit 3", "died with exit code 3"),
+        ("kill -SEGV $$", "killed by SIGSEGV"),
+        ("exit 3", "failed with exit code 3"),
         ("echo ready; exec sleep 20", "stopped at the time limit"),
     ],
 )
@@ -238,7 +238,7 @@ def test_no_interpreter_means_no_siconos(python: str, monkeypatch: pytest.Monkey
     monkeypatch.setenv(siconos.PYTHON, python)
     peer = peers.load("siconos-lemke")
     assert peer.version() is None
-    with pytest.raises(OptionError, match=f"Siconos is not installed; let {siconos.PYTHON} name an interpreter"):
+    with pytest.raises(OptionError, match=f"Siconos is not installed; set {siconos.PYTHON} to a Python interpreter"):
         peer.solve(INDEFINITE, TOL, 1.0)
 
 

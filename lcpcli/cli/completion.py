@@ -1,4 +1,4 @@
-"""lcp completion: what makes a shell complete the words of lcp."""
+"""lcp completion: print the script that sets up completion in a shell."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SHELLS = {
 
 @click.command(
     cls=Command,
-    short_help="Print a script that makes the shell complete commands.",
+    short_help="Print a shell completion script.",
     examples=("lcp completion bash", "lcp completion zsh", "lcp completion fish"),
     lists={"Shells, and where the script belongs": SHELLS},
     exits={0: "printed", 2: "usage error (one-line message)"},
@@ -23,9 +23,9 @@ SHELLS = {
 @argument("Shell", "shell", {"SHELL": "One of the shells below."}, metavar="SHELL", type=Choice(SHELLS))
 @click.pass_context
 def completion(context: click.Context, shell: str) -> int:
-    """Print a script that makes SHELL complete commands, options, methods, names and problem files."""
+    """Print a script with which SHELL completes commands, options, methods, names and problem files."""
     from click.shell_completion import shell_complete
 
-    from lcpcli.cli import shells as shells  # our scripts in place of click's
+    from lcpcli.cli import shells as shells  # registers our scripts in place of click's
 
     return shell_complete(context.find_root().command, {}, "lcp", VARIABLE, f"{shell}_source")

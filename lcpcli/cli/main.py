@@ -53,7 +53,7 @@ def _run() -> int:
     from lcpcli.interrupts import hides_interrupt
 
     if VARIABLE in os.environ:
-        from lcpcli.cli import shells as shells  # our scripts in place of click's
+        from lcpcli.cli import shells as shells  # registers our scripts in place of click's
     output = sys.stdout
     try:
         code = lcp.main(standalone_mode=False, complete_var=VARIABLE)

@@ -1,7 +1,7 @@
-"""Completion in bash, zsh and fish: click's own, apart from the three scripts.
+"""Completion in bash, zsh and fish by click, with our own scripts.
 
-Differs from click's scripts in: files are those that lcp can read, and listed next to the words; --method=ne is
-completed; in fish, words keep their order, descriptions their commas and ~ is understood; in zsh, lcp may be off PATH.
+Differs from click's scripts in: only files that lcp can read are offered, alongside the words; --method=ne completes;
+fish keeps the order of words and the commas in descriptions, and knows ~; in zsh, lcp need not be on PATH.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ complete -o nosort -F _lcp_completion %(prog_name)s
 """
 
     def get_completion_args(self) -> tuple[list[str], str]:
-        """As in click, but bash splits --method=ne into three words."""
+        """As in click, except that bash splits --method=ne into three words."""
         args, incomplete = super().get_completion_args()
         return [word for word in args if word != "="], incomplete
 
 
 class _WholeWords(ShellComplete):
-    """A shell to which --method=ne is one word, so that what replaces it must be one too."""
+    """A shell that treats --method=ne as one word, which a candidate has to replace as a whole."""
 
     def get_completions(self, args: list[str], incomplete: str) -> list[Item]:
         found = super().get_completions(args, incomplete)

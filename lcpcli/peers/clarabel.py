@@ -1,8 +1,8 @@
 """Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic objectives,
 arXiv:2405.12762 (2024).
 
-The tolerance is that of feasibility and of the duality gap, absolute and relative. "AlmostSolved", which means its own
-looser tolerances, is not counted as solved.
+The tolerance applies to feasibility and to the duality gap, absolute and relative. "AlmostSolved", which refers to
+looser tolerances of its own, does not count as solved.
 """
 
 from __future__ import annotations

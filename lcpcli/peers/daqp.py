@@ -1,8 +1,8 @@
 """DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming using
 recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
 
-An M that is not symmetric it takes as an affine variational inequality, if v'Mv >= 0 for all v. The tolerance is its
-primal one; its dual one stays at 1e-12.
+A nonsymmetric M is treated as an affine variational inequality, provided that v'Mv >= 0 for all v. The tolerance is
+the primal one; the dual tolerance stays at 1e-12.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The active-set solver for convex quadratic programs in HiGHS: Q. Huangfu and J. A. J. Hall, Parallelizing the dual
 revised simplex method, Math. Program. Comput. 10 (2018) 119-142; https://highs.dev.
 
-The tolerance is that of all its optimality conditions, which it does not take below 1e-10. Its regularization, 1e-7 on
-the diagonal of M, is switched off: no tolerance below that could be met with it.
+The tolerance applies to all its optimality conditions; HiGHS accepts none below 1e-10. Its regularization, which adds
+1e-7 to the diagonal of M, is switched off, since with it no smaller tolerance could be met.
 """
 
 from __future__ import annotations
@@ -52,9 +52,10 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
 
 
 def _model(highspy: Any, problem: Problem) -> Any:
-    """The quadratic program, with the row z_1 >= 0 on top of the bounds.
+    """The quadratic program, with the row z_1 >= 0 in addition to the bounds.
 
-    Without any row HiGHS 1.15.1 ends at points that are not optimal and calls them so, on small definite M too.
+    Without any row, HiGHS 1.15.1 may stop at a point that is not optimal and call it optimal, even for a small positive
+    definite M.
     """
     n, triangle = problem.n, storage.lower_triangle(problem.M)
     model = highspy.HighsModel()

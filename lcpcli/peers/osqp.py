@@ -1,7 +1,7 @@
 """OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for quadratic
 programs, Math. Program. Comput. 12 (2020) 637-672.
 
-The tolerance is that of its primal and dual residuals, absolute and relative. The time limit is its only limit.
+The tolerance applies to its primal and dual residuals, absolute and relative. Only time limits it, not iterations.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, LONGEST)}
     P, A, q = storage.upper_triangle(problem.M), storage.columns(eye(n)), problem.q.copy()
     lower, upper = np.zeros(n), np.full(n, np.inf)
-    with silence():  # a factorization that fails is printed
+    with silence():  # OSQP prints a message when a factorization fails
         began = time.perf_counter()
         try:
             solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
             result = solver.solve(raise_error=False)
         except osqp.OSQPException as error:
-            return Claim(None, False, time.perf_counter() - began, f"refused it with error {error}")
+            return Claim(None, False, time.perf_counter() - began, f"refused the problem with error {error}")
         seconds = time.perf_counter() - began
     known = osqp.SolverStatus
     if result.info.status_val == known.OSQP_SIGINT:
-        raise KeyboardInterrupt  # which OSQP takes for itself
+        raise KeyboardInterrupt  # Ctrl-C, which OSQP has intercepted
     with_z = (
         known.OSQP_SOLVED,
         known.OSQP_SOLVED_INACCURATE,

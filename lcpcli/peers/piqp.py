@@ -1,8 +1,8 @@
 """PIQP: R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming solver,
 62nd IEEE Conference on Decision and Control (2023) 1088-1093.
 
-The tolerance is that of its residuals and of the duality gap: relative, and absolute in units of the largest |q|.
-It has no time limit, but one of 250 iterations.
+The tolerance applies to its residuals and to the duality gap: relative, and absolute in units of the largest |q_i|.
+It has no time limit, but stops after 250 iterations.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def excludes(problem: Problem) -> str:
     return quadratic.not_convex(problem)
 
 
-def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG001 (it has none)
+def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG001 (it has no time limit)
     piqp = library("piqp")
     solver = piqp.SparseSolver() if is_sparse(problem.M) else piqp.DenseSolver()
     settings = solver.settings

@@ -25,10 +25,10 @@ def excludes(problem: Problem) -> str:
     return storage.not_dense(problem)
 
 
-def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG001 (a pivoting method has neither)
+def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG001 (this pivoting method has neither)
     lcp_lemke = library("quantecon.optimize").lcp_lemke
     M, q = storage.dense(problem.M), problem.q.copy()
-    # compiled for arrays by rows that may be written to, as M and q are
+    # a first call compiles it for writable arrays in row-major order, as M and q are
     lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6)
     began = time.perf_counter()
     result = lcp_lemke(M, q, max_iter=10**6)

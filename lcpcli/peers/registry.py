@@ -1,11 +1,11 @@
-"""Other solvers by name, imported when they are asked for. A peer `p` is the module p of this package.
+"""Other solvers by name, imported on demand. The peer `p` is the module p of this package (with _ for -).
 
-A peer's module opens with what it is and what the tolerance means to it, and has
+A peer's docstring says what the solver is and what the tolerance means to it. Its module provides
 
     version() -> str | None : the installed version, None if it is not installed.
-    excludes(problem) -> str : why it does not take such a problem, as a clause; "" if it does.
-    solve(problem, tol, time_limit) -> Claim : what it makes of the problem, at its own tolerance tol and in time_limit
-        seconds, where it has such a thing. OptionError if it is not installed.
+    excludes(problem) -> str : why it cannot be given this problem, as a clause; "" if it can.
+    solve(problem, tol, time_limit) -> Claim : its answer to the problem, with tol as its own tolerance and at most
+        time_limit seconds, if it has such settings. OptionError if it is not installed.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ PEERS = {
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """What a peer says about a problem; nothing of it has been checked.
+    """What a peer claims about a problem; none of it has been checked.
 
-    z : shape (n,), or None where it gave none.
-    solved : whether it says that z is a solution to its tolerance.
-    seconds : time of its own work alone: no import, no compilation, no conversion of the data.
-    statement : its own word for how it ended.
+    z : shape (n,), or None if it returned none.
+    solved : whether it claims that z is a solution to within its tolerance.
+    seconds : spent in the solver itself, without importing, compiling or converting the data.
+    statement : how it ended, in its own words.
     """
 
     z: Vector | None
@@ -66,9 +66,9 @@ def load(name: str) -> Peer:
 
 
 def select(names: Iterable[str]) -> list[str]:
-    """The peers that are named, each once: by their names, or several by what stands before the dash ("siconos").
+    """The named peers, each once. The part of a name before the dash ("siconos") selects all peers of that package.
 
-    Raises OptionError for a name that is neither, with a likely one.
+    Raises OptionError for an unknown name, with a suggestion.
     """
     selected: dict[str, None] = {}
     for name in names:
@@ -85,7 +85,7 @@ def installed() -> list[str]:
 
 
 def distribution_version(package: str) -> str | None:
-    """The version of an installed distribution, which is not imported for it; None if it is not installed."""
+    """The version of a distribution, found without importing it; None if it is not installed."""
     from importlib.metadata import PackageNotFoundError
     from importlib.metadata import version as version_of
 
@@ -96,7 +96,7 @@ def distribution_version(package: str) -> str | None:
 
 
 def library(module: str) -> Any:
-    """A peer's module. OptionError if it is not installed."""
+    """A solver's Python package, imported. OptionError if it is not installed."""
     try:
         return import_module(module)
     except ModuleNotFoundError as error:

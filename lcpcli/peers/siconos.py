@@ -1,10 +1,10 @@
 """Siconos (V. Acary and others, https://nonsmooth.gricad-pages.univ-grenoble-alpes.fr/siconos), in its own process.
 
-The environment variable LCP_SICONOS_PYTHON names the interpreter that has it, since it comes with Linux distributions
-rather than from package indexes; without it, the interpreter that runs this. A crash then ends that process alone.
+Siconos comes with Linux distributions rather than from package indexes, so the environment variable LCP_SICONOS_PYTHON
+names the Python interpreter that has it; by default it is the one running lcp. A crash ends only the separate process.
 
-Siconos is asked by its driver, which checks what its solvers return: called directly, its Lemke method reports success
-on rays. The tolerance is that of the driver's error, |min(z, w)|_2 / |q|_2.
+Siconos is called through its driver, which checks what its solvers return: called directly, its Lemke method reports
+success when it ends on a ray. The tolerance applies to the driver's error, |min(z, w)|_2 / |q|_2.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from lcpcli.peers.registry import Claim
 
 PYTHON = "LCP_SICONOS_PYTHON"
 ASK = "from importlib.metadata import version; print(version('siconos'))"
-PATIENCE = 60  # seconds in which an interpreter answers
+PATIENCE = 60  # seconds to wait for an interpreter to answer
 SOLVE = """
 import os, sys, time
 import numpy as np
@@ -54,16 +54,16 @@ def version() -> str | None:
 
 
 def solver(name: str, iterations: int = 0) -> Callable[[Problem, float, float], Claim]:
-    """`solve` of a peer that is one of Siconos' solvers.
+    """`solve` for a peer that is one of Siconos' solvers.
 
-    name : its constant. iterations : its limit; 0 for the solver's own.
+    name : its constant in siconos.numerics. iterations : the iteration limit; 0 keeps the solver's own.
     """
     return partial(_solve, name, iterations)
 
 
 def _solve(solver: str, iterations: int, problem: Problem, tol: float, time_limit: float) -> Claim:
     if version() is None:
-        raise OptionError("--peer", "Siconos is not installed", f"let {PYTHON} name an interpreter that has it")
+        raise OptionError("--peer", "Siconos is not installed", f"set {PYTHON} to a Python interpreter that has it")
     with tempfile.TemporaryDirectory() as folder:
         problem_file, result_file = str(Path(folder) / "problem.npz"), str(Path(folder) / "result.npz")
         np.savez(problem_file, M=storage.dense(problem.M), q=problem.q)
@@ -77,7 +77,7 @@ def _solve(solver: str, iterations: int, problem: Problem, tol: float, time_limi
 
 
 def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
-    """How the process failed, "" if it did not, and how long it ran after all was loaded."""
+    """How the process failed ("" if it did not), and how many seconds it ran once everything was loaded."""
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         try:
             assert process.stdout is not None
@@ -90,8 +90,8 @@ def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
             process.kill()
         seconds = time.perf_counter() - began
     if code < 0:
-        return f"died of {signal.Signals(-code).name}", seconds
-    return f"died with exit code {code}" if code else "", seconds
+        return f"killed by {signal.Signals(-code).name}", seconds
+    return f"failed with exit code {code}" if code else "", seconds
 
 
 def _python() -> str:

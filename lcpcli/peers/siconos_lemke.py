@@ -1,6 +1,6 @@
 """Siconos' Lemke method with the lexicographic minimum ratio test.
 
-It has no tolerance; the driver's check of its answer has.
+The method has no tolerance; the driver's check of its answer does.
 """
 
 from __future__ import annotations

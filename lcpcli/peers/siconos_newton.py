@@ -1,6 +1,6 @@
 """Siconos' generalized Newton method on min(z, Mz + q), with a line search on the Fischer-Burmeister function.
 
-At most 1000 iterations, its own limit.
+Its own limit of 1000 iterations applies.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Siconos' projected Gauss-Seidel method (C. W. Cryer, The solution of a quadratic programming problem using systematic
 overrelaxation, SIAM J. Control 9 (1971) 385-392).
 
-The time limit is the one that counts: its own limit of 1000 sweeps is too small for the tolerances asked here.
+Only the time limit applies: its own limit of 1000 sweeps is too small for the tolerances used here.
 """
 
 from __future__ import annotations
