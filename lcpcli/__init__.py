@@ -3,21 +3,21 @@
 M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
 
     solve        one call from M and q to a Result
-    Problem      M and q, with a name, a start and the solutions that are known
+    Problem      M and q, with a name, a starting point and known solutions
     read, write  problems from and to files
     run          a method on a Problem, with Limits and a Trace of the iterates
-    Result       what came out: its Status, z, w, the residual and more
-    error_bound  how far a z can be from the solution, proved
-    from_qp      the Problem of a quadratic program; Result.answer has its minimum
-    from_game    the Problem of a game of two players; Result.answer has its equilibrium
+    Result       the outcome: its Status, z, w, the residual and more
+    error_bound  a proved bound on the distance of a z from the solution
+    from_qp      the Problem of a quadratic program; Result.answer has its minimizer
+    from_game    the Problem of a two-player game; Result.answer has its equilibrium
 
 >>> import lcpcli
 >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
 >>> result.solved, result.z.round(6).tolist(), result.w.round(6).tolist()
 (True, [1.333333, 2.333333], [0.0, 0.0])
 
-What cannot be used as a problem or an option is a `lcpcli.errors.LCPError`, which names the place, the fault and the
-mend. The public names are loaded when they are first used, so that importing the package costs nothing.
+Invalid problems and options raise a `lcpcli.errors.LCPError`, which says where, what is wrong, and how to fix it. The
+public names are loaded on first use, so that importing the package costs nothing.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ __all__ = [
 ]
 
 
-_PICTURES = {  # of classes, by functions of report.notebook
+_PICTURES = {  # representations of classes, by functions of report.notebook
     "Problem": {"__repr__": "problem_text", "_repr_html_": "problem_html"},
     "Result": {"__repr__": "result_text", "_repr_html_": "result_html"},
     "Trace": {"__repr__": "trace_text"},
@@ -90,7 +90,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _give_pictures() -> None:
-    """Have the classes that are loaded show themselves as report/ draws them; it is loaded when that is asked for."""
+    """Give the loaded classes the representations of report/, which is imported on demand."""
     for name in list(_PICTURES):
         module = sys.modules.get(f"lcpcli.{_HOMES[name]}")
         if module is not None:

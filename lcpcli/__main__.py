@@ -1,4 +1,4 @@
-"""python -m lcpcli is the command lcp."""
+"""Entry point of python -m lcpcli, the same as the command lcp."""
 
 from lcpcli.cli.main import main
 

@@ -1,20 +1,20 @@
-"""What can be wrong with an input: one line that names the place, the fault and the mend."""
+"""Errors in input: one line that says where, what is wrong, and how to fix it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-SHOWN = 40  # characters of a text from a file that a message quotes at most
+SHOWN = 40  # the most characters of a text from a file that a message quotes
 
 
 def quoted(text: str) -> str:
-    """A text as a message quotes it: in quotes, on one line, and not longer than is of use."""
+    """A text as a message quotes it: in quotes, on one line, truncated if long."""
     return repr(text if len(text) <= SHOWN else text[:SHOWN] + "...")
 
 
 def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
-    """The mend for an unknown word: the known one that is likely meant; where none is, `otherwise`, or all of them."""
+    """The hint for an unknown word: the known one that is likely meant; failing that, `otherwise` or all of them."""
     from difflib import get_close_matches
 
     known = list(known)
@@ -31,9 +31,9 @@ def refuse_unknown(
     whole: str = "a problem",
     meant: Mapping[str, str] | None = None,
 ) -> None:
-    """Raise ProblemError about the first key that is not known, with the one that is likely meant.
+    """Raise ProblemError for the first unknown key, suggesting the one that is likely meant.
 
-    meant : other words for known keys, in small letters.
+    meant : other words for known keys, in lower case.
     """
     folded = {name.casefold(): name for name in known} | dict(meant or {})
     for key in given:
@@ -42,28 +42,28 @@ def refuse_unknown(
             from difflib import get_close_matches
 
             close = get_close_matches(key.casefold(), folded, n=1)
-            mend = f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(known)}"
-            raise ProblemError(f"{field}.{shown}" if field else shown, f"is no key of {whole}", mend)
+            hint = f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(known)}"
+            raise ProblemError(f"{field}.{shown}" if field else shown, f"is not a key of {whole}", hint)
 
 
 class LCPError(Exception):
-    """Base class of every error that this package raises on purpose.
+    """Base class of all errors that this package raises deliberately.
 
     Parameters
     ----------
     where : the field, option or file that is at fault, as the user wrote it; "" if there is none.
     fault : what is wrong, as a clause without a full stop.
-    mend : what to do about it, as an imperative clause without a full stop; "" if the fault says it.
+    hint : how to fix it, as an imperative clause without a full stop; "" if the fault makes it obvious.
     """
 
-    def __init__(self, where: str, fault: str, mend: str = "") -> None:
-        self.where, self.fault, self.mend = where, fault, mend
-        super().__init__(": ".join(part for part in (where, "; ".join(p for p in (fault, mend) if p)) if part))
+    def __init__(self, where: str, fault: str, hint: str = "") -> None:
+        self.where, self.fault, self.hint = where, fault, hint
+        super().__init__(": ".join(part for part in (where, "; ".join(p for p in (fault, hint) if p)) if part))
 
     def inside(self, place: str) -> LCPError:
-        """The same error, told from one level further out (the file that holds the field)."""
+        """The same error, located from one level further out (the file that contains the field)."""
         where = f"{place}: {self.where}" if self.where else place
-        return type(self)(where, self.fault, self.mend)
+        return type(self)(where, self.fault, self.hint)
 
 
 class ProblemError(LCPError):
@@ -71,7 +71,7 @@ class ProblemError(LCPError):
 
 
 class OptionError(LCPError):
-    """An option's value is out of its range, or the option has no effect on what was asked."""
+    """An option's value is out of its range, or the option has no effect on the request."""
 
 
 def count(n: int, noun: str) -> str:
@@ -81,7 +81,7 @@ def count(n: int, noun: str) -> str:
 
 
 def kind(value: Any) -> str:
-    """What the author of a file would call a value in it."""
+    """The name of a value as the author of a file would put it."""
     if type(value).__name__ in ("bool", "bool_"):  # also numpy's
         return str(value).lower()
     if isinstance(value, str):

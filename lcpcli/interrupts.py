@@ -1,4 +1,4 @@
-"""Keep compiled code from printing, and from holding up Ctrl-C and time limits."""
+"""Keep compiled code from printing, and from blocking Ctrl-C and time limits."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from typing import Any, NoReturn
 
-WAIT = 0.2  # seconds between looks at whether Ctrl-C has been pressed
+WAIT = 0.2  # seconds between checks for Ctrl-C
 
 
 class TimeIsUp(Exception):
-    """The time limit has passed while compiled code was at work."""
+    """The time limit has passed while compiled code was running."""
 
 
-abandoned: list[threading.Event] = []  # the ends of calls that nobody waits for any more
+abandoned: list[threading.Event] = []  # set at the end of calls that are no longer waited for
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by time.monotonic()
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
 
 @contextmanager
 def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
-    """Let what is called `interruptibly` meanwhile end with TimeIsUp once so many seconds have passed.
+    """A context in which calls through `interruptibly` raise TimeIsUp after this many seconds.
 
-    watch : called every now and then during the wait.
+    watch : called periodically during the wait.
     """
     deadline, watching = _deadline.set(time.monotonic() + seconds), _watch.set(watch)
     try:
@@ -40,10 +40,10 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 
 @contextmanager
 def silence() -> Iterator[None]:
-    """Send file descriptor 1 to the null device meanwhile, for the whole process.
+    """A context in which file descriptor 1 is the null device, for the whole process.
 
-    The mixed-integer solver of HiGHS has a debugging line left in that it prints in spite of its options; between
-    results on standard output it would spoil them. C's own buffer is flushed on both sides where that can be done.
+    The mixed-integer solver of HiGHS prints a leftover debugging line regardless of its options, which would corrupt
+    results on standard output. C's own buffer is flushed before and after where possible.
     """
     try:
         saved = os.dup(1)
@@ -51,7 +51,7 @@ def silence() -> Iterator[None]:
         yield
         return
     try:
-        with open(os.devnull, "wb") as null:  # noqa: PTH123 (os.devnull is no path on Windows)
+        with open(os.devnull, "wb") as null:  # noqa: PTH123 (os.devnull is not a path on Windows)
             _flush()
             os.dup2(null.fileno(), 1)
         yield
@@ -69,10 +69,10 @@ def _flush() -> None:
 
 
 def interruptibly(call: Callable[[], Any]) -> Any:
-    """What the call returns or raises. Ctrl-C and a time limit end the wait for it, though compiled code heeds neither.
+    """What the call returns or raises. Ctrl-C and time limits end the wait for it, although compiled code ignores both.
 
-    The call runs on in a thread of its own then, one of `abandoned`, which ends with the process. Outside the main
-    thread, which alone receives Ctrl-C, it is called as it is.
+    The call then continues in a thread of its own, one of `abandoned`, which ends with the process. Outside the main
+    thread, the only one to receive Ctrl-C, it is called directly.
     """
     if threading.current_thread() is not threading.main_thread():
         return call()
@@ -108,17 +108,17 @@ def interruptibly(call: Callable[[], Any]) -> Any:
 
 
 def hides_interrupt(error: BaseException | None) -> bool:
-    """Whether Ctrl-C has led to an error: compiled code, and what imports it, wrap that in errors of their own."""
+    """Whether an error was caused by Ctrl-C: compiled code, and imports of it, wrap that in errors of their own."""
     while error and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with that exit code, at once if compiled code is still at work for nobody.
+    """End the process with that exit code, at once if an abandoned call is still running.
 
-    The interpreter's own way out would meet the memory callbacks of SuperLU half-way, and lose what is still to be
-    written.
+    The interpreter's normal shutdown would break the memory callbacks of SuperLU while they are in use, and lose
+    unwritten output.
     """
     if not all(done.is_set() for done in abandoned):
         for stream in (sys.stdout, sys.stderr):

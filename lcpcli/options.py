@@ -80,8 +80,8 @@ def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
             option.check(given[name])
     for name, option in declared.items():
         if option.above and not float(values[option.above]) < float(values[name]):
-            mend = f"with {option.above} = {values[option.above]} it must be: {option.range}"
-            raise OptionError(flag(name), f"{values[name]} is out of range", mend)
+            hint = f"with {option.above} = {values[option.above]} it must be: {option.range}"
+            raise OptionError(flag(name), f"{values[name]} is out of range", hint)
 
 
 TOL = Option(

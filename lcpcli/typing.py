@@ -1,4 +1,4 @@
-"""Names for the arrays that pass between the modules, for annotations only."""
+"""Type aliases for the arrays passed between modules, for annotations only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bad input is told in one line that names the place, the fault and the mend; nothing is printed or left behind."""
+"""Bad input is told in one line that names the place, the fault and the hint; nothing is printed or left behind."""
 
 from __future__ import annotations
 

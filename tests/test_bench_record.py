@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
 from lcpcli.bench.answer import NONE, SOLUTION, Answer
+from lcpcli.bench.check import Checker
 from lcpcli.bench.environment import Machine
-from lcpcli.bench.judge import Judge
 from lcpcli.bench.record import Measurement, Record, Settings
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
 from lcpcli.errors import OptionError
@@ -123,7 +123,7 @@ def test_measurement_that_is_in_order_is_read() -> None:
 def test_other_files_are_told_in_one_line(text: str, tmp_path: Path) -> None:
     path = tmp_path / "r.json"
     path.write_text(text)
-    with pytest.raises(OptionError, match="is no record of a bench") as error:
+    with pytest.raises(OptionError, match="is not a record of a bench") as error:
         records.read(str(path))
     assert "\n" not in str(error.value)
 
@@ -132,7 +132,7 @@ def test_file_that_is_missing_or_no_text_is_told(tmp_path: Path) -> None:
     with pytest.raises(OptionError, match="no such file"):
         records.read(str(tmp_path / "r.json"))
     (tmp_path / "r.json").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(OptionError, match="is no record"):
+    with pytest.raises(OptionError, match="is not a record"):
         records.read(str(tmp_path / "r.json"))
 
 
@@ -174,8 +174,8 @@ SOLVED = [4 / 3, 7 / 3]
 def test_claims_are_judged_by_the_data(
     problem: Problem, given_answer: Answer, success: bool, false_success: bool
 ) -> None:
-    judgement = Judge(problem, 1e-6).judge(given_answer)
-    assert (judgement.success, judgement.false_success) == (success, false_success)
+    check = Checker(problem, 1e-6).check(given_answer)
+    assert (check.success, check.false_success) == (success, false_success)
 
 
 def test_no_two_cases_of_a_bench_have_the_same_name() -> None:

@@ -138,7 +138,7 @@ def test_csv_has_every_measurement_with_all_digits(record: Record) -> None:
 
 def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: Record) -> None:
     tables = markdown_tables(render(record, "markdown", None, False))
-    assert list(tables) == ["Solvers", "Times", "Not solved", "Excluded", "Growth of the time with n, as n^exponent"]
+    assert list(tables) == ["Solvers", "Times", "Not solved", "Excluded", "Growth of the time with n: n^exponent"]
     held = {r.key: r for r in record.measurements}
     for line in tables["Times"]:
         for solver in ("auto", "lemke"):
@@ -157,7 +157,7 @@ def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: Record)
         ("lemke", "stopped | at_the 5% limit"),
     ]
     assert tables["Excluded"] == [{"solver": "picky", "problems": "3", "why": "no"}]
-    assert tables["Growth of the time with n, as n^exponent"][0]["exponent"] == f"{growths(record)[0].fit.exponent:.2f}"
+    assert tables["Growth of the time with n: n^exponent"][0]["exponent"] == f"{growths(record)[0].fit.exponent:.2f}"
 
 
 def test_latex_has_the_same_cells_in_whole_tables(record: Record) -> None:

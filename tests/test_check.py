@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from lcpcli import Problem
 from lcpcli.files import shipped, writing
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.verify.verification import judge, judge_exactly
+from lcpcli.verify.verification import verify, verify_exactly
 
 from . import exact as oracle
 
@@ -171,7 +171,7 @@ def test_rounded_proof_is_corrected_and_an_exact_one_is_not(checked: Callable[..
 def test_exhaustion_holds_nothing_to_check(checked: Callable[..., Any]) -> None:
     outcome = checked({"z": [0] * 4, "certificate": {"kind": "exhaustion", "vector": None}})
     assert outcome.code == 1
-    assert "holds nothing to check" in outcome.out
+    assert "has no certificate to check" in outcome.out
 
 
 @pytest.mark.parametrize(
@@ -204,8 +204,8 @@ def test_bad_answers_are_told_in_one_line(answer: str, words: str, checked: Call
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((EXAMPLE,), "give a file of the problem"),
-        ((EXAMPLE, "a", "b", "c"), "give a file of the problem"),
+        ((EXAMPLE,), "give the file of the problem"),
+        ((EXAMPLE, "a", "b", "c"), "give the file of the problem"),
         (("-", "-"), "can be read only once"),
         ((EXAMPLE, "missing.json"), "no such file"),
         ((EXAMPLE, EXAMPLE, "--exact", "--tol", "0.1"), "has no effect with --exact"),
@@ -245,7 +245,7 @@ def test_exact_judgement_is_that_of_the_definition(seed: int, data: st.DataObjec
     z = oracle.solution(problem) or [Fraction(0)] * problem.n
     changes = data.draw(st.lists(ints, min_size=problem.n, max_size=problem.n))
     z = [value + Fraction(change, 7) for value, change in zip(z, changes, strict=True)]
-    assert judge_exactly(ExactProblem.of_floats(problem), z).accepted == oracle.solves(problem, z)
+    assert verify_exactly(ExactProblem.of_floats(problem), z).accepted == oracle.solves(problem, z)
 
 
 @settings(deadline=None)
@@ -256,9 +256,9 @@ def test_backward_error_is_the_smallest_change_that_mends(n: int, data: st.DataO
     q = data.draw(st.lists(ints, min_size=n, max_size=n))
     z = [Fraction(v) for v in data.draw(st.lists(st.integers(0, 3), min_size=n, max_size=n))]
     problem = Problem(rows, q)
-    omega = judge_exactly(ExactProblem.of_floats(problem), z).backward_error
+    omega = verify_exactly(ExactProblem.of_floats(problem), z).backward_error
     assert omega is not None
-    assert judge(problem, np.array(z, dtype=float), 1e-10).backward_error == pytest.approx(omega)
+    assert verify(problem, np.array(z, dtype=float), 1e-10).backward_error == pytest.approx(omega)
     if omega == 0:
         assert oracle.solves(problem, z)
         return

@@ -16,7 +16,7 @@ from numpy.random import Generator
 from scipy import sparse
 
 from lcpcli.classes.classify import CLASSES, classify
-from lcpcli.classes.verdict import NO, OPEN, YES, Verdict
+from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict
 from lcpcli.gallery import families as gallery
 
 from . import definitions
@@ -40,7 +40,7 @@ def check(M: Any, found: dict[str, Verdict], decided: bool = True) -> None:
     A = definitions.rational(M)
     for name, truth in definitions.belongs(A).items():
         word = found[name].word
-        assert word == (YES if truth else NO) or (word == OPEN and not decided), (name, found[name], M)
+        assert word == (YES if truth else NO) or (word == UNDECIDED and not decided), (name, found[name], M)
     for name, implied in IMPLIED.items():
         assert found[name].word != YES or all(found[other].word == YES for other in implied), name
     check_witnesses(A, found)
@@ -245,7 +245,7 @@ def test_without_time_what_takes_none_is_told_and_the_rest_left_open() -> None:
     found = classify(spd(np.random.default_rng(0), 10), 0.0)
     assert found.keys() == CLASSES.keys()
     assert found["symmetric"].word == YES
-    assert found["positive_definite"].word == OPEN
+    assert found["positive_definite"].word == UNDECIDED
     assert "used up" in found["positive_definite"].evidence
 
 

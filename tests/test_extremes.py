@@ -18,7 +18,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving.proof import prove
 from lcpcli.solving.reference import with_reference
-from lcpcli.verify.verification import judge
+from lcpcli.verify.verification import verify
 
 from . import exact, extremes
 
@@ -114,7 +114,7 @@ def test_nothing_else_that_is_said_is_false(seed: int, layout: str, power: float
             assert solution is not None
             error = max(abs(Fraction(a) - b) for a, b in zip(z.tolist(), solution, strict=True))
             assert error <= Fraction(bound.value)
-        if judge(problem, z, 1e-10).accepted:
+        if verify(problem, z, 1e-10).accepted:
             assert 0 <= extremes.relative_residual(plain, z) <= TOL
     check_proof(prove(ExactProblem.of_floats(problem), result, 5.0), plain)
     for z in with_reference(problem, 5.0).solutions:

@@ -65,7 +65,7 @@ def test_file_that_does_not_fit_leaves_the_old_one_and_nothing_else(
     with no_file_larger_than(200):
         outcome = lcp(*line.split())
     assert outcome.code == 2
-    assert re.fullmatch(r"lcp: out\.\w+: cannot be written \(File too large\); choose another place\n", outcome.err)
+    assert re.fullmatch(r"lcp: out\.\w+: cannot be written \(File too large\); choose another location\n", outcome.err)
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {old.name: "old"}
 
 

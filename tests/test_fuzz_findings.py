@@ -76,7 +76,7 @@ def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path: Pat
     ("name", "content", "fault"),
     [
         ("p.mtx", f"%%MatrixMarket matrix array real general\n1 1\n{'9' * 10**6}x\n", "line 3: is '999"),
-        ("p.json", "{" + ",".join(f'"{k}": 0' for k in range(10**5)) + ', "99999": 0}', "99999: stands twice"),
+        ("p.json", "{" + ",".join(f'"{k}": 0' for k in range(10**5)) + ', "99999": 0}', "99999: occurs twice"),
     ],
     ids=["million-digits", "hundred-thousand-keys"],
 )

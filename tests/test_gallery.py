@@ -241,7 +241,7 @@ def test_auto_comes_to_what_is_known(name: str) -> None:
         ("ill-scaled", {"decades": 51}, "0 <= decades <= 50"),
         ("journal-bearing", {"eccentricity": 1.0}, "0 < eccentricity < 1"),
         ("american-put", {"rate": float("nan")}, "rate: nan is out of range"),
-        ("american-put", {"volatility": 0.001}, "small beside the square of the volatility"),
+        ("american-put", {"volatility": 0.001}, "small compared with the square of the volatility"),
         ("ben-gharbia-gilbert", {"alpha": 1.0}, "1 < alpha"),
         ("near-singular", {"epsilon": 0.0}, "1e-12 <= epsilon"),
         ("near-degenerate", {"epsilon": 2.0}, "epsilon <= 1"),

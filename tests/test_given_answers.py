@@ -30,7 +30,7 @@ def test_programs_and_games_are_told_how_to_become_problems(lcp: Lcp, tmp_path: 
         file.write_text(text)
         outcome = lcp("solve", str(file))
         assert outcome.code == 2
-        assert outcome.err.endswith(f"make it one with lcp make {option}\n")
+        assert outcome.err.endswith(f"convert it with lcp make {option}\n")
 
 
 def test_exact_has_no_effect_on_csv(lcp: Lcp) -> None:

@@ -33,7 +33,7 @@ HEADINGS = {
     "solve": ["Problem", "Method", "Proof", "Start", "Stopping", "Output", "Help", "Methods", "Exit codes"],
     "compare": ["Problem", "Method", "Start", "Stopping", "Proof", "Output", "Help", "Methods", "Exit codes"],
     "bench": ["Problems", "Solvers", "Stopping", "Measuring", "Output"],
-    "check": ["Problem and answer", "Judging", "Output"],
+    "check": ["Problem and solution", "Verification", "Output"],
     "inspect": ["Problem", "Stopping", "Output"],
     "make": ["Family", "Problem", "Output"],
     "completion": ["Shell", "Shells, and where the script belongs"],

@@ -81,7 +81,7 @@ def test_interrupt_that_a_peer_wraps_leaves_what_is_measured(
     monkeypatch.setattr("lcpcli.peers.piqp.solve", wrapped)
     outcome = lcp(*BENCH.split(), "--peer", "piqp")
     assert outcome.code == 130
-    assert outcome.err == "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it could go on\n"
+    assert outcome.err == "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it could be resumed\n"
     assert "1 of 2 measured" in outcome.out
 
 

@@ -42,7 +42,7 @@ def test_minimum_and_multipliers_are_told(lcp: Lcp) -> None:
     lines = remade(lcp, "--from-qp", "program.json")
     assert lines[0] == "program: n = 3"
     told = lines.index("x = (1.5, 0), y = (0), objective -2.25")
-    assert lines[told + 1] == "x is the only minimum, as Q is positive definite"
+    assert lines[told + 1] == "x is the unique minimizer, as Q is positive definite"
 
 
 @pytest.mark.usefixtures("files")
@@ -100,7 +100,7 @@ BAD_PROGRAMS = {
     "[1]": "is a list; give an object with the keys Q and c",
     "{": "line 1, column 2: is not JSON",
     '{"c": [1]}': "Q: is missing; add the key Q",
-    '{"Q": [[1]], "c": [1], "q": [1]}': "q: is no key of a program",
+    '{"Q": [[1]], "c": [1], "q": [1]}': "q: is not a key of a program",
     '{"Q": [[1]], "c": []}': "c: is empty",
     '{"Q": 3, "c": [1]}': "Q: is a number; give a list of rows of numbers",
     '{"Q": [[1, 2]], "c": [1]}': "Q: is 1 x 2; make it square",
@@ -122,11 +122,11 @@ BAD_GAMES = {
     '{"A": [[1]]}': "B: is missing; add the key B",
     '{"A": [[1, 2]], "B": [[1]]}': "B: is 1 x 1 but A is 1 x 2; make them agree",
     '{"A": [[1]], "B": [["x"]]}': "B[0][0]: is the text 'x'; give a number",
-    '{"A": [[1e308], [-1e308]], "B": [[1], [2]]}': "A: spans more than double precision holds; scale the payoffs",
+    '{"A": [[1e308], [-1e308]], "B": [[1], [2]]}': "A: exceeds the double-precision range; scale the payoffs",
     '{"A": [[1]], "B": [[1]], "rows": "x"}': "rows: is the text 'x'; give a list of names",
     '{"A": [[1]], "B": [[1]], "rows": [1]}': "rows[0]: is a number; give a text",
     '{"A": [[1]], "B": [[1]], "columns": ["x", "y"]}': "columns: has 2 names for 1 strategy; make them agree",
-    '{"A": [[1]], "B": [[1]], "row": ["x"]}': "row: is no key of a game; did you mean rows?",
+    '{"A": [[1]], "B": [[1]], "row": ["x"]}': "row: is not a key of a game; did you mean rows?",
 }
 
 
@@ -152,8 +152,8 @@ def test_bad_files_are_told_in_one_line(option: str, content: str, words: str, l
         ("--from-game game.json --from-qp program.json", "--from-game: has no effect with --from-qp"),
         ("--list --from-qp program.json", "--from-qp: has no effect with --list"),
         ("--from-qp gone.json", "gone.json: no such file"),
-        ("--from-qp program.json -o program.json", "program.json: holds the problem; choose another place"),
-        ("--from-qp program.json -o made.xyz", "made.xyz: has no format by its name"),
+        ("--from-qp program.json -o program.json", "program.json: holds the problem; choose another file"),
+        ("--from-qp program.json -o made.xyz", "made.xyz: has no known suffix"),
     ],
 )
 @pytest.mark.usefixtures("files")
@@ -168,14 +168,14 @@ BAD_ORIGINS = {
     "{}": "origin.kind: is missing; add one of qp, game",
     '{"kind": "lp"}': "origin.kind: is 'lp'; use one of qp, game",
     '{"kind": 3}': "origin.kind: is a number; use one of qp, game",
-    '{"kind": "qp"}': "origin.variables: is no number of variables; give a whole number from 1",
-    '{"kind": "qp", "variables": 1.5}': "origin.variables: is no number of variables",
+    '{"kind": "qp"}': "origin.variables: is not a number of variables; give a whole number from 1",
+    '{"kind": "qp", "variables": 1.5}': "origin.variables: is not a number of variables",
     '{"kind": "qp", "variables": 1, "free": [2]}': "origin.free[0]: is 2; indices are whole numbers from 0 to 0",
-    '{"kind": "qp", "variables": 1, "size": 2}': "origin.size: is no key",
-    '{"kind": "qp", "variables": 9}': "origin: does not lead to this M and q",
-    '{"kind": "qp", "variables": 1}': "origin: does not lead to this M and q",
+    '{"kind": "qp", "variables": 1, "size": 2}': "origin.size: is not a key",
+    '{"kind": "qp", "variables": 9}': "origin: does not yield this M and q",
+    '{"kind": "qp", "variables": 1}': "origin: does not yield this M and q",
     '{"kind": "game", "A": [[1]]}': "origin.B: is missing; add the key B",
-    '{"kind": "game", "A": [[1]], "B": [[1]]}': "origin: does not lead to this M and q; make the problem again",
+    '{"kind": "game", "A": [[1]], "B": [[1]]}': "origin: does not yield this M and q; make the problem again",
 }
 
 
@@ -205,14 +205,14 @@ def test_a_changed_matrix_no_longer_fits_its_origin(made: Callable[[], Problem],
     problem = made()
     M = problem.M.copy()
     M[place] += 1
-    with pytest.raises(ProblemError, match="origin: does not lead to this M and q"):
+    with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
         Problem(M, problem.q, origin=problem.origin)
-    with pytest.raises(ProblemError, match="origin: does not lead to this M and q"):
+    with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
         Problem(problem.M, problem.q + np.eye(problem.n)[2], origin=problem.origin)
 
 
 def test_an_unsymmetric_matrix_comes_from_no_program() -> None:
-    with pytest.raises(ProblemError, match="origin: does not lead to this M and q"):
+    with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
         Problem([[1, 2], [0, 1]], [1, 1], origin={"kind": "qp", "variables": 2})
 
 

@@ -74,7 +74,7 @@ def test_minima_have_multipliers_that_prove_them(program: dict[str, Any]) -> Non
     assert slope[~bound] == pytest.approx(0, abs=1e-7)
     dual = b @ y - x @ Q @ x / 2
     assert answer.objective == pytest.approx(dual, abs=1e-6, rel=1e-6)
-    assert "minimum, as Q is positive" in answer.statement
+    assert "minimizer, as Q is positive" in answer.statement
 
 
 @settings(deadline=None, max_examples=30)
@@ -95,7 +95,7 @@ def test_no_point_of_another_solver_is_lower(program: dict[str, Any]) -> None:
     assume(found.success)
     assert minimum(result).objective == pytest.approx(found.fun, abs=1e-4, rel=1e-4)
     assert minimum(result).x == pytest.approx(found.x, abs=1e-2)
-    assert minimum(result).statement == "x is the only minimum, as Q is positive definite"
+    assert minimum(result).statement == "x is the unique minimizer, as Q is positive definite"
 
 
 @settings(deadline=None, max_examples=100)
@@ -134,9 +134,9 @@ def test_strategies_that_are_no_equilibrium_are_told_so() -> None:
 @pytest.mark.parametrize(
     ("Q", "words"),
     [
-        ([[2, 0], [0, 1]], "x is the only minimum, as Q is positive definite"),
-        ([[1, 1], [1, 1]], "x is a minimum, as Q is positive semidefinite"),
-        ([[1, 3], [3, 1]], "need not be a minimum: Q is not positive semidefinite"),
+        ([[2, 0], [0, 1]], "x is the unique minimizer, as Q is positive definite"),
+        ([[1, 1], [1, 1]], "x is a minimizer, as Q is positive semidefinite"),
+        ([[1, 3], [3, 1]], "need not be a minimizer: Q is not positive semidefinite"),
     ],
 )
 def test_what_a_solution_is_depends_on_convexity(Q: list[list[float]], words: str) -> None:

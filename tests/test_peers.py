@@ -185,11 +185,11 @@ def test_a_prefix_selects_all_of_a_package_once() -> None:
     assert peers.select([]) == []
 
 
-@pytest.mark.parametrize(("name", "mend"), [("PIPQ", "did you mean piqp"), ("zzz", "choose one of quantecon, ")])
-def test_an_unknown_peer_is_refused_with_a_likely_one(name: str, mend: str) -> None:
-    with pytest.raises(OptionError, match=f"'{name}' is unknown; {mend}"):
+@pytest.mark.parametrize(("name", "hint"), [("PIPQ", "did you mean piqp"), ("zzz", "choose one of quantecon, ")])
+def test_an_unknown_peer_is_refused_with_a_likely_one(name: str, hint: str) -> None:
+    with pytest.raises(OptionError, match=f"'{name}' is unknown; {hint}"):
         peers.select(["daqp", name])
-    with pytest.raises(OptionError, match=f"'{name}' is unknown; {mend}"):
+    with pytest.raises(OptionError, match=f"'{name}' is unknown; {hint}"):
         peers.load(name)
 
 

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from lcpcli import Problem
 from lcpcli.bench.answer import Method
-from lcpcli.bench.judge import Judge
+from lcpcli.bench.check import Checker
 from lcpcli.bench.record import Machine, Measurement, Record, Settings
 from lcpcli.bench.report import stability
 from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
@@ -25,11 +25,11 @@ CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
 def test_auto_is_right_to_a_hundred_times_the_condition(each: Case) -> None:
     problem = prepare(each)
     answer = Method("auto").solve(problem, 1e-10, 20.0, with_curve=False)
-    judgement = Judge(problem, 1e-6).judge(answer)
-    assert not judgement.false_success
-    if judgement.forward_error is not None:
-        assert judgement.forward_error <= 100
-    assert judgement.success
+    check = Checker(problem, 1e-6).check(answer)
+    assert not check.false_success
+    if check.forward_error is not None:
+        assert check.forward_error <= 100
+    assert check.success
 
 
 def test_sensitivity_of_a_diagonal_problem_is_its_two_roundings() -> None:
@@ -72,7 +72,7 @@ def test_inverse_is_exact_where_doubles_could_not_tell() -> None:
 def test_inverse_beyond_the_range_of_doubles_has_no_sensitivity() -> None:
     problem = Problem([[1e-320]], [-1e-320], solutions=[[1.0]])
     assert sensitivity(problem, np.ones(1)) is None
-    assert Judge(problem, 1e-6).judge(Method("auto").solve(problem, 1e-10, 5.0, with_curve=False)).success
+    assert Checker(problem, 1e-6).check(Method("auto").solve(problem, 1e-10, 5.0, with_curve=False)).success
 
 
 def test_singular_basis_has_no_sensitivity() -> None:

@@ -50,9 +50,9 @@ def test_a_slip_of_the_finger_is_mended(kind: str) -> None:
 
 @given(st.text(max_size=20), st.sampled_from(sorted(KINDS)))
 def test_what_is_suggested_can_be_given(text: str, kind: str) -> None:
-    mend = likely(text, KINDS[kind])
+    hint = likely(text, KINDS[kind])
     alternatives = [f"did you mean {word}?" for word in KINDS[kind]]
-    assert mend in (*alternatives, f"choose one of {', '.join(KINDS[kind])}")
+    assert hint in (*alternatives, f"choose one of {', '.join(KINDS[kind])}")
 
 
 def test_capitals_and_beginnings_are_understood() -> None:

@@ -40,7 +40,7 @@ def test_compare_prints_one_table_an_example_and_a_line_a_method(lcp: Lcp) -> No
         levels = ["to", "1e-3", "to", "1e-6", "to", "1e-9"]
         assert lines[-4].split() == ["method", *levels, "end", "error", "status", "claim"]
         assert [line.split()[0] for line in lines[-2:]] == ["fixed-point", "shi"]
-        assert all(line.split()[-2:] == ["solved", "true"] for line in lines[-2:])
+        assert all(line.split()[-2:] == ["solved", "verified"] for line in lines[-2:])
 
 
 def test_rows_are_the_first_every_fifth_and_the_last_three(lcp: Lcp) -> None:
@@ -202,7 +202,7 @@ def test_interrupt_of_a_repeat_keeps_what_was_finished(lcp: Lcp, monkeypatch: py
     outcome = lcp("compare", EXAMPLE)
     assert outcome.code == 130
     assert outcome.out.splitlines()[-1].split()[0] == "fixed-point"
-    assert outcome.out.splitlines()[-1].split()[-2:] == ["solved", "true"]
+    assert outcome.out.splitlines()[-1].split()[-2:] == ["solved", "verified"]
 
 
 def test_shown_components_always_include_the_last() -> None:

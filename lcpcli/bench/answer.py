@@ -1,4 +1,4 @@
-"""What one run of a method or of a peer comes to, in the same words for both. Nothing of it has been judged."""
+"""The outcome of one run of a method or of a peer, in the same terms for both and not yet verified."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 
-SOLUTION, NONE = "solution", "none"  # what may be claimed: z is a solution, or there is none
+SOLUTION, NONE = "solution", "none"  # possible claims: z is a solution, or there is none
 MOST_POINTS = 200
 
 Curve = list[tuple[int, float, float | None]]
@@ -29,12 +29,12 @@ class Answer:
     """The outcome of one run.
 
     z : shape (n,), or None.
-    claim : SOLUTION, NONE, or "" where nothing is claimed.
+    claim : SOLUTION, NONE, or "" if nothing is claimed.
     status, statement : how it ended, in a word and in a sentence.
-    seconds, setup_seconds : of the solver's own work; the set-up is part of the seconds, None where it is not told.
-    iterations, evaluations : as in `result.Result`; None where they are not told.
-    curve : (k, seconds, error) of the iterates, of which there may be a choice; empty where there are none.
-    milestones : (level, k, seconds) of the first iterates with an error of each of LEVELS; None without a solution.
+    seconds, setup_seconds : the solver's own time; it includes the set-up, which is None if unknown.
+    iterations, evaluations : as in `result.Result`; None if unknown.
+    curve : (k, seconds, error) of the iterates or of a selection of them; empty if there are none.
+    milestones : (level, k, seconds) of the first iterate with an error of each of LEVELS; None without a solution.
     """
 
     z: Vector | None
@@ -65,16 +65,16 @@ class Solver(Protocol):
 
 @dataclass(frozen=True)
 class Method:
-    """One of `lcpcli.methods.METHODS` with its default options."""
+    """One of METHODS with its default options."""
 
     name: str
     kind: str = "method"
 
-    def excludes(self, problem: Problem) -> str:  # noqa: ARG002 (every method takes every problem)
+    def excludes(self, problem: Problem) -> str:  # noqa: ARG002 (every method accepts every problem)
         return ""
 
     def solve(self, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:
-        """Raises KeyboardInterrupt where the run was interrupted."""
+        """Raises KeyboardInterrupt if the run was interrupted."""
         nothing = np.array([], dtype=np.intp)
         known = bool(problem.solutions)
         levels = LEVELS if known else ()
@@ -99,7 +99,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Peer:
-    """One of `lcpcli.peers.PEERS`."""
+    """One of PEERS."""
 
     name: str
     kind: str = "peer"
@@ -108,7 +108,7 @@ class Peer:
         return peers.load(self.name).excludes(problem)
 
     def solve(self, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:  # noqa: ARG002
-        """Raises KeyboardInterrupt where the run was interrupted."""
+        """Raises KeyboardInterrupt if the run was interrupted."""
         try:
             claim = peers.load(self.name).solve(problem, tol, time_limit)
         except (ImportError, SystemError) as error:
@@ -120,7 +120,7 @@ class Peer:
 
 
 def _curve(result: Result) -> Curve | None:
-    """Error against time, counted from the start of the set-up; the residual where no solution is known."""
+    """Error against time, measured from the start of the set-up; the residual if no solution is known."""
     if result.curve is None:
         return None
     known = bool(result.problem.solutions)
@@ -128,7 +128,7 @@ def _curve(result: Result) -> Curve | None:
 
 
 def _milestones(result: Result) -> Milestones | None:
-    """What it took to each level, with the time counted from the start of the set-up."""
+    """The iterations and the time to each level, measured from the start of the set-up."""
     if result.curve is None or not result.curve.levels:
         return None
     return [(m.level, m.k, result.setup_seconds + m.seconds) for m in result.curve.milestones]

@@ -1,4 +1,4 @@
-"""On what a bench runs: the machine, and the versions of all that takes part."""
+"""The environment of a bench: the machine, and the versions of all software involved."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lcpcli.peers import registry as peers
 
 @dataclass(frozen=True)
 class Machine:
-    """Processor, number of cores, memory in bytes and system; None for what the system does not tell."""
+    """Processor, number of cores, memory in bytes and system; None for what the system does not report."""
 
     processor: str
     cores: int | None
@@ -24,19 +24,19 @@ class Machine:
 
 
 def machine() -> Machine:
-    """The one that this runs on."""
+    """This machine."""
     return Machine(_processor(), os.cpu_count(), _memory(), f"{platform.system()} {platform.release()}")
 
 
 def versions(names: Sequence[str]) -> dict[str, str | None]:
-    """The versions of Python, of this program, of what it computes with, and of the peers of those names."""
+    """The versions of Python, of this program, of its numerical libraries, and of the named peers."""
     own: dict[str, str | None] = {"python": platform.python_version(), "lcpcli": __version__}
     own |= {name: version(name) for name in ("numpy", "scipy")}
     return own | {name: peers.load(name).version() for name in names}
 
 
 def _processor() -> str:
-    """The processor's name; Linux has no other place for it than this file."""
+    """The processor's name; on Linux only this file has it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

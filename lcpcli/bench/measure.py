@@ -1,4 +1,4 @@
-"""How one solver is timed on one problem: a warm-up, then repeats until their median is known well enough."""
+"""Timing of one solver on one problem: a warm-up, then repeats until their median is known accurately enough."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from lcpcli.linalg.products import THREADED
 
 LEAST, MOST = 3, 25  # repeats
 NARROW = 0.05  # half-width of the median's interval, relative to the median, at which it counts as known
-CURVES = 3  # runs of which the quickest makes the curve
-REST = 0.05  # seconds in which the threads of a BLAS stop spinning
+CURVES = 3  # runs of which the fastest provides the curve
+REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
 
 def rest_after(n: int) -> float:
@@ -35,13 +35,13 @@ def measure(
 ) -> tuple[Answer, list[float]]:
     """An answer with its error curve, and the seconds of each repeat.
 
-    The first run makes the curve and warms up, and is not timed, unless it claims nothing: as no time of a failure is
-    used, it is all there is then. There are at least LEAST repeats, and they end when their median is known, at MOST of
-    them, or when the budget is spent, by the clock on the wall; one that takes longer than the whole budget is the last
-    one in any case. Else the curve is made anew, by the quickest of CURVES warm runs.
+    The first run provides the curve and is an untimed warm-up, unless it claims nothing: as times of failures are not
+    used, it is then the only run. There are at least LEAST repeats; they end when their median is known, after MOST of
+    them, or when the budget of wall-clock time is spent; a repeat longer than the whole budget is always the last.
+    Otherwise the curve is recorded again, by the fastest of CURVES warm runs.
 
-    solve : makes one run; its argument is whether the error curve is wanted.
-    budget : seconds that the repeats may take.
+    solve : makes one run; its argument is whether to record the error curve.
+    budget : seconds for the repeats.
     rest : seconds to sleep before each run.
     """
     sleep(rest)
@@ -61,7 +61,7 @@ def measure(
 
 
 def _quickest(solve: Callable[[bool], Answer], rest: float, sleep: Callable[[float], None]) -> Answer:
-    """Of CURVES runs that keep a curve the quickest: one interruption by another process would deform it."""
+    """The fastest of CURVES runs with a curve: a single interruption by another process would distort it."""
     runs = []
     for _ in range(CURVES):
         sleep(rest)

@@ -1,4 +1,4 @@
-"""By what factor an iteration of fixed-point shrinks the error, beside what theory says about it."""
+"""The convergence factor of fixed-point: measured, and from theory."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from lcpcli.verify.accuracy import size_of_solutions
 
 METHOD = "fixed-point"
 LARGEST_ERROR, SMALLEST_ERROR = 1e-2, 1e-9  # errors, relative to the solution, between which the rate is measured
-MOST = 400  # unknowns, up to which the theory is evaluated
+MOST = 400  # unknowns up to which the theoretical factors are computed
 
 
 def of(problem: Problem, curve: Curve) -> dict[str, float] | None:
-    """The measured factor, the local one where there is one, and the bound.
+    """The measured factor, the local one if it exists, and the bound.
 
-    None where the run does not show a rate, where the solution is not the only one known, and beyond MOST unknowns.
+    None if the run shows no rate, if several solutions are known, or beyond MOST unknowns.
     """
     if len(problem.solutions) != 1 or problem.n > MOST:
         return None

@@ -1,4 +1,4 @@
-"""The record of a bench, and its JSON: all that was asked for, on what it ran, and every finished measurement."""
+"""The record of a bench, and its JSON: the request, the environment, and every finished measurement."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ class Measurement:
 
     problem : the name of the case. family, seed : None for a problem in a file. n : its number of unknowns.
     solver, kind : its name, and "method" or "peer".
-    status, statement : how it ended, in a word and in a sentence; status is EXCLUDED where the peer does not take it.
-    claimed, success, false_success : whether it says that z is a solution, or that there is none; as in `judge`.
-    residual, scaled_residual, error : recomputed; None where there is no z, or where they are not finite.
-    seconds : of each repeat, set-up included; empty if excluded. setup_seconds : of the run that made the curve.
-    curve : (k, seconds, error) of the iterates; curve_of tells whether that is the "error" or the "residual".
+    status, statement : how it ended, in a word and in a sentence; status is EXCLUDED if the peer does not accept it.
+    claimed, success, false_success : whether it claims that z is a solution, or that there is none; as in `check`.
+    residual, scaled_residual, error : recomputed; None if there is no z, or if they are not finite.
+    seconds : of each repeat, set-up included; empty if excluded. setup_seconds : of the run that gave the curve.
+    curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever it shows.
     milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
-    condition : of the solution: `sensitivity` over the largest component; None where it is not known.
-    forward_error : the error in units of eps times the sensitivity; None where one of them is not known.
-    rate : of fixed-point, by what factor an iteration shrinks the error: "measured", and by `contraction` the "local"
-        factor and its "bound"; None where that was not measured.
+    condition : of the solution: `sensitivity` over the largest component; None if unknown.
+    forward_error : the error in units of eps times the sensitivity; None if one of them is unknown.
+    rate : the convergence factor of fixed-point: "measured", and by `contraction` the "local" factor and its "bound";
+        None if it was not measured.
     """
 
     problem: str
@@ -85,8 +85,8 @@ class Measurement:
 class Record:
     """A bench; `measurements` grows in the order of cases and solvers.
 
-    suite : what was asked for, suites and files. missing : peers that were asked for and are not installed.
-    machine, versions : as told by `environment`.
+    suite : the suites and files requested. missing : peers requested but not installed.
+    machine, versions : from `environment`.
     """
 
     suite: list[str]
@@ -104,14 +104,14 @@ class Record:
         return [*self.methods, *self.peers]
 
     def pending(self) -> list[tuple[Case, list[str]]]:
-        """The cases that are not done, each with the solvers that are missing."""
+        """The unfinished cases, each with the solvers still to run."""
         done = {measurement.key for measurement in self.measurements}
         left = [(case, [s for s in self.solvers if (case.name, s) not in done]) for case in self.cases]
         return [(case, solvers) for case, solvers in left if solvers]
 
 
 def to_json(record: Record) -> str:
-    """One object; measurements and cases stand one a line."""
+    """One object, with one line per measurement and per case."""
     parts = []
     for name, value in vars(record).items():
         if name in ("cases", "measurements"):
@@ -123,22 +123,22 @@ def to_json(record: Record) -> str:
 
 
 def read(path: str) -> Record:
-    """The record in a file. Raises OptionError where there is none."""
+    """The record in a file. Raises OptionError if there is none."""
     try:
         return parse(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
-        raise OptionError(path, "no such file", "name what lcp bench -o has written") from None
+        raise OptionError(path, "no such file", "name a file written by lcp bench -o") from None
     except OSError as error:
         raise OptionError(path, f"cannot be read ({error.strerror})", "make it readable") from None
     except (ValueError, RecursionError, OverflowError) as fault:
         place = f" ({fault})" if type(fault) is ValueError else ""
         raise OptionError(
-            path, f"is no record of a bench{place}", "name what lcp bench -o has written with the ending .json"
+            path, f"is not a record of a bench{place}", "name a .json file written by lcp bench -o"
         ) from None
 
 
 def parse(text: str) -> Record:
-    """The record that `to_json` has written. Raises ValueError where the text is something else."""
+    """The record written by `to_json`. Raises ValueError for any other text."""
     return _record(json.loads(text, parse_constant=_refuse))
 
 
@@ -147,7 +147,7 @@ def _text(value: Any) -> str:
 
 
 def _refuse(constant: str) -> float:
-    raise ValueError(f"it holds {constant}")
+    raise ValueError(f"it contains {constant}")
 
 
 def _record(content: Any) -> Record:
@@ -161,30 +161,30 @@ def _record(content: Any) -> Record:
     expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
     for i, row in enumerate(record.measurements):
         if row.key not in expected:
-            raise ValueError(f"{row.problem}, {row.solver}: not asked for, or twice")
+            raise ValueError(f"{row.problem}, {row.solver}: not requested, or twice")
         expected.remove(row.key)
         if row.n < 1 or any(seconds < 0 for seconds in row.seconds) or (not row.excluded and not row.seconds):
-            raise ValueError(f"{row.problem}, {row.solver}: n or seconds do not fit")
+            raise ValueError(f"{row.problem}, {row.solver}: n or seconds are inconsistent")
         record.measurements[i] = _with_tuples(row)
     return record
 
 
 def _with_tuples(row: Measurement) -> Measurement:
-    """The measurement with tuples where JSON, which knows lists only, has had lists."""
+    """The measurement with tuples in place of the lists of JSON."""
     curve = None if row.curve is None else [(k, seconds, error) for k, seconds, error in row.curve]
     reached = None if row.milestones is None else [(level, k, seconds) for level, k, seconds in row.milestones]
     return replace(row, curve=curve, milestones=reached)
 
 
 def _made(kind: Callable[..., T], held: Any) -> T:
-    """An instance of a dataclass from an object that has exactly its fields; ValueError if it has not."""
+    """An instance of a dataclass from an object with exactly its fields; ValueError for any other."""
     hints = get_type_hints(kind)
     names = [each.name for each in fields(kind)]  # type: ignore[arg-type]
     if not isinstance(held, dict) or set(held) != set(names):
         raise ValueError("its fields are not those of a record")
     for name in names:
         if not _fits(held[name], hints[name]):
-            raise ValueError(f"{name} does not fit")
+            raise ValueError(f"{name} has the wrong type")
     return kind(**held)
 
 

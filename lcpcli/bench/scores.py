@@ -1,4 +1,4 @@
-"""The figures that a bench comes to, computed from its record; tables and plots show the same ones."""
+"""The statistics of a bench, computed from its record; tables and plots show the same ones."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from lcpcli.bench.suites import series
 
 @dataclass(frozen=True)
 class Score:
-    """One solver over all problems that it takes.
+    """One solver over all problems that it accepts.
 
     mean : shifted geometric mean of its times, in seconds, a failure counted as the time limit; None for no problem.
-    fastest : on how many problems nobody that solved them was faster.
+    fastest : the number of problems that no solver solved faster.
     """
 
     solver: str
@@ -28,7 +28,7 @@ class Score:
 
 @dataclass(frozen=True)
 class Growth:
-    """How the time of a solver grows over the sizes of a series that it solved: (n, median seconds), by n."""
+    """Growth of a solver's time over the sizes of a series that it solved: (n, median seconds), by n."""
 
     series: str
     solver: str
@@ -37,7 +37,7 @@ class Growth:
 
 
 def times(record: Record) -> dict[str, dict[str, float]]:
-    """The median seconds of each solver on each problem that it takes; infinity where it failed."""
+    """The median seconds of each solver on each problem that it accepts; infinity if it failed."""
     held: dict[str, dict[str, float]] = {solver: {} for solver in record.solvers}
     for row in record.measurements:
         if not row.excluded:
@@ -46,7 +46,7 @@ def times(record: Record) -> dict[str, dict[str, float]]:
 
 
 def scores(record: Record) -> list[Score]:
-    """One score a solver, in their order."""
+    """One score per solver, in their order."""
     medians, false = times(record), dict.fromkeys(record.solvers, 0)
     for row in record.measurements:
         false[row.solver] += row.false_success
@@ -68,7 +68,7 @@ def scores(record: Record) -> list[Score]:
 
 
 def growths(record: Record) -> list[Growth]:
-    """The growth of each solver on each series of which it has solved enough sizes, series by series."""
+    """The growth of each solver on each series in which it solved enough sizes, series by series."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:

@@ -1,4 +1,4 @@
-"""A bench from what is asked for to its record: the loop over cases and solvers."""
+"""A bench from the request to its record: the loop over cases and solvers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 from lcpcli.bench import environment, rate, suites
 from lcpcli.bench.answer import Answer, Method, Peer, Solver
-from lcpcli.bench.judge import Judge
+from lcpcli.bench.check import Checker
 from lcpcli.bench.measure import measure, rest_after
 from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
 from lcpcli.bench.suites import Case
@@ -20,8 +20,8 @@ Timing = Callable[[Callable[[bool], Answer], float, float], tuple[Answer, list[f
 
 
 def start(asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], options: Settings) -> Record:
-    """An empty record; wanted peers are selected as by `peers.select`. Files are read once, so that what is wrong with
-    them is told before any work is done."""
+    """An empty record; wanted peers are selected as by `peers.select`. Files are read once, so that errors in them are
+    reported before any measurement."""
     cases = suites.cases_of(asked)
     _refuse_unreadable(cases)
     chosen = peers.select(wanted)
@@ -46,8 +46,8 @@ def _refuse_unreadable(cases: Iterable[Case]) -> None:
 
 
 def refuse_elsewhere(record: Record) -> None:
-    """Raise OptionError where what is left cannot be measured on the same machine with the same versions, or
-    ProblemError where its files cannot be read any more."""
+    """Raise OptionError if the rest cannot be measured on the same machine with the same versions, or ProblemError if
+    its files can no longer be read."""
     _refuse_unreadable(case for case, _ in record.pending())
     here = {**asdict(environment.machine()), **environment.versions(record.peers)}
     then = {**asdict(record.machine), **record.versions}
@@ -59,24 +59,24 @@ def refuse_elsewhere(record: Record) -> None:
 
 
 def run(record: Record, starting: Callable[[Case, str], None], timing: Timing = measure) -> Iterator[Measurement]:
-    """Measure what is pending, adding each measurement to the record, and yield it.
+    """Run the pending measurements; each is added to the record and yielded.
 
-    starting : is told the case and the solver before each measurement.
+    starting : called with the case and the solver before each measurement.
     """
     for case, names in record.pending():
         starting(case, names[0])
         problem = suites.prepare(case)
-        judge = Judge(problem, record.options.accept)
+        checker = Checker(problem, record.options.accept)
         for name in names:
             starting(case, name)
             solver: Solver = Method(name) if name in record.methods else Peer(name)
-            measurement = _measured(case, problem, judge, solver, record.options, timing)
+            measurement = _measured(case, problem, checker, solver, record.options, timing)
             record.measurements.append(measurement)
             yield measurement
 
 
 def _measured(
-    case: Case, problem: Problem, judge: Judge, solver: Solver, options: Settings, timing: Timing
+    case: Case, problem: Problem, checker: Checker, solver: Solver, options: Settings, timing: Timing
 ) -> Measurement:
     seconds: list[float] = []
     reason = solver.excludes(problem)
@@ -88,7 +88,7 @@ def _measured(
             options.budget,
             rest_after(problem.n),
         )
-    judgement = judge.judge(answer)
+    check = checker.check(answer)
     curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None
     return Measurement(
         problem=case.name,
@@ -101,11 +101,11 @@ def _measured(
         status=answer.status,
         statement=answer.statement,
         claimed=bool(answer.claim),
-        success=judgement.success,
-        false_success=judgement.false_success,
-        residual=finite(judgement.residual),
-        scaled_residual=finite(judgement.scaled_residual),
-        error=finite(judgement.error),
+        success=check.success,
+        false_success=check.false_success,
+        residual=finite(check.residual),
+        scaled_residual=finite(check.scaled_residual),
+        error=finite(check.error),
         iterations=answer.iterations,
         evaluations=answer.evaluations,
         seconds=seconds,
@@ -113,7 +113,7 @@ def _measured(
         curve_of=("error" if problem.solutions else "residual") if curve else None,
         curve=curve,
         milestones=answer.milestones,
-        condition=finite(judgement.condition),
-        forward_error=finite(judgement.forward_error),
+        condition=finite(check.condition),
+        forward_error=finite(check.forward_error),
         rate=rate.of(problem, curve) if solver.name == rate.METHOD and curve else None,
     )

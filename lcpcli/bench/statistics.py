@@ -1,4 +1,4 @@
-"""Pure functions from times to what is said of them.
+"""Statistics of run times, as pure functions.
 
 The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles, Math.
 Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics, 3rd ed., Wiley
@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 CONFIDENCE = 0.95
 SHIFT = 1e-3  # seconds
-RESOLUTION = 1e-9  # seconds; a clock may show 0, of which there are no ratios and no logarithms
+RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no logarithm
 LEAST_SIZES = 3
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Median and quartiles of repeated times, in seconds, and how many there are."""
+    """Median and quartiles of repeated times, in seconds, and their number."""
 
     median: float
     lower: float
@@ -29,7 +29,7 @@ class Summary:
 
     @property
     def spread(self) -> float | None:
-        """Half the distance of the quartiles, relative to the median; None for a single time."""
+        """Half the interquartile range, relative to the median; None for a single time."""
         return (self.upper - self.lower) / 2 / max(self.median, RESOLUTION) if self.repeats > 1 else None
 
 
@@ -37,8 +37,8 @@ class Summary:
 class Fit:
     """seconds = coefficient n^exponent, by least squares on the logarithms.
 
-    standard_error : of the exponent. r_squared : the part of the variance that the fit explains. sizes : how many
-        different n there are.
+    standard_error : of the exponent. r_squared : the fraction of the variance explained by the fit. sizes : the number
+        of different n.
     """
 
     exponent: float
@@ -57,9 +57,9 @@ def summary(times: Sequence[float]) -> Summary:
 
 
 def median_interval(times: Sequence[float]) -> tuple[float, float]:
-    """The narrowest pair of symmetric order statistics that holds the median with CONFIDENCE, for any distribution.
+    """The narrowest pair of symmetric order statistics that contains the median with CONFIDENCE, for any distribution.
 
-    Fewer than six times never give that confidence: then it is the smallest and the largest.
+    Fewer than six times never give that confidence: then it is the smallest and the largest time.
     """
     ordered, n = sorted(times), len(times)
     rank, missed = 0, 2.0**-n
@@ -72,15 +72,15 @@ def median_interval(times: Sequence[float]) -> tuple[float, float]:
 
 
 def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> float:
-    """exp(mean(log(t + shift))) - shift of at least one time: neither the longest nor the shortest ones dominate it."""
+    """exp(mean(log(t + shift))) - shift of at least one time, dominated neither by the longest nor by the shortest."""
     return math.exp(math.fsum(math.log(t + shift) for t in times) / len(times)) - shift
 
 
 def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, list[float]]:
-    """For each solver, its time on each problem that it takes, over the shortest time of any solver, in order.
+    """For each solver, its time on each problem that it accepts, over the shortest time of any solver, in order.
 
-    times : by solver, then by problem; infinity where it failed, no entry where the problem is none for it. The
-        performance profile of a solver at tau is the part of its ratios that are at most tau.
+    times : by solver, then by problem; infinity if it failed, no entry if it does not accept the problem. The
+        performance profile of a solver at tau is the fraction of its ratios that are at most tau.
     """
     best: dict[str, float] = {}
     for own in times.values():
@@ -96,7 +96,7 @@ def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, li
 
 
 def growth(points: Sequence[tuple[int, float]]) -> Fit | None:
-    """How times grow with n, from pairs (n, seconds); None for fewer than LEAST_SIZES different n."""
+    """The growth of times with n, from pairs (n, seconds); None for fewer than LEAST_SIZES different n."""
     sizes = len({n for n, _ in points})
     if sizes < LEAST_SIZES:
         return None

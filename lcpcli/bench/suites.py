@@ -1,4 +1,4 @@
-"""What is measured: suites of cases by name. A case is a problem of the gallery, or one in a file.
+"""Suites of cases by name. A case is a problem of the gallery, or one in a file.
 
 Nothing heavy is imported, so that the suites can be listed in help.
 """
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Case:
-    """One problem, told in so few words that it can be made again.
+    """One problem, described so that it can be made again.
 
-    name : what it is called, different for any two cases of a bench.
+    name : unique within a bench.
     family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file.
-    file : the path of the file that holds it; "" for a problem of the gallery.
+    file : the path of its file; "" for a problem of the gallery.
     """
 
     name: str
@@ -38,8 +38,8 @@ class Case:
 class Suite:
     """Cases under one name.
 
-    budget : how many seconds a measurement may take unless the user says otherwise.
-    ladders : whether the cases of each family stand in order of stiffness, for a report on stability.
+    budget : default number of seconds for a measurement.
+    ladders : whether the cases of each family are in order of stiffness, for a report on stability.
     """
 
     meaning: str
@@ -59,7 +59,7 @@ def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
 
 
 def series(family: str, parameters: dict[str, Any]) -> str:
-    """What the cases that differ in size and seed alone are called together."""
+    """The common name of cases that differ only in size and seed."""
     return " ".join([family, *_words(parameters)])
 
 
@@ -110,7 +110,7 @@ SPARSE = (
     *sizes("journal-bearing", 900, 2500, 10_000),
     *sizes("american-put", 1000, 3000, 10_000),
     *sizes("tridiagonal", 1000, 10_000, 100_000),
-    *sizes("dominant", 300, 1000, 3000),  # its factors fill in: no time limit ends a factorization
+    *sizes("dominant", 300, 1000, 3000),  # its factors fill in; the time limit cannot stop a factorization
 )
 SPEED = (
     *(case("harker-pang", n, **kind) for n in (300, 1000, 2000) for kind in ({"symmetric": True}, {})),
@@ -142,19 +142,19 @@ EXTREME = (
     *sizes("ray", 4, 10, 20),
 )
 SUITES = {
-    "quick": Suite("under a minute: a little of everything", QUICK, budget=0.5),
+    "quick": Suite("a little of everything, in under a minute", QUICK, budget=0.5),
     "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
-    "speed": Suite("what README says of speed: large dense and sparse problems", SPEED),
-    "stiff": Suite("badly conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
-    "extreme": Suite("problems made to defeat a method, and problems without a solution", EXTREME, 0.0, True),
+    "speed": Suite("the problems of README's table of speed: large, dense and sparse", SPEED),
+    "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
+    "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }
 ALL = "all"
 
 
 def cases_of(asked: Sequence[str]) -> list[Case]:
-    """The cases of suites and files, each once. Raises OptionError for what is neither."""
+    """The cases of suites and files, each once. Raises OptionError for a name that is neither."""
     cases: list[Case] = []
     for name in asked:
         if name == ALL:
@@ -167,7 +167,7 @@ def cases_of(asked: Sequence[str]) -> list[Case]:
 
 
 def budget_of(asked: Sequence[str]) -> float:
-    """The seconds that a measurement may take where the user does not say."""
+    """The default seconds for a measurement."""
     return max(SUITES[name].budget if name in SUITES else Suite("", ()).budget for name in asked)
 
 
@@ -183,7 +183,7 @@ def problem_of(case: Case) -> Problem:
 
 
 def prepare(case: Case) -> Problem:
-    """The problem of a case with something to measure errors against: a solution is computed where none is known."""
+    """The problem of a case with a reference for errors: a solution is computed if none is known."""
     from lcpcli.solving.reference import with_reference
 
     return with_reference(problem_of(case))
@@ -192,14 +192,14 @@ def prepare(case: Case) -> Problem:
 def _existing(path: str) -> str:
     if path == "-":
         raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
-    if os.path.lexists(path) or os.sep in path or Path(path).suffix:  # what is wrong with a file, reading it tells
+    if os.path.lexists(path) or os.sep in path or Path(path).suffix:  # reading the file reports what is wrong with it
         return path
     known = (*SUITES, ALL)
-    mend = likely(path, known, f"choose one of {', '.join(known)}, or name a file")
-    raise OptionError(path, "is neither a suite nor a file", mend)
+    hint = likely(path, known, f"choose one of {', '.join(known)}, or name a file")
+    raise OptionError(path, "is neither a suite nor a file", hint)
 
 
 def _name_of(path: str, asked: Sequence[str]) -> str:
-    """A file's name without its folder, unless that would not tell it from another one."""
+    """A file's name without its folder, unless that would be ambiguous."""
     alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}  # noqa: PTH100
     return Path(path).name if len(alike) == 1 else path

@@ -1,1 +1,1 @@
-"""Bounds for the distance of any z from the solution, which hold for the data as floats, rounding included."""
+"""Rigorous bounds on the distance of any z from the solution, for the data as floats, rounding included."""

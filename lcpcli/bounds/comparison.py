@@ -1,14 +1,15 @@
-"""The bound of Chen and Xiang (2006) for H+ matrices, componentwise and free of units.
+"""The bound of Chen and Xiang (2006) for H+ matrices, componentwise and independent of scaling.
 
 Let w = M z + q, r = min(z, w) and <M> the comparison matrix of M: |M_ii| on the diagonal, -|M_ij| off it. There is a
-diagonal D, 0 <= D <= I, with r = (I - D + D M)(z - z*), because the minimum of two numbers changes by a mean of what
-these change by. M being H+, |(I - D + D M)^-1| <= <I - D + D M>^-1 <= <M>^-1 max(L, I) with L the diagonal of M, which
-is their theorem. Rows may be scaled beforehand; the best scaling is by 1 / L, for which L becomes I and the bound
+diagonal D, 0 <= D <= I, with r = (I - D + D M)(z - z*), because the change of the minimum of two numbers is a convex
+combination of their changes. M being H+, |(I - D + D M)^-1| <= <I - D + D M>^-1 <= <M>^-1 max(L, I) with L the diagonal
+of M, which is their theorem. Rows may be scaled beforehand; the best scaling is by 1 / L, for which L becomes I and the
+bound
 
     |z - z*| <= <M>^-1 |min(L z, w)|.
 
 M is H+ if and only if its diagonal is positive and <M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s yields
-t >= <M>^-1 s, and an approximate t is made right by adding a multiple of u: nothing has to be solved exactly.
+t >= <M>^-1 s, and an approximate t is corrected by adding a multiple of u: no system has to be solved exactly.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ from lcpcli.model import scaled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
-POWER_STEPS = 20  # after which it is time to factorize
-SLOW = 0.9  # the rate from which on Jacobi's iteration is too slow
+POWER_STEPS = 20  # after which <M> is factorized
+SLOW = 0.9  # the rate above which Jacobi's iteration is too slow
 JACOBI_STEPS = 60
 INVERSE_STEPS = 3
 
 
 def theorem(problem: Problem) -> Theorem | None:
-    """What bounds |z - z*|_inf, for M in range with positive diagonal; None where M is not seen to be H+."""
+    """A bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
     units = scaled.scale(problem)
     found = _certificate(units.problem.M)
@@ -56,7 +57,7 @@ def theorem(problem: Problem) -> Theorem | None:
 
 
 def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
-    """At most <M> u, for u >= 0: 2 L u - |M| u less all that rounding can have added."""
+    """A lower bound on <M> u for u >= 0: 2 L u - |M| u minus a bound on the rounding errors."""
     own, all_terms = 2 * diagonal * u, products.absolute_product(M, u)
     lost = factor(terms(M)) * (own + all_terms) + (terms(M) + 4) * SMALLEST_NORMAL
     result: Vector = own - all_terms - lost
@@ -64,10 +65,10 @@ def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
 
 
 def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
-    """u > 0 of shape (n,) for which <M> u is positive as far as can be seen, and a solver for <M> if it took one.
+    """u > 0 of shape (n,) for which <M> u appears to be positive, and the solver for <M> if one was needed.
 
     With L the diagonal and B = L - <M>, M is H+ if and only if the spectral radius of L^-1 B is below 1. The ratios
-    (B u)_i / (L u)_i enclose it for every u > 0 (Collatz and Wielandt), and a few power steps often settle it.
+    (B u)_i / (L u)_i enclose it for every u > 0 (Collatz and Wielandt), and a few power steps often suffice.
     """
     diagonal = M.diagonal()
     if not diagonal.min() > 0:
@@ -95,7 +96,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
 
 
 def _jacobi(M: Matrix, diagonal: Vector, s: Vector, t: Vector) -> Vector:
-    """From t >= <M>^-1 s downwards to that, nearly."""
+    """Jacobi's iteration from t >= <M>^-1 s down to nearly <M>^-1 s."""
     for _ in range(JACOBI_STEPS):
         t = np.maximum((products.absolute_product(M, t) + s) / diagonal - t, 0.0)
     return t

@@ -7,12 +7,12 @@ positive diagonal T, (y - z*)'T(v - w*) = -y'T w* - z*'T v <= 0. With e = z - z*
 
     e'T M e <= g'e    with    g = T sigma + M'T rho.
 
-So if the symmetric part of T M has the least eigenvalue lambda > 0, |e|_2 <= |g|_2 / lambda, which for T = I is at most
-Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. It is taken in units in which T M has a diagonal near 1, and around the
+So if the symmetric part of T M has smallest eigenvalue lambda > 0, |e|_2 <= |g|_2 / lambda, which for T = I is at most
+Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. It is applied in units in which T M has a diagonal near 1, and around the
 centre of the ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f + c'(g - S c) for
-any c at all, so that c may be rounded.
+every c, so that c may be rounded.
 
-lambda is verified by Cholesky's factorization of the shifted matrix, which runs to its end only where no eigenvalue is
+lambda is verified by Cholesky's factorization of the shifted matrix, which runs to completion only if no eigenvalue is
 below minus its rounding errors: S. M. Rump, Verification of positive definiteness, BIT Numerical Mathematics 46 (2006)
 433-452.
 """
@@ -30,15 +30,15 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
-LARGEST_DENSE = 2000  # n up to which a sparse M is taken as a dense one
+LARGEST_DENSE = 2000  # n up to which a sparse M is converted to dense
 LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
-RIDGE = 1e-9  # which makes the least squares problem definite
+RIDGE = 1e-9  # regularizes the least-squares problem
 
 
 def theorems(problem: Problem) -> dict[str, Theorem]:
-    """What bounds |z - z*|_inf, for M in range with positive diagonal: with T = I and with T that makes T M symmetric.
+    """Bounds on |z - z*|_inf, for M in range with positive diagonal: with T = I and with T that makes T M symmetric.
 
-    Empty where M is not seen to be positive definite, or is sparse with more than LARGEST_DENSE unknowns.
+    Empty if M is not proved to be positive definite, or is sparse with more than LARGEST_DENSE unknowns.
     """
     M = problem.M
     if is_sparse(M):
@@ -83,7 +83,7 @@ def _theorem(M: Matrix, T: Vector) -> Theorem | None:
 
 
 def _symmetrising(M: Matrix) -> Vector:
-    """T for which T M is as near to symmetric as can be: least squares on log |T_i M_ij / T_j M_ji|.
+    """T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|.
 
     If M comes from a symmetric matrix by scaling of rows and columns, T M is symmetric.
     """
@@ -96,9 +96,9 @@ def _symmetrising(M: Matrix) -> Vector:
 
 
 def least_eigenvalue(S: Matrix) -> float | None:
-    """A positive number that is at most the least eigenvalue of S, or None.
+    """A positive lower bound on the smallest eigenvalue of S, or None.
 
-    S : shape (n, n), symmetric, of size one; its entries may be off by a rounding error each.
+    S : shape (n, n), symmetric, of size one; each entry may have one rounding error.
     """
     n = S.shape[0]
     try:
@@ -115,7 +115,7 @@ def least_eigenvalue(S: Matrix) -> float | None:
 
 
 def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:
-    """At least the largest D_i |e_i|, from the ball around c = S^-1 g / 2 that holds e; g is off by at most `off`."""
+    """An upper bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 containing e; g is off by at most `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
     image_off = 2 * factor(c.size) * (products.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)

@@ -1,4 +1,4 @@
-"""Bounds for the distance of any z from the solution of an LCP, which hold for the data as floats, rounding included.
+"""Rigorous bounds on the distance of any z from the solution of an LCP, for the data as floats, rounding included.
 
 X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity problems, Mathematical Programming
 106 (2006) 513-525, where M is an H-matrix with positive diagonal (H+). R. Mathias and J.-S. Pang, Error bounds for the
@@ -26,15 +26,15 @@ from lcpcli.typing import Vector
 SOURCES = {
     "comparison": "Chen and Xiang 2006, M is H+",
     "definite": "Mathias and Pang 1990, M is positive definite",
-    "symmetrised": "Mathias and Pang 1990, M is positive definite once its rows are scaled",
+    "symmetrised": "Mathias and Pang 1990, M is positive definite after row scaling",
 }
 
 
 @dataclass(frozen=True)
 class Bound:
-    """|z - z*|_inf <= value, in the problem's units; infinite where nothing is known.
+    """|z - z*|_inf <= value, in the problem's units; infinite if nothing is known.
 
-    source : whose theorem it is, and the class of M that was verified for it.
+    source : the theorem, and the class of M that was verified for it.
     """
 
     value: float
@@ -50,11 +50,11 @@ NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore")
 def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
-    """The smallest bound of |z - z*|_inf that is proved for this M, z* being the only solution.
+    """The smallest proved bound on |z - z*|_inf for this M, z* being the unique solution.
 
-    The class of M is verified, not estimated, and every rounding error on the way is bounded and added. It costs
-    O(n^3) for dense M, more than solving; for sparse M a few solves. Sparse M that are not H+ are taken as dense ones
-    up to `definite.LARGEST_DENSE` unknowns.
+    The class of M is verified, not estimated, and all rounding errors are bounded and included. It costs O(n^3) for
+    dense M, more than solving; for sparse M a few solves. Sparse M that are not H+ are treated as dense up to
+    `definite.LARGEST_DENSE` unknowns.
 
     Parameters
     ----------
@@ -63,12 +63,12 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
 
     Returns
     -------
-    The bound; None where M is in neither class, or too near its boundary to tell, and where z or an entry of M is not
-    finite or beyond `rounding.LARGEST_ENTRY`, or a nonzero entry of M below `rounding.SMALLEST_ENTRY`.
+    The bound; None if M is in neither class or too close to its boundary, or if z or an entry of M is not finite or
+    beyond `rounding.LARGEST_ENTRY`, or a nonzero entry of M is below `rounding.SMALLEST_ENTRY`.
 
     Raises
     ------
-    ProblemError : z has not n numbers.
+    ProblemError : z does not have n numbers.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
 
 
 def _claim(problem: Problem, theorems: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
-    """The smallest of the bounds at y, and the way from z to there."""
+    """The smallest of the bounds at y, plus the distance from z to y."""
     y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
     w = residual(problem, y)
     if w is None:

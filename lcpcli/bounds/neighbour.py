@@ -1,7 +1,7 @@
-"""A point near z at which a bound is sharp: |z - z*| <= |z - y| + |y - z*| for any y, so that y may be found anyhow.
+"""A point near z at which a bound is sharp: |z - z*| <= |z - y| + |y - z*| for any y, however y is found.
 
-Taken is the solution of the complementary basis of z, nearly. If z comes from a solver, that is z* but for rounding,
-and the bound for z differs little from the error of z, however badly conditioned M is.
+y is approximately the solution of the complementary basis of z. If z comes from a solver, that is z* up to rounding,
+and the bound for z is close to the error of z, however ill-conditioned M is.
 """
 
 from __future__ import annotations
@@ -22,30 +22,30 @@ REFINEMENTS = 3
 
 
 def neighbour(problem: Problem, z: Vector) -> Vector | None:
-    """y >= 0 of shape (n,), with y_i = 0 where M_ii z_i <= (M z + q)_i, and M y + q nearly 0 elsewhere.
+    """y >= 0 of shape (n,), with y_i = 0 where M_ii z_i <= (M z + q)_i, and M y + q approximately 0 elsewhere.
 
-    problem, z : n unknowns, M with positive diagonal, and any z of shape (n,). None where no y is found.
+    problem, z : n unknowns, M with positive diagonal, and any z of shape (n,). None if no y is found.
     """
-    inside = np.flatnonzero(problem.M.diagonal() * z > problem.w(z))
+    active = np.flatnonzero(problem.M.diagonal() * z > problem.w(z))
     y = np.zeros_like(z)
-    if not inside.size:
+    if not active.size:
         return y
     try:
-        solve = solver(problem.M[inside][:, inside])
+        solve = solver(problem.M[active][:, active])
     except SingularMatrix:
         return None
     for _ in range(REFINEMENTS):
         left = residual(problem, y)
         if left is None:
             return None
-        y[inside] -= solve(left[inside])
+        y[active] -= solve(left[active])
         if not np.isfinite(y).all():
             return None
     return np.maximum(y, 0.0)
 
 
 def solver(A: Matrix) -> Solve:
-    """For A with positive diagonal: BiCGSTAB where A is sparse and that ends soon, else factors, which may fill in.
+    """A solver for A with positive diagonal: BiCGSTAB if A is sparse and it converges fast, else factors, with fill-in.
 
     Raises SingularMatrix.
     """

@@ -1,8 +1,8 @@
-"""What rounding can do to the quantities of a bound, from above, by the usual model of floating-point arithmetic.
+"""Upper bounds on rounding errors in the quantities of a bound, by the standard model of floating-point arithmetic.
 
 N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3: an inner product of k terms
-is off by at most gamma_k = k u / (1 - k u) times that of the absolute values, whatever the order of summation. With the
-entries of M and z in the range that is asked for here, no product M_ij z_j underflows.
+has an error of at most gamma_k = k u / (1 - k u) times that of the absolute values, in any order of summation. With the
+entries of M and z in the range required here, no product M_ij z_j underflows.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 Theorem = Callable[[Vector, Vector], float]
-"""At least |z - z*|_inf, not always finite, from z in range and w = M z + q, each component within EPS of itself."""
+"""An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
 LARGEST_ENTRY = 2.0**450
 SMALLEST_ENTRY = 2.0**-450
 
@@ -34,7 +34,7 @@ def in_range(A: Matrix, smallest: float = 0.0) -> bool:
 
 
 def factor(terms: int) -> float:
-    """gamma for sums of so many products and some operations on them before and after, with room to spare."""
+    """gamma for sums of that many products and a few operations before and after, with a margin."""
     return (terms + 16) * EPS
 
 
@@ -44,7 +44,7 @@ def terms(M: Matrix) -> int:
 
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
-    """M z + q, every component within EPS of itself, for M in range; None where z or that is not."""
+    """M z + q with componentwise relative error at most EPS, for M in range; None if z or the result is not."""
     if not in_range(z):
         return None
     try:
@@ -55,7 +55,7 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 
 
 def norm(v: Vector) -> float:
-    """At least |v|_2, for a largest entry between SMALLEST_NORMAL and LARGEST_ENTRY; at least SMALLEST_NORMAL."""
+    """An upper bound on |v|_2, for a largest entry up to LARGEST_ENTRY; at least SMALLEST_NORMAL."""
     largest = max(float(np.abs(v).max()), SMALLEST_NORMAL)
     scaled = v / largest
     return largest * float(np.sqrt(scaled @ scaled)) * (1 + factor(v.size)) + SMALLEST_NORMAL

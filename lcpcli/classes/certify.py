@@ -1,9 +1,9 @@
-"""Proofs of positive definiteness by floating-point factorizations, which rounding cannot make wrong.
+"""Proofs of positive definiteness by floating-point factorizations, rigorous in spite of rounding.
 
 S. M. Rump, Verification of positive definiteness, BIT Numerical Mathematics 46 (2006) 433-452: if Cholesky's
-factorization of S - c I runs to its end, and c exceeds a bound of its rounding error, S is positive definite. The
-sparse case bounds the error of the factors in the same way: |S - c I - L U| <= gamma |L| |U|, and U = D L' but for a
-difference that is measured.
+factorization of S - c I runs to completion, and c exceeds a bound on its rounding error, S is positive definite. The
+sparse case bounds the error of the factors in the same way: |S - c I - L U| <= gamma |L| |U|, and U = D L' up to a
+difference that is computed.
 """
 
 from __future__ import annotations
@@ -19,34 +19,33 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix, Vector
 
-DENSE = 5000  # n up to which a dense matrix is factorized in passing
-WIDEST = 400  # binary exponents: what lies further from 1 is left undecided
+WIDEST = 400  # binary exponents: matrices with entries further from 1 are left undecided
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Whether S is shown to be positive definite.
+    """Whether S is proved to be positive definite.
 
-    direction : else a v, shape (n,), that may have v'Sv <= 0, or None. reason : why there is neither.
+    direction : if not, a v, shape (n,), that may have v'Sv <= 0, or None. reason : why there is neither.
     """
 
     proved: bool
     direction: Vector | None = None
-    reason: str = "rounding leaves no proof, and there is no exception to be seen"
+    reason: str = "rounding errors prevent a proof, and no counterexample was found"
 
 
 def definite(S: Matrix) -> Outcome:
     """Whether S, shape (n, n), symmetric up to one rounding of each entry, is positive definite; with finite entries.
 
-    S is first scaled by powers of two to a diagonal near 1, which changes no answer. Sparse matrices that are dear to
-    factorize are left undecided.
+    S is first scaled by powers of two to a diagonal near 1, which does not affect the result. Sparse matrices that are
+    expensive to factorize are left undecided.
     """
     diagonal = np.asarray(S.diagonal())
     if not diagonal.min() > 0:
         return Outcome(False)
     power = -np.rint(0.5 * np.log2(diagonal))
     if not affordable(S):
-        return Outcome(False, None, "a factorization of M + M' may cost too much")
+        return Outcome(False, None, "a factorization of M + M' may be too expensive")
     if np.abs(power).max() > WIDEST:
         return Outcome(False)
     D = np.exp2(power)
@@ -95,7 +94,7 @@ def _sparse(A: Matrix, rounding: float) -> Outcome:
 
 
 def _error(lu: Any, n: int) -> float:
-    """A bound of |S - c I - L D L'| in the maximum norm, of factors that were made without row exchanges."""
+    """A bound on |S - c I - L D L'| in the maximum norm, for factors computed without row interchanges."""
     L, U = lu.L.tocsr(), lu.U.tocsr()
     D = U.diagonal()
     gamma = 2 * (n + 4) * EPS
@@ -109,7 +108,7 @@ def _error(lu: Any, n: int) -> float:
 
 
 def _direction(lu: Any, n: int) -> Vector | None:
-    """v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the least one."""
+    """v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the smallest one."""
     if not np.array_equal(lu.perm_r, lu.perm_c):
         return None
     from scipy.sparse.linalg import spsolve_triangular

@@ -1,21 +1,21 @@
-"""To which classes of matrices M belongs, with what shows it. One property or group of properties, one module.
+"""Matrix classes of M, with evidence. One module per property or group of properties.
 
-The entries of M are taken as the exact numbers that they are, and no "yes" or "no" depends on rounding: what is found
-in double precision is either safe by an error bound or decided in exact arithmetic, or else it is "not decided".
+The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding: what is found in double precision
+is either guaranteed by an error bound or decided in exact arithmetic, or else it is "not decided".
 """
 
 from __future__ import annotations
 
 import time
 
-from lcpcli.classes.context import Subject
+from lcpcli.classes.context import Context
 from lcpcli.classes.copositive import copositive, copositive_plus, strictly_copositive
 from lcpcli.classes.definite import positive_definite, positive_semidefinite
 from lcpcli.classes.dominance import h_plus, m_matrix
 from lcpcli.classes.entries import skew_symmetric, strictly_diagonally_dominant, symmetric, z_matrix
 from lcpcli.classes.minors import p0_matrix, p_matrix
 from lcpcli.classes.sufficient import column_sufficient, row_sufficient
-from lcpcli.classes.verdict import OPEN, Late, Verdict
+from lcpcli.classes.verdict import UNDECIDED, Late, Verdict
 from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.typing import Matrix
 
@@ -42,16 +42,16 @@ CLASSES = {
 def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
     """For each of CLASSES whether M, dense or sparse of shape (n, n) with finite entries, belongs to it.
 
-    seconds : after which no further test is begun that takes time; what implications tell is told anyway. A
-        factorization that has begun is not interrupted.
+    seconds : after which no further expensive test is started; implications are still reported. A factorization in
+        progress is not interrupted.
     last : the class after which to stop; "" for none.
     """
-    subject = Subject(M, time.perf_counter() + seconds)
+    context = Context(M, time.perf_counter() + seconds)
     for name, test in CLASSES.items():
         try:
-            subject.verdicts[name] = test(subject)
+            context.verdicts[name] = test(context)
         except Late:
-            subject.verdicts[name] = Verdict(OPEN, f"the {seconds:g} s for finding out were used up")
+            context.verdicts[name] = Verdict(UNDECIDED, f"the time of {seconds:g} s was used up")
         if name == last:
             break
-    return subject.verdicts
+    return context.verdicts

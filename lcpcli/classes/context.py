@@ -1,4 +1,4 @@
-"""The matrix whose classes are to be found out, with what several tests need of it, and the time that is left."""
+"""The matrix to be classified, with quantities shared by several tests, and the time left."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from lcpcli.typing import Matrix, Vector
 DENSE = 2000  # n up to which a sparse matrix may be made dense
 
 
-class Subject:
-    """M, dense or sparse of shape (n, n), what has been found out about it, and a deadline by time.perf_counter()."""
+class Context:
+    """M, dense or sparse of shape (n, n), the verdicts so far, and a deadline by time.perf_counter()."""
 
     def __init__(self, M: Matrix, deadline: float) -> None:
         self.M, self.n, self.deadline = M, int(M.shape[0]), deadline
@@ -35,11 +35,11 @@ class Subject:
         return name in self.verdicts and self.verdicts[name].word == NO
 
     def witness(self, name: str) -> Vector | None:
-        """The vector of what has been found out about a class, if there is one."""
+        """The vector of the verdict on a class, if there is one."""
         return self.verdicts[name].vector if name in self.verdicts else None
 
     def check(self) -> None:
-        """Raise Late when the time is used up."""
+        """Raise Late if the time is used up."""
         if time.perf_counter() > self.deadline:
             raise Late
 
@@ -50,7 +50,7 @@ class Subject:
 
     @cached_property
     def symmetric_part(self) -> Matrix:
-        """M + M', rounded once an entry; exact where M is symmetric. Its definiteness is that of v'Mv."""
+        """M + M', rounded once per entry; exact if M is symmetric. Its definiteness is that of v'Mv."""
         with np.errstate(over="ignore"):
             total = self.M + self.M.T
         return total.tocsr() if is_sparse(self.M) else total
@@ -63,12 +63,12 @@ class Subject:
         return np.asarray(self.M.toarray()) if self.n <= DENSE else None
 
     def whole(self) -> list[list[int]]:
-        """M as whole numbers, multiplied by a power of two; for n up to DENSE."""
+        """M as integers, multiplied by a power of two; for n up to DENSE."""
         assert self.dense is not None
         return sums.integers(self.dense)
 
     def whole_symmetric_part(self) -> list[list[int]]:
-        """M + M' as whole numbers, multiplied by a power of two; for n up to DENSE."""
+        """M + M' as integers, multiplied by a power of two; for n up to DENSE."""
         A = self.whole()
         return [
             [a + b for a, b in zip(row, column, strict=True)]
@@ -81,7 +81,7 @@ class Subject:
         return elimination.definiteness(self.whole_symmetric_part(), self.check)
 
     def form_is(self, holds: Callable[[int], bool], v: Vector) -> bool:
-        """Whether `holds` is true of the sign of v'Mv, -1, 0 or 1, which is decided exactly; False if undecided."""
+        """Whether `holds` is true for the sign of v'Mv, -1, 0 or 1, determined exactly; False if undecided."""
         if not np.isfinite(v).all() or not v.any():
             return False
         with np.errstate(over="ignore", invalid="ignore"):
@@ -99,10 +99,10 @@ class Subject:
 
 
 def signs(A: Matrix, d: Vector, check: Callable[[], None]) -> Vector:
-    """The sign of every component of A d, -1, 0 or 1, decided exactly, for finite A of shape (n, n), d of shape (n,).
+    """The sign of every component of A d, -1, 0 or 1, exactly, for finite A of shape (n, n) and d of shape (n,).
 
-    In double precision where the rounding error cannot change it, which for d = e and entries on a common grid there
-    is none of; else in exact arithmetic. `check` is called for each row of that, and may raise Late.
+    In double precision where the rounding error cannot change it (it is zero for d = e and entries on a common grid),
+    else in exact arithmetic. `check` is called for each row of the latter, and may raise Late.
     """
     n = d.size
     with np.errstate(over="ignore", invalid="ignore"):
@@ -127,7 +127,7 @@ def _sign_of_row(A: Matrix, i: int, d: Vector) -> int:
 
 
 def _sums_exactly(A: Matrix, largest: float) -> bool:
-    """Whether sums of entries no larger than `largest` in all are free of rounding: all are multiples of one unit."""
+    """Whether sums of entries totalling at most `largest` are free of rounding: all are multiples of a common unit."""
     if not 0 < largest < np.inf:
         return False
     entries = A.data if is_sparse(A) else A

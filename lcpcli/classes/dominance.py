@@ -1,9 +1,9 @@
-"""H+ and M-matrices: generalized strict diagonal dominance, shown by a positive scaling of the columns.
+"""H+ and M-matrices: generalized strict diagonal dominance, proved by a positive scaling of the columns.
 
 M with positive diagonal is an H+-matrix if its comparison matrix C (|M_ii| on the diagonal, -|M_ij| off it) is a
 nonsingular M-matrix, that is, if C d > 0 for some d > 0 (A. Berman and R. J. Plemmons, Nonnegative matrices in the
 mathematical sciences, SIAM 1994, chapter 6). There is no such d if C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0.
-d and v are found in double precision, and what they show is decided exactly.
+d and v are computed in double precision and verified exactly.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from lcpcli.classes.context import Subject, signs
-from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, index_set, shown
+from lcpcli.classes.context import Context, signs
+from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, index_set, shown
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.band import affordable
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
@@ -24,32 +24,32 @@ from lcpcli.rational import elimination
 from lcpcli.typing import Matrix, Vector
 
 EXACT = 64  # n up to which the leading minors of C are computed exactly
-STEPS = 300  # of power iteration towards a v that excludes d
-NEGLIGIBLE = 1e-9  # of the largest component of v: taken for zero
+STEPS = 300  # of power iteration for a v that rules out d
+NEGLIGIBLE = 1e-9  # of the largest component of v: treated as zero
 SLACK = 2.0**-30
 KRYLOV_STEPS = 2000
 
 
-def h_plus(subject: Subject) -> Verdict:
+def h_plus(context: Context) -> Verdict:
     """Positive diagonal, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row for some d > 0."""
-    low = np.flatnonzero(subject.diagonal <= 0)
+    low = np.flatnonzero(context.diagonal <= 0)
     if low.size:
-        return Verdict(NO, f"M[{low[0]}][{low[0]}] = {subject.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
-    return _scaled_dominance(matrices.comparison(subject.M), subject.check)
+        return Verdict(NO, f"M[{low[0]}][{low[0]}] = {context.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
+    return _scaled_dominance(matrices.comparison(context.M), context.check)
 
 
-def m_matrix(subject: Subject) -> Verdict:
+def m_matrix(context: Context) -> Verdict:
     """Nonsingular M-matrix: a Z-matrix that is an H+-matrix."""
-    if subject.yes("z_matrix", "h_plus"):
+    if context.yes("z_matrix", "h_plus"):
         return Verdict(YES, "it is a Z-matrix and an H+-matrix")
-    for name, called in (("z_matrix", "Z-matrix"), ("h_plus", "H+-matrix")):
-        if subject.no(name):
-            return Verdict(NO, f"it is no {called}")
-    return Verdict(OPEN, "it is not decided whether it is an H+-matrix")
+    for name, called in (("z_matrix", "a Z-matrix"), ("h_plus", "an H+-matrix")):
+        if context.no(name):
+            return Verdict(NO, f"it is not {called}")
+    return Verdict(UNDECIDED, "whether it is an H+-matrix is not decided")
 
 
 def h_plus_part(S: Matrix, check: Callable[[], None]) -> bool:
-    """Whether S, the sum of M and M' without rounding, is shown to be an H+-matrix."""
+    """Whether S, the sum of M and M' without rounding, is proved to be an H+-matrix."""
     return bool(S.diagonal().min() > 0) and _scaled_dominance(matrices.comparison(S), check).word == YES
 
 
@@ -57,13 +57,13 @@ def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
     n = C.shape[0]
     row = signs(C, np.ones(n), check)
     if (row > 0).all():
-        return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1) will do", vector=np.ones(n))
+        return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=np.ones(n))
     if (row <= 0).all():
         return _excluded(np.ones(n))
     for d in _scalings(C, check):
         if np.isfinite(d).all() and (d > 0).all() and (signs(C, d, check) > 0).all():
             return Verdict(
-                YES, f"the columns of M scaled by d = {shown(d)} make it strictly diagonally dominant", vector=d
+                YES, f"scaling the columns of M by d = {shown(d)} makes it strictly diagonally dominant", vector=d
             )
     v = _perron(C, check)
     if v.any() and (signs(C, v, check) <= 0).all():
@@ -73,10 +73,10 @@ def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
 
         order = elimination.first_nonpositive(integers(matrices.dense(C)), check)
         if order is None:
-            return Verdict(YES, "the leading principal minors of its comparison matrix are positive, exactly computed")
+            return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")
         indices = tuple(range(order))
         return Verdict(NO, f"the minor {index_set(indices)} of its comparison matrix is not positive", indices)
-    return Verdict(OPEN, "no scaling d was found, nor a vector that excludes one")
+    return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
 
 
 def _excluded(v: Vector) -> Verdict:
@@ -84,9 +84,9 @@ def _excluded(v: Vector) -> Verdict:
 
 
 def _scalings(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
-    """Candidates for d: C d = D 1, or (C - SLACK D) d = D 1, with room for rounding where d ranges widely.
+    """Candidates for d: C d = D 1, or (C - SLACK D) d = D 1, with a margin for rounding if d varies widely.
 
-    D is the diagonal. Solved by a factorization where that is sure to be affordable.
+    D is the diagonal. Solved by a factorization if that is certainly affordable.
     """
     diagonal = np.asarray(C.diagonal())
     everything = np.arange(diagonal.size)
@@ -124,7 +124,7 @@ def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
 
 
 def _perron(C: Matrix, check: Callable[[], None]) -> Vector:
-    """About the Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J; D v can be less than |off| v."""
+    """Approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J; D v can be less than |off| v."""
     diagonal = np.asarray(C.diagonal())
     v = np.ones(diagonal.size)
     for _ in range(STEPS):

@@ -1,4 +1,4 @@
-"""Classes that the entries show: symmetric, skew-symmetric, Z and strictly diagonally dominant matrices."""
+"""Classes decided by the entries: symmetric, skew-symmetric, Z and strictly diagonally dominant matrices."""
 
 from __future__ import annotations
 
@@ -6,36 +6,36 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lcpcli.classes.context import Subject, signs
+from lcpcli.classes.context import Context, signs
 from lcpcli.classes.verdict import NO, YES, Verdict
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
 
 
-def symmetric(subject: Subject) -> Verdict:
+def symmetric(context: Context) -> Verdict:
     """M' = M."""
-    if matrices.is_symmetric(subject.M):
-        return Verdict(YES, "M' = M, entry by entry")
+    if matrices.is_symmetric(context.M):
+        return Verdict(YES, "M' = M, entrywise")
     with np.errstate(over="ignore"):
-        i, j = _first(subject.M - subject.M.T)
-    return Verdict(NO, f"M[{i}][{j}] = {subject.M[i, j]:.6g}, M[{j}][{i}] = {subject.M[j, i]:.6g}", (i, j))
+        i, j = _first(context.M - context.M.T)
+    return Verdict(NO, f"M[{i}][{j}] = {context.M[i, j]:.6g}, M[{j}][{i}] = {context.M[j, i]:.6g}", (i, j))
 
 
-def skew_symmetric(subject: Subject) -> Verdict:
+def skew_symmetric(context: Context) -> Verdict:
     """M' = -M."""
-    total = subject.symmetric_part
+    total = context.symmetric_part
     if not (total.data if is_sparse(total) else total).any():
-        return Verdict(YES, "M' = -M, entry by entry")
+        return Verdict(YES, "M' = -M, entrywise")
     i, j = _first(total)
     if i == j:
-        return Verdict(NO, f"M[{i}][{i}] = {subject.M[i, i]:.6g} is not 0", (i,))
-    return Verdict(NO, f"M[{i}][{j}] = {subject.M[i, j]:.6g}, M[{j}][{i}] = {subject.M[j, i]:.6g}", (i, j))
+        return Verdict(NO, f"M[{i}][{i}] = {context.M[i, i]:.6g} is not 0", (i,))
+    return Verdict(NO, f"M[{i}][{j}] = {context.M[i, j]:.6g}, M[{j}][{i}] = {context.M[j, i]:.6g}", (i, j))
 
 
-def z_matrix(subject: Subject) -> Verdict:
+def z_matrix(context: Context) -> Verdict:
     """No positive entry off the diagonal."""
-    M = subject.M
+    M = context.M
     if is_sparse(M):
         coordinates = M.tocoo()
         positive = np.flatnonzero((coordinates.data > 0) & (coordinates.row != coordinates.col))
@@ -50,12 +50,12 @@ def z_matrix(subject: Subject) -> Verdict:
     return Verdict(NO, f"M[{i}][{j}] = {M[i, j]:.6g} is positive", (i, j))
 
 
-def strictly_diagonally_dominant(subject: Subject) -> Verdict:
+def strictly_diagonally_dominant(context: Context) -> Verdict:
     """|M_ii| > sum of |M_ij|, j != i, for every row i."""
-    i = weak_row(subject.M, subject.check)
+    i = weak_row(context.M, context.check)
     if i is None:
-        return Verdict(YES, "in every row the diagonal entry is larger than all others together")
-    return Verdict(NO, f"row {i}: the diagonal entry is not larger than all others together", (i,))
+        return Verdict(YES, "in every row |M_ii| exceeds the sum of the other |M_ij|")
+    return Verdict(NO, f"row {i}: |M_ii| does not exceed the sum of the other |M_ij|", (i,))
 
 
 def weak_row(M: Matrix, check: Callable[[], None]) -> int | None:
@@ -65,7 +65,7 @@ def weak_row(M: Matrix, check: Callable[[], None]) -> int | None:
 
 
 def _first(A: Matrix) -> tuple[int, int]:
-    """Row and column of the first nonzero entry of A, which has one."""
+    """Row and column of the first nonzero entry of a nonzero A."""
     if is_sparse(A):
         coordinates = A.tocoo()
         k = int(np.flatnonzero(coordinates.data)[0])

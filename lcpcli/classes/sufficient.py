@@ -2,12 +2,12 @@
 complementarity problem, Linear Algebra and its Applications 114/115 (1989) 231-249).
 
 M is column sufficient if z_i (Mz)_i <= 0 for all i implies that all are 0, and row sufficient if M' is column
-sufficient. Both imply P0. Small matrices are decided exactly: let z be an exception whose support P is the smallest, I
+sufficient. Both imply P0. Small matrices are decided exactly: let z be a counterexample of smallest support P, I
 the indices with z_i (Mz)_i < 0, and J the others in P. M_PP + T is singular for the diagonal T of -(Mz)_i / z_i. Its
 determinant is a sum over the principal minors from J to P, each times a positive number; in a P0-matrix they are
 therefore all 0, and M_PP + T is singular for every T >= 0 with support in I. No null vector of it vanishes on I, as it
-could be subtracted from z to make P smaller. So the null space of M_PP + t diag(1_I), t > 0, has an exception; it is
-enough to look at all I and P.
+could be subtracted from z to make P smaller. So the null space of M_PP + t diag(1_I), t > 0, has a counterexample; it
+suffices to examine all I and P.
 """
 
 from __future__ import annotations
@@ -18,52 +18,52 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from lcpcli.classes.context import Subject
-from lcpcli.classes.verdict import NO, OPEN, YES, Verdict, as_floats, index_set, shown
+from lcpcli.classes.context import Context
+from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, as_floats, index_set, shown
 from lcpcli.rational import elimination, linear
 
-EXACT = 8  # n up to which all pairs of index sets are looked at
+EXACT = 8  # n up to which all pairs of index sets are examined
 
 
-def column_sufficient(subject: Subject) -> Verdict:
-    """z_i (Mz)_i <= 0 for all i only where all are 0."""
-    return _implied(subject) or _decided(subject, subject.whole, "Mz")
+def column_sufficient(context: Context) -> Verdict:
+    """z_i (Mz)_i <= 0 for all i only if all are 0."""
+    return _implied(context) or _decided(context, context.whole, "Mz")
 
 
-def row_sufficient(subject: Subject) -> Verdict:
-    """z_i (M'z)_i <= 0 for all i only where all are 0."""
-    if subject.yes("symmetric"):
-        own = subject.verdicts["column_sufficient"]
+def row_sufficient(context: Context) -> Verdict:
+    """z_i (M'z)_i <= 0 for all i only if all are 0."""
+    if context.yes("symmetric"):
+        own = context.verdicts["column_sufficient"]
         return Verdict(own.word, "it is symmetric, so this is column sufficiency", own.indices, own.vector)
-    return _implied(subject) or _decided(subject, lambda: list(map(list, zip(*subject.whole(), strict=True))), "M'z")
+    return _implied(context) or _decided(context, lambda: list(map(list, zip(*context.whole(), strict=True))), "M'z")
 
 
-def _implied(subject: Subject) -> Verdict | None:
+def _implied(context: Context) -> Verdict | None:
     for name, called in (("p_matrix", "a P-matrix"), ("positive_semidefinite", "positive semidefinite")):
-        if subject.yes(name):
+        if context.yes(name):
             return Verdict(YES, f"it is {called}")
-    if subject.no("p0_matrix"):
-        witness = subject.verdicts["p0_matrix"]
-        return Verdict(NO, "it is no P0-matrix", witness.indices, witness.vector)
+    if context.no("p0_matrix"):
+        witness = context.verdicts["p0_matrix"]
+        return Verdict(NO, "it is not a P0-matrix", witness.indices, witness.vector)
     return None
 
 
-def _decided(subject: Subject, matrix: Callable[[], elimination.Rows], product: str) -> Verdict:
-    if subject.n > EXACT:
-        return Verdict(OPEN, f"3^{subject.n} pairs of index sets are too many, and no sufficient condition was found")
-    if not subject.yes("p0_matrix"):
-        return Verdict(OPEN, "it is not decided whether it is a P0-matrix")
+def _decided(context: Context, matrix: Callable[[], elimination.Rows], product: str) -> Verdict:
+    if context.n > EXACT:
+        return Verdict(UNDECIDED, f"3^{context.n} pairs of index sets are too many; no sufficient condition was found")
+    if not context.yes("p0_matrix"):
+        return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
     A = matrix()
-    for P in _subsets(range(subject.n)):
+    for P in _subsets(range(context.n)):
         block = [[A[i][j] for j in P] for i in P]
         if elimination.determinant(block):
             continue
         for inside in _subsets(range(len(P))):
-            subject.check()
+            context.check()
             z = _exception(block, set(inside))
             if z is not None:
-                return _no(subject, P, z, product)
-    return Verdict(YES, f"no z on any of {2**subject.n - 1} index sets is an exception, exactly computed")
+                return _no(context, P, z, product)
+    return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
 
 
 def _exception(block: elimination.Rows, inside: set[int]) -> list[Fraction] | None:
@@ -74,12 +74,12 @@ def _exception(block: elimination.Rows, inside: set[int]) -> list[Fraction] | No
     return next((z for z in free if any(z[i] for i in inside)), None)
 
 
-def _no(subject: Subject, P: tuple[int, ...], u: list[Fraction], product: str) -> Verdict:
+def _no(context: Context, P: tuple[int, ...], u: list[Fraction], product: str) -> Verdict:
     floats = as_floats(u)
     claim = f"z_i ({product})_i <= 0 for all i and < 0 for one"
     if floats is None:
-        return Verdict(NO, f"{claim}, for a z with support {index_set(P)}, exactly computed", P)
-    z = np.zeros(subject.n)
+        return Verdict(NO, f"{claim}, for a z with support {index_set(P)}, in exact arithmetic", P)
+    z = np.zeros(context.n)
     z[list(P)] = floats
     return Verdict(NO, f"{claim}, z = {shown(z)}", P, z)
 

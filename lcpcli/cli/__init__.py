@@ -1,1 +1,1 @@
-"""The command lcp. Its commands are one a module, imported when they are asked for."""
+"""The command lcp: one module per command, imported on demand."""

@@ -20,14 +20,14 @@ DEFAULT_SUITE = "quick"
 TIME_LIMIT = 10.0
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
-OF_ONE_NAME = {peer.partition("-")[0]: "all of that name" for peer in PEERS if "-" in peer}
+OF_ONE_NAME = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
 EXITS = {
-    0: "measured, whatever failed",
-    1: "a solver claimed what is not so",
-    2: "bad usage or bad input, told in one line",
-    130: "interrupted; --resume goes on from what -o has kept",
+    0: "measured, even if runs failed",
+    1: "a solver made a false claim",
+    2: "usage or input error (one-line message)",
+    130: "interrupted; --resume continues what -o has saved",
 }
-EPILOG = "Times are medians of repeats. A solution counts only if its residual, recomputed, is at most --accept."
+EPILOG = "Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept."
 
 
 @click.command(
@@ -47,7 +47,7 @@ EPILOG = "Times are medians of repeats. A solution counts only if its residual, 
     "Problems",
     "suite",
     {
-        "SUITE": f"A suite of those below.  [default: {DEFAULT_SUITE}]",
+        "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
         "FILE": "A problem, as for lcp compare, but not standard input.",
     },
     metavar="[SUITE|FILE]...",
@@ -62,15 +62,15 @@ EPILOG = "Times are medians of repeats. A solution counts only if its residual, 
     metavar="NAME",
     multiple=True,
     shell_complete=candidates.one_of({**PEERS, **OF_ONE_NAME}),
-    help="Another solver to measure, if it is installed; repeat it for more. What stands before a dash means all of "
-    "that name.  [default: none]",
+    help="Another solver to measure, if it is installed; repeatable. The part before a dash selects all of that name."
+    "  [default: none]",
 )
 @numeric("Stopping", TOL)
 @option(
     "Stopping",
     "--time-limit",
     type=click.FLOAT,
-    help=f"Seconds that a run may take.  [seconds > 0; default {TIME_LIMIT:g}]",
+    help=f"Time limit of each run.  [seconds > 0; default {TIME_LIMIT:g}]",
 )
 @numeric("Measuring", ACCEPT)
 @numeric("Measuring", BUDGET)
@@ -79,18 +79,18 @@ EPILOG = "Times are medians of repeats. A solution counts only if its residual, 
     "--resume",
     metavar="FILE",
     shell_complete=candidates.files(".json"),
-    help="Go on with the bench in this file, which -o has written as JSON.",
+    help="Resume the bench in this JSON file, written by -o.",
 )
 @format_option(FORMATS, "table")
-@output_file("Keep the results there too, as they come, in the format of its ending.")
+@output_file("Also save the results to this file as they come, in the format of its suffix.")
 @option(
     "Output",
     "--plot",
     metavar="FILE",
     shell_complete=candidates.files(),
-    help="Draw profiles, errors against time and growth, as .png, .svg or .pdf.",
+    help="Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf.",
 )
-@option("Output", "-q", "--quiet", is_flag=True, help="Print nothing, not even what runs.")
+@option("Output", "-q", "--quiet", is_flag=True, help="Print nothing, not even progress.")
 def bench(**given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
     from lcpcli.cli import bench_session

@@ -1,4 +1,4 @@
-"""lcp bench from parsed options to an exit code: start or resume, measure, keep, show."""
+"""lcp bench from parsed options to an exit code: start or resume, measure, save, show."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from lcpcli.options import ACCEPT, BUDGET, TIME_LIMIT, TOL, flag
 from lcpcli.report.figures import drawing as figures
 
 MEASURING = (TOL, TIME_LIMIT, ACCEPT, BUDGET)
-ASKED = ("suite", "methods", "peers", "tol", "time_limit", "accept", "budget")  # what a resumed bench knows already
+ASKED = ("suite", "methods", "peers", "tol", "time_limit", "accept", "budget")  # fixed by the record of a resumed bench
 
 
 def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> int:
-    """Run the bench that was asked for, with these defaults; return the exit code."""
+    """Run the requested bench, with these defaults; return the exit code."""
     output = None if given["output"] == "-" else given["output"]
     kept = {output: form_of(output, otherwise="")} if output is not None else {}
     for path in (output, given["plot"]):
@@ -44,7 +44,7 @@ def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: f
     else:
         record = _resume(given)
         if output is not None and kept[output] != "json" and same_file(output, given["resume"]):
-            raise OptionError(output, "holds the record", "choose another place for the output")
+            raise OptionError(output, "holds the record", "choose another file for the output")
         if record.pending():
             kept = {given["resume"]: "json"} | kept
     _refuse_overwriting(record, [*kept, *filter(None, [given["plot"]])])
@@ -67,7 +67,7 @@ def _tell_how_to_go_on(record: Record, kept: dict[str, str]) -> None:
     done = len(record.measurements)
     left = sum(len(solvers) for _, solvers in record.pending())
     file = next((path for path, form in kept.items() if form == "json"), None)
-    hint = f"; go on with lcp bench --resume {file}" if file else "; with -o FILE.json it could go on"
+    hint = f"; resume with lcp bench --resume {file}" if file else "; with -o FILE.json it could be resumed"
     click.echo(f"lcp bench: interrupted after {done} of {done + left} measurements{hint}", err=True)
 
 
@@ -76,7 +76,7 @@ def _start(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit
     numbers = {option.name: given[option.name] for option in MEASURING}
     options.check(MEASURING, numbers)
     if numbers["time_limit"] == math.inf:
-        raise OptionError("--time-limit", "is infinite", "give a number of seconds, which a failure counts as")
+        raise OptionError("--time-limit", "is infinite", "give a number of seconds; a failure counts as that")
     defaults = {"time_limit": time_limit, "budget": suites.budget_of(asked)}
     for name, value in numbers.items():
         if value is None:
@@ -90,7 +90,7 @@ def _resume(given: dict[str, Any]) -> Record:
         if given[name] not in (None, ()):
             place = "SUITE" if name == "suite" else flag(name.removesuffix("s"))
             raise OptionError(
-                place, "has no effect with --resume, which goes on as the bench was started", "leave it out"
+                place, "has no effect with --resume, which keeps the options of the bench", "leave it out"
             )
     record = records.read(given["resume"])
     if record.pending():
@@ -101,11 +101,11 @@ def _resume(given: dict[str, Any]) -> Record:
 def _refuse_overwriting(record: Record, paths: Sequence[str]) -> None:
     for path in paths:
         if any(case.file and same_file(path, case.file) for case in record.cases):
-            raise OptionError(path, "holds a problem", "choose another place for the output")
+            raise OptionError(path, "holds a problem", "choose another file for the output")
 
 
 def _measure(record: Record, kept: dict[str, str], quiet: bool) -> bool:
-    """Measure all that is pending, keeping each measurement as it comes; whether that was interrupted."""
+    """Measure all that is pending, saving each measurement as it comes; return whether that was interrupted."""
     files = {path: form for path, form in kept.items() if Path(path).is_file() or not Path(path).exists()}
     _keep(record, files)
     left = sum(len(solvers) for _, solvers in record.pending())

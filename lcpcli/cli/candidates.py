@@ -1,7 +1,7 @@
-"""What may be typed next, for the completion of a shell: words, and files with certain endings.
+"""Candidates for shell completion: words, and files with certain suffixes.
 
-Nothing heavy is imported. A completer is the `shell_complete` of an option or argument; a file among what it offers is
-an item of the type "file".
+Nothing heavy is imported. A completer is the `shell_complete` of an option or argument; files among its candidates are
+items of the type "file".
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from lcpcli.files.formats import COMPRESSED, FORMATS
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-PROBLEMS = (*FORMATS, COMPRESSED)  # the endings of problem files
-VECTORS = (*PROBLEMS, ".txt")  # the endings of files that hold a vector
+PROBLEMS = (*FORMATS, COMPRESSED)  # the suffixes of problem files
+VECTORS = (*PROBLEMS, ".txt")  # the suffixes of files that hold a vector
 
 Completer = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
 
 
 def words(meanings: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
-    """The words that begin so, with what they mean."""
+    """The words that begin like this, with their meanings."""
     from click.shell_completion import CompletionItem
 
     return [CompletionItem(word, help=told) for word, told in meanings.items() if word.startswith(incomplete)]
 
 
 def one_of(meanings: Mapping[str, str], endings: Iterable[str] = ()) -> Completer:
-    """Complete one of the words, or a file with one of the endings if there are any."""
+    """Complete one of the words, or a file with one of the suffixes if there are any."""
 
     def complete(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
         return words(meanings, incomplete) + (_paths(incomplete, tuple(endings)) if endings else [])
@@ -40,12 +40,12 @@ def one_of(meanings: Mapping[str, str], endings: Iterable[str] = ()) -> Complete
 
 
 def files(*endings: str) -> Completer:
-    """Complete a file with one of the endings, or with any if there are none."""
+    """Complete a file with one of the suffixes, or any file if there are none."""
     return lambda _, __, incomplete: _paths(incomplete, endings)
 
 
 def _paths(incomplete: str, endings: tuple[str, ...]) -> list[CompletionItem]:
-    """The folders, and files with one of the endings, whose path begins so; hidden ones only if a dot asks for them."""
+    """The folders, and files with one of the suffixes, whose path begins like this; hidden ones only after a dot."""
     folder, start = os.path.split(incomplete)
     try:
         with os.scandir(os.path.expanduser(folder) or ".") as entries:  # noqa: PTH111 (Path drops a leading ./)
@@ -54,7 +54,7 @@ def _paths(incomplete: str, endings: tuple[str, ...]) -> list[CompletionItem]:
                 for entry in entries
                 if entry.name.startswith(start)
                 and (start or not entry.name.startswith("."))
-                and entry.name.isprintable()  # the answer to a shell is lines
+                and entry.name.isprintable()  # the reply to the shell consists of lines
                 and (entry.is_dir() or not endings or entry.name.casefold().endswith(endings))
             ]
     except OSError:

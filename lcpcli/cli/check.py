@@ -1,4 +1,4 @@
-"""lcp check: judge an answer, whoever gave it."""
+"""lcp check: verify a proposed solution."""
 
 from __future__ import annotations
 
@@ -12,53 +12,53 @@ from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric
 from lcpcli.errors import OptionError
 from lcpcli.options import TOL
-from lcpcli.report.judged import FORMATS
+from lcpcli.report.verification import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.verify.verification import Judgement
+    from lcpcli.verify.verification import Verification
 
 
 @click.command(
     cls=Command,
-    short_help="Judge an answer, whoever gave it.",
+    short_help="Verify a proposed solution.",
     examples=(
         "lcp solve problems/bimatrix.json --exact -o result.json",
         "lcp check problems/bimatrix.json result.json",
         "lcp check problems/bimatrix.json result.json --exact --format json",
     ),
-    exits={0: "the answer stands", 1: "it does not", 2: "bad usage or bad input, told in one line"},
+    exits={0: "the answer is correct", 1: "it is not", 2: "usage or input error (one-line message)"},
 )
 @argument(
-    "Problem and answer",
+    "Problem and solution",
     "paths",
     {
         "FILE [Q_FILE]": "As for lcp solve.",
-        "SOLUTION": "A result of lcp solve in JSON, of several the first, or z as a list in JSON, one row or column of "
-        "numbers, or as numbers here: 1,0,15/29; fractions are read everywhere. A result with fractions is judged "
-        "by these, one with a proof that there is no z >= 0 with Mz + q >= 0 by that proof. - is standard input.",
+        "SOLUTION": "A result of lcp solve in JSON (the first of several), or z as a list in JSON, as a row or column "
+        "of numbers, or as numbers here: 1,0,15/29; fractions are allowed. Of a result with fractions, these are "
+        "verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof. - is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
     shell_complete=candidates.files(*candidates.VECTORS),
 )
-@numeric("Judging", TOL)
-@option("Judging", "--exact", is_flag=True, help="Judge in rational arithmetic, decimals as written; no tolerance.")
+@numeric("Verification", TOL)
+@option("Verification", "--exact", is_flag=True, help="Verify in rational arithmetic, decimals taken as written.")
 @format_option(FORMATS, "table")
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> int:
-    """Judge the answer in SOLUTION to the problem in FILE, or in FILE and Q_FILE."""
+    """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
-        raise click.UsageError("give a file of the problem, one of q if it is apart, and one of the solution")
+        raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
     if exact and tol is not None:
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
     session.refuse_twice(paths)
-    judgement = _judgement(paths[:-1], paths[-1], tol, exact)
-    from lcpcli.report import judged
+    verification = _verification(paths[:-1], paths[-1], tol, exact)
+    from lcpcli.report.verification import render
 
-    output.emit(judged.render(judgement, form), color=False)
-    return judgement.exit_code
+    output.emit(render(verification, form), color=False)
+    return verification.exit_code
 
 
-def _judgement(problem_paths: tuple[str, ...], solution: str, tol: float | None, exact: bool) -> Judgement:
+def _verification(problem_paths: tuple[str, ...], solution: str, tol: float | None, exact: bool) -> Verification:
     from lcpcli import options
     from lcpcli.files import reading
     from lcpcli.rational.numbers import rounded
@@ -72,10 +72,10 @@ def _judgement(problem_paths: tuple[str, ...], solution: str, tol: float | None,
         if tol is not None:
             raise OptionError("--tol", "has no effect on a proof", "leave it out")
         if data:
-            return verification.judge_farkas_exactly(data, answer.values, is_rounded=not answer.exact)
-        return verification.judge_farkas(problem, answer.values)
+            return verification.verify_farkas_exactly(data, answer.values, is_rounded=not answer.exact)
+        return verification.verify_farkas(problem, answer.values)
     if data:
-        judged = verification.judge_exactly(data, answer.values, answer.w)
+        verified = verification.verify_exactly(data, answer.values, answer.w)
     else:
-        judged = verification.judge(problem, rounded(answer.values), tol or TOL.value)
-    return replace(judged, message=f"{judged.message}; {answer.claim}") if answer.claim else judged
+        verified = verification.verify(problem, rounded(answer.values), tol or TOL.value)
+    return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified

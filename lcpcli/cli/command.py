@@ -1,7 +1,7 @@
-"""What every command of lcp is made of: help in sections, and a likely word for an unknown one.
+"""Base classes of the commands of lcp: help in sections, and suggestions for unknown words.
 
 A command's help opens with one sentence and examples; then come its arguments and options under the headings that
-they are declared with, what it takes by name, and its exit codes.
+they are declared with, the names that it accepts, and its exit codes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from lcpcli.errors import likely, quoted
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-VARIABLE = "_LCP_COMPLETE"  # of the environment; holds what a shell asks for, as `bash_complete`
+VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 HELP = "Help"  # the heading of options that click declares
 WIDEST_TERM = 26  # columns; the meaning of a longer term begins on the next line
 
@@ -27,7 +27,7 @@ Rows = Sequence[tuple[str, str]]
 
 
 class Option(click.Option):
-    """An option that help shows under a heading."""
+    """An option listed in help under a heading."""
 
     def __init__(self, *names: Any, heading: str, **attributes: Any) -> None:
         super().__init__(*names, **attributes)
@@ -35,7 +35,7 @@ class Option(click.Option):
 
 
 class Argument(click.Argument):
-    """An argument that help shows under a heading: each of its words with what it means."""
+    """An argument listed in help under a heading: each of its words with its meaning."""
 
     def __init__(self, *names: Any, heading: str, words: Mapping[str, str], **attributes: Any) -> None:
         super().__init__(*names, **attributes)
@@ -48,14 +48,14 @@ def option(heading: str, *names: str, **attributes: Any) -> Callable[[Declared],
 
 
 def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Callable[[Declared], Declared]:
-    """Declare an argument under a heading, with what its words mean; the rest is as for `click.argument`."""
+    """Declare an argument under a heading, with the meanings of its words; the rest is as for `click.argument`."""
     return click.argument(name, cls=Argument, heading=heading, words=words, **attributes)
 
 
 class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
-    """One of several words. An unknown one is answered with the likely one.
+    """One of several words. The error for an unknown one suggests the most likely.
 
-    meanings : the words with what they mean, which shells show beside them.
+    meanings : the words with their meanings, which shells show beside them.
     """
 
     def __init__(self, meanings: Mapping[str, str]) -> None:
@@ -76,9 +76,9 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
 class Command(click.Command):
     """A command whose help has sections.
 
-    examples : command lines that run where the shipped problems are.
-    lists : what can be given by name: under each heading, the names with what they mean.
-    exits : the exit codes with what they mean.
+    examples : command lines that run next to the folder of the shipped problems.
+    lists : the names that are accepted: under each heading, the names with their meanings.
+    exits : the exit codes with their meanings.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Command(click.Command):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            # Of -tol, click's parser tells -t alone.
+            # For -tol, click's parser reports only -t.
             name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
             name = name.partition("=")[0]
             known = [flag for param in self.get_params(ctx) for flag in param.opts if flag.startswith("--")]
@@ -115,7 +115,7 @@ class Command(click.Command):
                 formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
-        """What help shows after the examples: under each heading, terms with what they mean."""
+        """What help shows after the examples: under each heading, terms with their meanings."""
         tables: dict[str, list[tuple[str, str]]] = {}
         for param in self.get_params(ctx):
             rows = tables.setdefault(getattr(param, "heading", HELP), [])
@@ -129,11 +129,11 @@ class Command(click.Command):
 
 
 class Commands(UserDict[str, click.Command]):
-    """Commands by name, each imported when it is asked for: the command c is c in lcpcli.cli.c."""
+    """Commands by name, each imported on demand: the command c is c in lcpcli.cli.c."""
 
     def __init__(self, names: Iterable[str]) -> None:
         super().__init__()
-        self.data = {name: click.Command(name) for name in names}  # their names alone count
+        self.data = {name: click.Command(name) for name in names}  # only the names are used
 
     def __getitem__(self, name: str) -> click.Command:
         if name not in self.data:
@@ -143,7 +143,7 @@ class Commands(UserDict[str, click.Command]):
 
 
 class Group(Command, click.Group):
-    """A group of commands; an unknown one is answered with the likely one."""
+    """A group of commands; the error for an unknown one suggests the most likely."""
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
         commands = [(name, command.get_short_help_str(100)) for name, command in self.commands.items()]

@@ -29,12 +29,12 @@ AS_PUBLISHED = ("fixed-point", "shi")
     ),
     lists={"Methods": meanings()},
     exits={**EXITS, 0: "every method solved every problem"},
-    epilog="An option goes to the methods that have it. Errors are against a known solution, else one found before.",
+    epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one.",
 )
 @argument(
     "Problem",
     "files",
-    {"FILE": "As for lcp solve, M and q in one; - is standard input.  [default: the paper's two examples]"},
+    {"FILE": "As for lcp solve, with M and q in one file; - is standard input.  [default: the paper's two examples]"},
     metavar="[FILE]...",
     nargs=-1,
     shell_complete=candidates.files(*candidates.PROBLEMS),

@@ -1,4 +1,4 @@
-"""The exit codes of lcp, with what they mean."""
+"""Exit codes of lcp."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""lcp inspect: what a problem is, and which methods are therefore guaranteed."""
+"""lcp inspect: the classes and the diagnosis of a problem, and which methods are therefore guaranteed."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from lcpcli.cli.options import format_option, output_file, problem_file
 from lcpcli.cli.output import emit, form_of
 from lcpcli.cli.session import refuse_clashes
 
-FORMATS = {"table": "for people", "json": "one object, for scripts"}
+FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
 SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 
 
 @click.command(
     cls=Command,
-    short_help="Say what a problem is.",
+    short_help="Classify and diagnose a problem.",
     examples=(
         "lcp inspect problems/paper-example-2.json",
         "lcp make kostreva -n 5 | lcp inspect -",
         "lcp inspect problems/bimatrix.json --time-limit 10 -o bimatrix-classes.json",
     ),
-    exits={0: "inspected", 2: "bad usage or bad input, told in one line"},
-    epilog='A class is "yes" or "no" only where rounding cannot have decided it.',
+    exits={0: "inspected", 2: "usage or input error (one-line message)"},
+    epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer.',
 )
 @problem_file
 @option(
@@ -31,13 +31,13 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
     "--time-limit",
     type=click.FLOAT,
     default=options.INSPECTION_SECONDS,
-    help="Begin nothing further that takes time after this many seconds.  "
+    help="Start no further expensive computation after this many seconds.  "
     f"[seconds > 0; default {options.INSPECTION_SECONDS:g}]",
 )
 @format_option(FORMATS)
 @output_file()
 def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None) -> int:
-    """Tell the classes of M, how well it is scaled, and which methods are guaranteed to solve the problem."""
+    """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
     output = None if output == "-" else output
     form = form or form_of(output, SUFFIXES)

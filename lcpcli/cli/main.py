@@ -1,6 +1,6 @@
-"""The command lcp: how it starts, and how it ends. Errors become one line on standard error and exit code 2.
+"""The command lcp: start-up and exit. Errors become one line on standard error and exit code 2.
 
-Nothing but the standard library is imported before Ctrl-C is taken care of.
+Only the standard library is imported before the handler of Ctrl-C is set.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def main() -> None:
     except (ImportError, MemoryError) as error:
         sys.exit(_complain_of_loading(error))
     if sys.stdout is None:  # closed by the caller
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 (os.devnull is no path on Windows)
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 (os.devnull is not a path on Windows)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
@@ -32,12 +32,12 @@ def main() -> None:
 
 @contextlib.contextmanager
 def _ending_at_once() -> Iterator[None]:
-    """Have Ctrl-C end the process without a word, as long as there is nothing to report or to tidy up."""
+    """Let Ctrl-C end the process silently while there is nothing to report or to clean up."""
     usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     try:
         if usual:
             signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
-    except ValueError:  # only the main thread may, and only it gets signals
+    except ValueError:  # only the main thread may set handlers, and only it receives signals
         usual = False
     yield
     if usual:
@@ -77,16 +77,16 @@ def _run() -> int:
     except SystemExit:
         if sys.stdout is output:
             raise
-        return CLOSED_PIPE  # as click, which wraps the stream then, has found
-    except OSError as error:  # files turn theirs into an LCPError
+        return CLOSED_PIPE  # detected by click, which then wraps the stream
+    except OSError as error:  # errors of files have become an LCPError
         if error.filename is not None:
             return _complain(f"lcp: {error.filename}: {error.strerror}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _complain(f"lcp: standard output cannot be written ({error.strerror}); choose another place with -o")
+        return _complain(f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o")
 
 
 def _complain(message: str, code: int = 2) -> int:
-    """Print one line on standard error, if that can be done; return the exit code."""
+    """Print one line on standard error, if possible; return the exit code."""
     readable = "".join(mark if mark.isprintable() else repr(mark)[1:-1] for mark in message)
     if sys.stderr is not None:  # closed by the caller
         try:
@@ -97,12 +97,12 @@ def _complain(message: str, code: int = 2) -> int:
 
 
 def _complain_of_loading(error: BaseException) -> int:
-    """Tell of a library that does not load, also for want of memory, by what led to its error: libraries wrap a page of
-    advice around that."""
+    """Report a library that fails to load, possibly for lack of memory, by the root cause of its error: libraries wrap
+    a page of advice around it."""
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
     fault = _one_line(str(error) or type(error).__name__)
-    return _complain(f"lcp: {fault}; is memory short, or the installation broken?", 1)
+    return _complain(f"lcp: {fault}; out of memory, or is the installation broken?", 1)
 
 
 def _one_line(message: str) -> str:

@@ -1,4 +1,4 @@
-"""lcp make: a problem of the gallery, or of a quadratic program or a game, or what there is in the gallery."""
+"""lcp make: write a gallery problem or the problem of a quadratic program or game, or list the gallery."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 @click.command(
     cls=Command,
-    short_help="Write a problem of the gallery, of a program or of a game.",
+    short_help="Write a gallery problem, or that of a quadratic program or game.",
     examples=(
         "lcp make --list",
         "lcp make obstacle -n 100 | lcp solve -",
         "lcp make murty",
         "lcp make harker-pang -n 50 --seed 3 --set symmetric=true -o problem.npz",
     ),
-    exits={0: "written", 2: "bad usage, told in one line"},
-    epilog="The same arguments give the same problem. JSON and NPZ tell its known solutions too, and of a program or a "
-    "game what it takes for lcp solve to tell the minimum or the equilibrium. A program has the keys Q and c, "
-    "and A, b and free (indices of unrestricted variables) if need be; a game A and B, and rows and columns (names).",
+    exits={0: "written", 2: "usage error (one-line message)"},
+    epilog="The same arguments give the same problem. JSON and NPZ also hold its known solutions and, for a program or "
+    "a game, what lcp solve needs to report the minimizer or the equilibrium. A program has the keys Q and c, and "
+    "optionally A, b and free (indices of free variables); a game A and B, and optionally rows and columns (names).",
 )
 @argument(
     "Family",
     "family",
-    {"FAMILY": "What lcp make --list shows, with the class of M and the parameters."},
+    {"FAMILY": "One of those that lcp make --list shows with their parameters and the class of M."},
     required=False,
     shell_complete=candidates.one_of(gallery.FAMILIES),
 )
 @option("Family", "--list", "listed", is_flag=True, help="List the families instead of writing a problem.")
-@option("Problem", "-n", "n", type=int, help="Number of unknowns, about.  [default: 10, or as many as the family has]")
-@option("Problem", "--seed", type=int, help="Which random numbers, if any.  [whole number >= 0; default 0]")
+@option("Problem", "-n", "n", type=int, help="Approximate number of unknowns.  [default: 10, or the family's own]")
+@option("Problem", "--seed", type=int, help="Seed of the random numbers, if any.  [whole number >= 0; default 0]")
 @option(
     "Problem",
     "--set",
     "settings",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Set a parameter of the family; repeat it for more.",
+    help="Set a parameter of the family; repeatable.",
 )
 @option(
     "Quadratic program or game, in place of a family",
@@ -68,7 +68,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     shell_complete=candidates.files(),
     help="The payoffs A and B of two players, in JSON.",
 )
-@output_file("Write to a .json, .npz, .csv or .mtx file, whole or not at all.  [default: JSON to standard output]")
+@output_file("Write to a .json, .npz, .csv or .mtx file, completely or not at all.  [default: JSON to standard output]")
 def make(
     family: str | None,
     n: int | None,
@@ -79,7 +79,7 @@ def make(
     output: str | None,
     listed: bool,
 ) -> int:
-    """Write a problem of FAMILY, a family of the gallery, or of a quadratic program or a game."""
+    """Write a problem of FAMILY, a family of the gallery, or that of a quadratic program or a game."""
     given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings or None}
     sources = {"--from-qp": from_qp, "--from-game": from_game}
     if listed:
@@ -96,7 +96,7 @@ def make(
         raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
     parameters = _parameters(family, settings)
     if seed is not None and not gallery.is_random(family):
-        raise OptionError("--seed", f"has no effect on {family}, whose numbers are fixed", "leave it out")
+        raise OptionError("--seed", f"has no effect on {family}, which has no random entries", "leave it out")
     _write(partial(gallery.make, family, n, seed or 0, **parameters), output)
     return 0
 
@@ -133,7 +133,7 @@ def _show_list() -> int:
         for name, told in gallery.FAMILIES.items()
     ]
     width, color = terminal()
-    emit(listing(("family", "class of M", "parameters", "what it is"), rows, width, color), color)
+    emit(listing(("family", "class of M", "parameters", "description"), rows, width, color), color)
     return 0
 
 
@@ -164,7 +164,7 @@ def _value(name: str, text: str, kind: type) -> Any:
             raise ValueError
         return WORDS[text.casefold()] if kind is bool else kind(text)
     except (KeyError, ValueError):
-        raise OptionError("--set", f"{quoted(text)} is no value of {name}", f"give {KINDS[kind]}") from None
+        raise OptionError("--set", f"{quoted(text)} is not a value of {name}", f"give {KINDS[kind]}") from None
 
 
 def _text(value: Any) -> str:

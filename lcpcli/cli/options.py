@@ -1,4 +1,4 @@
-"""The options of the commands that solve: declared once, and turned into what the driver takes."""
+"""The options of the commands that solve: declared once, and converted to the arguments of the driver."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from lcpcli.typing import Vector
 
 STARTS = {
-    "x0": "Start x = (z - w) / 2: comma-separated, in a file or from a result.  [default: the problem's, else 0]",
+    "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",
     **{name: meaning for method in METHODS.values() for name, meaning in method.vectors.items()},
-    "z0": "Start given as z instead, with w = Mz + q.  [default: see --x0]",
+    "z0": "Starting point given as z, with w = Mz + q.  [default: see --x0]",
 }
 
 EXITS = {
     0: "solved",
     1: "not solved",
-    2: "bad usage or bad input, told in one line",
+    2: "usage or input error (one-line message)",
     3: "proved to have no solution",
     130: "interrupted; the best iterate is reported",
 }
@@ -51,20 +51,20 @@ def solving(command: Command) -> Command:
             "Proof",
             "--bound",
             is_flag=True,
-            help="Prove how far z can be from the solution, at more cost than solving.",
+            help="Prove a bound on the error of z; more expensive than solving.",
         ),
         format_option(FORMATS),
-        option("Output", "--trace", is_flag=True, help="Add the iterates to JSON; the other formats show them anyway."),
+        option("Output", "--trace", is_flag=True, help="Add the iterates to JSON; the other formats always show them."),
         numeric("Output", EVERY),
         option(
             "Output",
             "--plot",
             metavar="FILE",
             shell_complete=candidates.files(),
-            help="Draw error against time and iteration: .png, .svg, .pdf, or - for here.",
+            help="Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal.",
         ),
         output_file(),
-        option("Output", "-q", "--quiet", is_flag=True, help="Print nothing; the exit code tells."),
+        option("Output", "-q", "--quiet", is_flag=True, help="Print nothing; the exit code reports the outcome."),
     ]
     for declare in reversed(declarations):
         command = declare(command)
@@ -72,18 +72,18 @@ def solving(command: Command) -> Command:
 
 
 def problem_file(command: Command) -> Command:
-    """Declare the problem of a command that takes one: its file, and one of q where that is apart."""
+    """Declare the problem of a command that takes one: its file, and that of q if it is separate."""
     complete = candidates.files(*candidates.PROBLEMS)
     file = {
         "FILE": "M and q as JSON, NPZ or CSV with the columns [M | q], or M alone, also as .mtx; - is standard input."
     }
-    q_file = {"Q_FILE": "q, where FILE holds M alone; the formats may differ."}
+    q_file = {"Q_FILE": "q, if FILE contains M alone; the formats may differ."}
     command = argument("Problem", "q_file", q_file, required=False, shell_complete=complete)(command)
     return argument("Problem", "file", file, shell_complete=complete)(command)
 
 
 def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
-    """The declaration of --format, one of these; without a default, None leaves it to the ending of -o."""
+    """The declaration of --format, one of these; without a default, None leaves it to the suffix of -o."""
     told = ", ".join(f"{name} ({meaning})" for name, meaning in formats.items())
     return option(
         "Output",
@@ -92,12 +92,12 @@ def format_option(formats: Mapping[str, str], default: str | None = None) -> Dec
         metavar="FORMAT",
         type=Choice(formats),
         default=default,
-        help=f"{told}.  [default: {default or 'by the ending of -o, else table'}]",
+        help=f"{told}.  [default: {default or 'by the suffix of -o, else table'}]",
     )
 
 
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
-    """The declaration of --method where it can be repeated, for a purpose."""
+    """The declaration of a repeatable --method, for a purpose."""
     return option(
         heading,
         "--method",
@@ -105,12 +105,12 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
         metavar="NAME",
         multiple=True,
         type=Choice(meanings()),
-        help=f"A method to {purpose}, of those below; repeat it for more.  [default: {', '.join(default)}]",
+        help=f"A method to {purpose}, from the list below; repeatable.  [default: {', '.join(default)}]",
     )
 
 
 def output_file(
-    meaning: str = "Write to a file instead, whole or not at all.  [default: standard output]",
+    meaning: str = "Write to a file instead, completely or not at all.  [default: standard output]",
 ) -> Declaration:
     """The declaration of -o."""
     return option(
@@ -130,7 +130,7 @@ def _additions() -> list[Declaration]:
             f"Methods {' and '.join(iterative)}",
             f"--{name}/--no-{name}",
             default=None,
-            help=f"Let it {meaning}.  [default: --no-{name}]",
+            help=f"{meaning}  [default: --no-{name}]",
         )
         for name, meaning in ADDITIONS.items()
     ]
@@ -145,20 +145,20 @@ def _starts() -> list[Declaration]:
 
 
 def limits(given: dict[str, Any]) -> Limits:
-    """The limits among the given options; a default for each that is not given."""
+    """The limits among the given options, with defaults for the others."""
     from lcpcli.solving.limits import Limits
 
     return Limits(**{limit.name: given[limit.name] for limit in LIMITS if given[limit.name] is not None})
 
 
 def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -> list[dict[str, Any]]:
-    """For each method, those of the given options that it has; an option that none of them has is an OptionError."""
+    """For each method, the given options that it has; OptionError for an option that no method has."""
     chosen = {name: given[name] for name in (*OPTIONS, *STARTS) if given[name] is not None}
     for name in STARTS:
         if name in chosen:
             chosen[name] = _vector(name, chosen[name], problem.n)
     if "x0" in chosen and "z0" in chosen:
-        raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
+        raise OptionError("--z0", "gives the starting point, and so does --x0", "leave one out")
     chosen |= {name: given[name] for name in ADDITIONS if given[name] is not None}
     known = [{"x0", "z0", *parameters_of(name), *(ADDITIONS if METHODS[name].iterates else ())} for name in names]
     for name in chosen:
@@ -171,7 +171,7 @@ def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -
 
 
 class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
-    """A number, or the word that stands for one derived from the problem."""
+    """A number, or the word for one derived from the problem."""
 
     name = "number|auto"
 

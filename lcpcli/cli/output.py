@@ -1,4 +1,4 @@
-"""Where results go, and in which format: found consistent before any work is done."""
+"""Where results go, and in which format: checked for consistency before any computation."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
 
-MOST_ROWS = 60  # of one method in a table, unless --every asks for more
-FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows even on a low one, and lines that are not rows
+MOST_ROWS = 60  # of one method in a table, unless --every is given
+FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows shown even on a small one, and lines that are not rows
 MOST_POINTS = 400  # of one method in a figure
-HERE = "-"  # in place of a file for the figure: draw it on standard output
+HERE = "-"  # as the file of the figure: draw it on standard output
 
 
 class Output:
-    """What is to be shown, in which format and where, found consistent before any work is done."""
+    """What is shown, in which format and where; checked for consistency before any computation."""
 
     def __init__(
         self,
@@ -56,7 +56,7 @@ class Output:
             raise OptionError("--bound", "has no effect with --quiet", "leave it out")
         for flag, wanted in (("--bound", bound), ("--exact", exact)):
             if wanted and self.form == "csv":
-                raise OptionError(flag, "has no effect on the format csv, which shows iterates alone", "leave it out")
+                raise OptionError(flag, "has no effect on the format csv, which shows only iterates", "leave it out")
         options.check((EVERY,), {"every": every})
         if output is not None:
             from lcpcli.files.atomic_write import refuse_unwritable
@@ -66,7 +66,7 @@ class Output:
         self._every, self._compared = every, compared
 
     def trace(self, problem: Problem, width: int | None) -> Trace | None:
-        """An empty trace for a run whose iterates will be shown in that width, to keep only what will be read."""
+        """An empty trace for a run whose iterates are shown in that width; it keeps only what is shown."""
         if not self._iterates:
             return None
         from lcpcli.solving.trace import Trace
@@ -80,7 +80,7 @@ class Output:
         return Trace(every, most, components, residuals=not problem.solutions)
 
     def _most(self, width: int | None) -> int:
-        """How many rows are shown at most: what a screen holds below the result, where one result is all there is."""
+        """The largest number of rows shown: for a single result, what a screen holds below it."""
         if width is None or self._compared:
             return MOST_ROWS
         from shutil import get_terminal_size
@@ -89,27 +89,27 @@ class Output:
 
 
 def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwise: str = " or give --format") -> str:
-    """The format that an output file's ending asks for; without an ending, the table.
+    """The format that belongs to an output file's suffix; without a suffix, the table.
 
-    otherwise : what else the user may do about an ending that is none of the suffixes.
+    otherwise : what else the user may do if the suffix is not a known one.
     """
     ending = Path(output or "").suffix.lower()
     if ending not in suffixes:
         endings = ", ".join(known for known in suffixes if known)
-        raise OptionError(str(output), f"the ending {ending} is no format", f"use {endings}{otherwise}")
+        raise OptionError(str(output), f"the suffix {ending} is not a format", f"use {endings}{otherwise}")
     return suffixes[ending]
 
 
 class Plot:
-    """The figure of error against time and iteration that is wanted, if any, and of what levels of error to take note.
+    """The requested figure of error against time and iteration, if any, and the levels of error to record.
 
-    path : a file whose ending tells the format, "-" for a drawing in characters, None for no figure.
-    levels : errors, relative to the solution, to note when they are first reached.
+    path : a file whose suffix gives the format, "-" for a character plot, None for no figure.
+    levels : errors, relative to the solution, whose first attainment is recorded.
     """
 
     def __init__(self, path: str | None, levels: tuple[float, ...]) -> None:
         self.path, self.levels = path, levels
-        self.timed = path is not None or bool(levels)  # whether anybody reads how long it took to get where
+        self.timed = path is not None or bool(levels)  # whether times along the way are reported
         if path is None:
             return
         from lcpcli.report.figures import drawing as figures
@@ -122,7 +122,7 @@ class Plot:
             refuse_unwritable(path)
 
     def curve(self, problem: Problem) -> Trace | None:
-        """An empty trace for what is drawn of a run, and for the levels."""
+        """An empty trace for the curve of a run and for the levels."""
         levels = self.levels if problem.solutions else ()
         if self.path is None and not levels:
             return None
@@ -136,7 +136,7 @@ class Plot:
         return Trace(1, MOST_POINTS, none, residuals=not problem.solutions, levels=levels)
 
     def show(self, runs: Sequence[Sequence[Result]]) -> None:
-        """Draw the runs, those on one problem in one panel."""
+        """Draw the runs, one panel per problem."""
         if self.path is None:
             return
         from lcpcli.files import atomic_write
@@ -155,7 +155,7 @@ class Plot:
 
 
 def terminal() -> tuple[int | None, bool]:
-    """Width and colour of standard output; no width where it is no terminal, no colour where that is not wanted."""
+    """Width and colour of standard output; no width if it is not a terminal, no colour if that is disabled."""
     if not sys.stdout.isatty():
         return None, False
     color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
@@ -165,7 +165,7 @@ def terminal() -> tuple[int | None, bool]:
 
 
 def emit(text: str, color: bool) -> None:
-    """Print to standard output; a reader who has closed it wants no more, and is told nothing."""
+    """Print to standard output; if its reader has closed it, exit silently."""
     try:
         click.echo(text, nl=False, color=color)
         sys.stdout.flush()

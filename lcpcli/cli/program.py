@@ -1,4 +1,4 @@
-"""The commands of lcp under one name, with their options and help. Nothing that they need to work is loaded here."""
+"""The command group lcp, with options and help. Nothing that its commands compute with is loaded here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What runs now and how far it is, on standard error. No thread draws it, as that would disturb the times."""
+"""Progress on standard error. It is not drawn by a thread, which would disturb the timings."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from lcpcli.bench.suites import Case
 
 
-SILENT = 1.0  # seconds in which a run shows nothing
+SILENT = 1.0  # seconds before a run shows progress
 ERASE = "\r\x1b[K"
 
 
 def wanted(quiet: bool) -> bool:
-    """Whether anything moving is to be shown: on a terminal that can take it back, unless silence was asked for."""
+    """Whether progress is shown: on a terminal that can erase it, unless output is to be quiet."""
     return not quiet and sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
 
 class Line:
-    """How a run goes: one line that is rewritten in place, from the second second on, and gone at the end."""
+    """Progress of a run: one line, rewritten in place, shown after the first second and erased at the end."""
 
     def __init__(self) -> None:
         self._drawn = False
@@ -37,11 +37,11 @@ class Line:
         if self._drawn:
             self._write(ERASE)
 
-    def tell(self, method: str, k: int, level: float, seconds: float) -> None:
-        """Show the method, its iteration, about how large the relative residual is, and for how long it has run."""
+    def tell(self, method: str, k: int, bound: float, seconds: float) -> None:
+        """Show the method, its iteration, the approximate relative residual, and the time so far."""
         if seconds < SILENT:
             return
-        size = f"relative residual about {level:.1e}  " if level < math.inf else ""
+        size = f"relative residual about {bound:.1e}  " if bound < math.inf else ""
         text = f"{method}  k = {k}  {size}{seconds:.1f} s"
         self._drawn = True
         self._write(ERASE + text[: _columns() - 1])
@@ -60,7 +60,7 @@ def _columns() -> int:
 
 
 class Progress:
-    """A bar that stands still between measurements, and is gone at the end; nothing at all unless `shown`."""
+    """A progress bar, updated only between measurements and erased at the end; nothing unless `shown`."""
 
     def __init__(self, total: int, shown: bool) -> None:
         self._bar = None

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lcpcli.typing import Vector
 
 OF_OUTPUT = ("form", "trace", "every", "output", "quiet", "bound")
-BRIEF, REPEATS = 0.05, 3  # seconds of a run below which, where times are compared, the quickest of so many counts
+BRIEF, REPEATS = 0.05, 3  # shorter runs, in seconds, are timed as the fastest of that many
 Paths = Sequence[tuple[str, str | None]]
 
 
@@ -37,8 +37,8 @@ def run(
 ) -> int:
     """Run the methods on each of the problems, given by their files; show the results; return the worst exit code.
 
-    levels : relative errors to note when they are first reached; with them, and for figures, a problem that brings no
-        solution is solved beforehand, so that there is something to measure errors against.
+    levels : relative errors whose first attainment is recorded; with them, and for figures, a problem without a known
+        solution is solved beforehand to provide the reference for errors.
     exact : prove each result in rational arithmetic.
     """
     output = Output(exact=exact, compared=bool(levels), **{name: given[name] for name in OF_OUTPUT})
@@ -67,7 +67,7 @@ def run(
 def _finished(
     runs: Iterator[tuple[int, Result]], proofs: Sequence[ExactProblem], bounds: Limits, bounded: bool
 ) -> tuple[list[list[Result]], bool]:
-    """The results by problem, with what was to be proved of them, as far as Ctrl-C lets them come; whether it came."""
+    """The results by problem with the proofs requested, those before Ctrl-C if it came, and whether it came."""
     results: dict[int, list[Result]] = {}
     try:
         for i, result in runs:
@@ -88,21 +88,22 @@ def _finished(
 
 
 def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
-    """Results on one problem with what is concluded from them; of a comparison, with whether their claims hold."""
+    """Results on one problem with the conclusions from them and, in a comparison, with their claims verified."""
     from lcpcli.solving.conclusions import concluded, verified
 
     return [verified(result) if compared else result for result in concluded(results)]
 
 
 def _refuse_amiss(paths: Paths, output: Output, plot: Plot) -> None:
-    """Refuse inputs and outputs that are in each other's way."""
+    """Refuse conflicting inputs and outputs."""
     refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
     if plot.path == HERE and output.path is None and output.form != "table":
-        raise OptionError("--plot -", f"would end up amid the {output.form}", "name a file, or write that to one by -o")
+        form = {"markdown": "Markdown", "latex": "LaTeX"}.get(output.form, output.form.upper())
+        raise OptionError("--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o")
 
 
 def _read(paths: Paths, exact: bool) -> tuple[list[Problem], list[ExactProblem]]:
-    """The problems in the files, and where they are needed, the same in rational numbers."""
+    """The problems in the files and, for exact arithmetic, the same in rational numbers."""
     from lcpcli.files import reading
 
     data = [reading.read_exact(*path) for path in paths] if exact else []
@@ -110,7 +111,7 @@ def _read(paths: Paths, exact: bool) -> tuple[list[Problem], list[ExactProblem]]
 
 
 def _show(results: Sequence[Sequence[Result]], output: Output, width: int | None, color: bool, compared: bool) -> None:
-    """Print the results, or write them to the file asked for."""
+    """Print the results, or write them to the output file."""
     if output.silent:
         return
     from lcpcli.files import atomic_write
@@ -132,8 +133,8 @@ def _runs(
     shown: tuple[Output, Plot, int | None],
     watched: bool,
 ) -> Iterator[tuple[int, Result]]:
-    """One result a problem and method, each with the number of its problem; with `warm`, a second one from near the
-    solution."""
+    """One result per problem and method, each with the number of its problem; with `warm`, a second one started near
+    the solution."""
     from lcpcli.methods.registry import METHODS
     from lcpcli.solving import run as driver
 
@@ -159,9 +160,9 @@ def _runs(
 
 
 def _quickest(once: Callable[[], Result], timed: bool) -> Iterator[Result]:
-    """A run, and where its time is read and it is a brief one, the quickest of several.
+    """A run; if it is timed and short, the fastest of several.
 
-    Raises KeyboardInterrupt after the result where a later one was interrupted.
+    Raises KeyboardInterrupt after the result if a repetition was interrupted.
     """
     runs, interrupted = [once()], False
     try:
@@ -176,7 +177,7 @@ def _quickest(once: Callable[[], Result], timed: bool) -> Iterator[Result]:
 
 
 def _proved(data: ExactProblem, results: Sequence[Result], bounds: Limits) -> list[Result]:
-    """Each result with what is proved of it, in what time the run has left."""
+    """Each result with what is proved about it in the time that the run has left."""
     from lcpcli.solving.proof import prove
 
     return [prove(data, result, bounds.time_limit - result.seconds) for result in results]
@@ -196,25 +197,25 @@ def _bounded(result: Result) -> Result:
 
 
 def _referred(problem: Problem, bounds: Limits) -> Problem:
-    """The problem with a solution to measure errors against, if one is found in the time that a run may take."""
+    """The problem with a reference solution for errors, if one is found within the time limit of a run."""
     from lcpcli.solving import reference
 
     return reference.with_reference(problem, min(bounds.time_limit, reference.SECONDS))
 
 
 def refuse_clashes(inputs: Sequence[str], *outputs: str | None) -> None:
-    """Refuse standard input that is to be read twice, and an output that would overwrite a problem or another one."""
+    """Refuse to read standard input twice, and outputs that would overwrite a problem or each other."""
     refuse_twice(inputs)
     written = [output for output in outputs if output is not None]
     for output in written:
         if any(same_file(output, name) for name in inputs):
-            raise OptionError(output, "holds the problem", "choose another place for the output")
+            raise OptionError(output, "holds the problem", "choose another file for the output")
     if len(written) > 1 and Path(written[0]).absolute() == Path(written[1]).absolute():
-        raise OptionError("--plot", "goes to the same file as --output", "choose another place for one")
+        raise OptionError("--plot", "goes to the same file as --output", "choose another file for one")
 
 
 def refuse_twice(paths: Sequence[str | None]) -> None:
-    """Raise OptionError if standard input stands for two files."""
+    """Raise OptionError if standard input is given for two files."""
     from lcpcli.files import reading
 
     if paths.count(reading.STANDARD_INPUT) > 1:

@@ -34,9 +34,9 @@ from lcpcli.methods.registry import meanings
     type=Choice(meanings()),
     default="auto",
     show_default=True,
-    help="How to solve it, one of the methods below.",
+    help="Solution method, one of those listed below.",
 )
-@option("Proof", "--exact", is_flag=True, help="Prove the answer in rational arithmetic, decimals taken as written.")
+@option("Proof", "--exact", is_flag=True, help="Prove the result in rational arithmetic, decimals taken as written.")
 @solving
 def solve(file: str, q_file: str | None, method: str, exact: bool, **given: Any) -> int:
     """Solve the problem in FILE, or prove that it has no solution."""

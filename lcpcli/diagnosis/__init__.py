@@ -1,1 +1,1 @@
-"""What a problem is, as far as it can be found out without solving it, and which methods must therefore work."""
+"""Diagnosis of a problem without solving it, and which methods are therefore guaranteed to work."""

@@ -1,9 +1,9 @@
-"""How fast Schäfer's fixed point iteration must converge, and how fast it does.
+"""The convergence rate of Schäfer's fixed point iteration, from theory and measured.
 
 With T = (omega I + M)^-1 (omega I - M), the iteration is x' = T |x| - (omega I + M)^-1 q. As | |x| - |y| | <= |x - y|,
-each step shrinks the Euclidean distance to the solution by the factor |T|_2 or more, which for symmetric M is the
+each step reduces the Euclidean distance to the solution at least by the factor |T|_2, which for symmetric M is the
 maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981). Near a solution
-without x*_i = 0 the iteration is linear, and the factor is in the end the spectral radius of T S, S = diag(sign x*).
+without x*_i = 0 the iteration is linear, and the asymptotic factor is the spectral radius of T S, S = diag(sign x*).
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 MOST_FORMED = 1000  # n up to which the matrix T is formed
-FEWEST = 8  # iterates from which a rate is taken
+FEWEST = 8  # iterates needed to determine a rate
 
 
 @dataclass(frozen=True)
 class Contraction:
-    """Factors by which an error shrinks in an iteration.
+    """Convergence factors: the reduction of the error per iteration.
 
-    bound : |T|_2. local : the spectral radius of T S; None where some x*_i is 0, and the iteration has kinks there.
+    bound : |T|_2. local : the spectral radius of T S; None if some x*_i is 0, where the iteration has a kink.
     """
 
     bound: float
@@ -34,9 +34,9 @@ class Contraction:
 
 
 def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
-    """The factors that theory gives at the solution x = (z - w) / 2, shape (n,), in units of z.
+    """The theoretical factors at the solution x = (z - w) / 2, shape (n,), in units of z.
 
-    None where n is above MOST_FORMED or omega I + M is singular. It costs the eigenvalues and singular values of an
+    None if n is above MOST_FORMED or omega I + M is singular. It computes the eigenvalues and singular values of an
     n-by-n matrix.
     """
     if problem.n > MOST_FORMED:
@@ -50,7 +50,7 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
 
 
 def bound(M: Matrix, omega: float) -> float | None:
-    """|T|_2 for M of shape (n, n), n up to MOST_FORMED; None where omega I + M is singular, or T overflows."""
+    """|T|_2 for M of shape (n, n), n up to MOST_FORMED; None if omega I + M is singular or T overflows."""
     try:
         T = _iteration_matrix(M, omega)
         return float(np.linalg.norm(T, 2)) if np.isfinite(T).all() else None
@@ -65,10 +65,10 @@ def _iteration_matrix(M: Matrix, omega: float) -> Vector:
 
 
 def measured(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
-    """The factor by which errors fall in an iteration, by least squares on their logarithms.
+    """The reduction of the error per iteration, by least squares on the logarithms of the errors.
 
-    Taken from the first error below `largest` to the last one above `smallest`, so that neither the start nor rounding
-    counts; None where these are fewer than FEWEST iterates.
+    From the first error below `largest` to the last one above `smallest`, to exclude the initial phase and rounding;
+    None for fewer than FEWEST iterates.
     """
     below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
     above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)

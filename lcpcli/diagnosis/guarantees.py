@@ -2,8 +2,8 @@
 
 The statements are those of the methods' own modules, which name the sources, and hold in exact arithmetic. For
 `fixed-point`, |T|_2 < 1 holds for every omega > 0 if v'Mv > 0 for all v != 0, since |(omega I + M)v|^2 exceeds
-|(omega I - M)v|^2 by 4 omega v'Mv, and Bai (2010) has convergence for H+-matrices where omega is no smaller than the
-diagonal. For `shi`, level sets are bounded for P-matrices, whose F is a homeomorphism.
+|(omega I - M)v|^2 by 4 omega v'Mv, and Bai (2010) has convergence for H+-matrices if omega is at least the largest
+diagonal entry. For `shi`, level sets are bounded for P-matrices, whose F is a homeomorphism.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lcpcli.classes.verdict import NO, OPEN, YES, Verdict
+from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
 
-SETTLED = 12  # unknowns up to which the exhaustive search of milp always ends, see enumeration.NODES
+SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see enumeration.NODES
 
 Classes = dict[str, Verdict]
 
@@ -30,7 +30,7 @@ CALLED = {
 
 @dataclass(frozen=True)
 class Guarantee:
-    """word : YES, NO or OPEN, where the classes that decide are not decided. reason : why, as a clause."""
+    """word : YES, NO or UNDECIDED, if the decisive classes are not decided. reason : why, as a clause."""
 
     word: str
     reason: str
@@ -46,7 +46,7 @@ def guarantees(classes: Classes, n: int, largest: float) -> dict[str, Guarantee]
 
 def _guarantee(method: Method, classes: Classes, n: int, largest: float) -> Guarantee:
     if method.most is not None and n > method.most:
-        return Guarantee(NO, f"it is for at most {method.most} unknowns")
+        return Guarantee(NO, f"it is limited to {method.most} unknowns")
     if ANY in method.guaranteed:
         incomplete = f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
         return Guarantee(YES, method.guaranteed[ANY] + incomplete * (n > SETTLED))
@@ -54,19 +54,19 @@ def _guarantee(method: Method, classes: Classes, n: int, largest: float) -> Guar
     if OMEGA in method.options and only_h_plus:
         if largest <= OMEGA.value:
             return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
-        return Guarantee(NO, f"M is an H+-matrix, for which --omega auto is: {largest:.6g}, the largest diagonal entry")
+        return Guarantee(NO, f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry")
     return _by_class(classes, method.guaranteed)
 
 
 def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
-    """The first class that M belongs to decides; `gains` describes what each class is good for."""
+    """The first class that M belongs to decides; `gains` states what each class guarantees."""
     if not gains:
-        return Guarantee(OPEN, "no theorem about it is known here")
+        return Guarantee(UNDECIDED, "no theorem about it is known here")
     for name, gain in gains.items():
         if classes[name].word == YES:
             return Guarantee(YES, f"M is {CALLED[name]}: {gain}")
-    undecided = [CALLED[name] for name in gains if classes[name].word == OPEN]
+    undecided = [CALLED[name] for name in gains if classes[name].word == UNDECIDED]
     if undecided:
-        return Guarantee(OPEN, f"it is not decided whether M is {' or '.join(undecided)}")
+        return Guarantee(UNDECIDED, f"whether M is {' or '.join(undecided)} is not decided")
     named = [CALLED[name] for name in gains]
     return Guarantee(NO, f"M is {'not' if len(named) == 1 else 'neither'} {' nor '.join(named)}")

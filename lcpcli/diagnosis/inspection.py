@@ -1,4 +1,4 @@
-"""What a problem is: the classes of M with evidence, how hard it is, and which methods must work."""
+"""Diagnosis of a problem: the classes of M with evidence, its difficulty, and which methods are guaranteed."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from lcpcli.options import INSPECTION_SECONDS
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """What is found out about one problem. None stands for what was too dear to find out.
+    """The diagnosis of one problem. None for quantities that are too expensive to compute.
 
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : of M and of R M C. spectrum : of a symmetric M.
     published, best : of `fixed-point`, with omega = 1 and with `--omega auto`.
-    obvious : the answer, where M and q show it at a glance; else "".
+    obvious : the answer, if it is evident from M and q; else "".
     """
 
     problem: Problem
@@ -46,9 +46,9 @@ class Inspection:
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def inspect(problem: Problem, seconds: float = INSPECTION_SECONDS) -> Inspection:
-    """Look at a problem for about so many seconds: nothing further that takes time is begun after that.
+    """Inspect a problem for about that many seconds: no expensive computation is started after that.
 
-    A sparse M is made dense only where it is small. A factorization that has begun is not interrupted.
+    A sparse M is made dense only if it is small. A factorization in progress is not interrupted.
     """
     deadline = time.perf_counter() + seconds
 

@@ -1,4 +1,4 @@
-"""Facts about M that tell how hard a problem is and what it costs: scaling, condition, spectrum, factorization."""
+"""Facts about M that determine difficulty and cost: scaling, condition, spectrum, factorization."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EIGEN = 500  # n up to which all eigenvalues are computed
 
 @dataclass(frozen=True)
 class Spread:
-    """By how many decades the largest entries of the rows, and of the columns, differ; rows and columns of 0 apart."""
+    """The range in decades of the largest entries of nonzero rows, and of nonzero columns."""
 
     rows: float
     columns: float
@@ -34,7 +34,7 @@ class Spread:
 class Spectrum:
     """The smallest and the largest eigenvalue of a symmetric M, in units of M.
 
-    estimated : by a few steps of inverse and of power iteration, each right within a factor 3 or so.
+    estimated : by a few steps of inverse and of power iteration, each accurate to a factor of about 3.
     """
 
     smallest: float
@@ -44,9 +44,9 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class Cost:
-    """What M takes in bytes, and its triangular factors in entries and operations.
+    """The storage of M in bytes, and the cost of its triangular factors in entries and operations.
 
-    bandwidth : of a sparse M, once reordered; its factors take no more than what lies within the band. None if dense.
+    bandwidth : of a sparse M after reordering; its factors lie within the band. None if dense.
     """
 
     bytes: int
@@ -56,7 +56,7 @@ class Cost:
 
 
 def nonzeros(M: Matrix) -> int:
-    """How many entries of M are not 0."""
+    """The number of nonzero entries of M."""
     return int(np.count_nonzero(M.data if is_sparse(M) else M))
 
 
@@ -109,12 +109,12 @@ def _sparse_condition(M: Matrix) -> float:
     if not np.isfinite(lu.solve(np.ones(M.shape[0]))).all():
         return math.inf
     inverse = LinearOperator(M.shape, matvec=lu.solve, rmatvec=lambda b: lu.solve(b, "T"), dtype=np.float64)
-    # with one column it starts from no random vector, so that the same matrix gives the same number
+    # with one column it uses no random vector, so that the result is reproducible
     return float(onenormest(inverse, t=1)) * float(abs(M).sum(axis=0).max())
 
 
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
-    """The ends of the spectrum of a symmetric M; estimated of a large one that is positive definite and affordable."""
+    """The ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
     if M.shape[0] <= EIGEN:
         dense = matrices.dense(M)
         if M.shape[0] <= factors.SMALL:
@@ -129,7 +129,7 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
 
 
 def cost(M: Matrix, definite: bool) -> Cost:
-    """The cost of M and of its factorization; a symmetric positive definite one takes half."""
+    """The cost of M and of its factorization; half for a symmetric positive definite one."""
     n = int(M.shape[0])
     if is_sparse(M):
         band, held = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes

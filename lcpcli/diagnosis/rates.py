@@ -1,4 +1,4 @@
-"""How fast `fixed-point` must converge, and what error the smoothing of `shi` leaves, as theory tells beforehand."""
+"""A priori theory: the convergence rate of `fixed-point`, and the smoothing error of `shi`."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ FORMED = 500  # n up to which the iteration matrix is formed
 
 @dataclass(frozen=True)
 class Rate:
-    """One omega of the modulus iteration: the factor |T|_2 by which the error shrinks in each iteration, or more.
+    """One omega of the modulus iteration: the factor |T|_2, which bounds the reduction of the error per iteration.
 
-    iterations : to reduce the error by the default tolerance, at most; None where the factor is not below 1.
-    Both are None where they are not known.
+    iterations : upper bound for reducing the error by the default tolerance; None if the factor is not below 1.
+    Both are None if unknown.
     """
 
     omega: float
@@ -44,7 +44,7 @@ class Smoothing:
 
 
 def rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
-    """The rate for one omega: by the ends of a positive definite spectrum if there are any, else for small M."""
+    """The rate for one omega: by the ends of a positive definite spectrum if known, else for small M."""
     if ends is not None and ends.smallest > 0:
         factor = max(abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest))
         return Rate(omega, factor, _iterations(factor))
@@ -65,7 +65,7 @@ def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
 
 
 def smoothing(problem: Problem) -> Smoothing:
-    """What the default p of `shi` leaves of the difference between F~ and F."""
+    """The difference between F~ and F with the default p of `shi`."""
     p = default_p(problem)
     with np.errstate(over="ignore"):
         return Smoothing(p, math.log(3) / p * _distance_from_identity(problem.M))

@@ -1,4 +1,4 @@
-"""What can be seen of a problem without solving it, and what looks like a mistake in its data."""
+"""Evident solutions, and signs of mistakes in the data of a problem."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from lcpcli.typing import Matrix
 
 BAD_SPREAD = 4.0  # decades
 BAD_CONDITION = 1e12
-NEARLY = 1e-12  # of the largest entry: a difference from the transpose that looks like rounding
+NEARLY = 1e-12  # relative to the largest entry: an asymmetry that looks like rounding
 
 
 def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
-    """The answer where M and q show it at a glance, else ""."""
+    """The answer if it is evident from M and q, else ""."""
     if (problem.q >= 0).all():
-        alone = ", and nothing else does, as M is a P-matrix" if classes["p_matrix"].word == YES else ""
-        return f"q >= 0: z = 0 solves it{alone}"
+        alone = ", the unique one, as M is a P-matrix" if classes["p_matrix"].word == YES else ""
+        return f"q >= 0: z = 0 is a solution{alone}"
     rows = (problem.q < 0) & ~_with_positive_entry(problem)
     if rows.any():
         i = int(np.flatnonzero(rows)[0])
@@ -47,19 +47,19 @@ def hints(
     ends: Spectrum | None,
     check: Callable[[], None],
 ) -> list[str]:
-    """What may be wrong with the data, or helps with them; only where there is evidence. `check` may raise Late."""
+    """Possible mistakes in the data, and advice on them; only with evidence. `check` may raise Late."""
     found = []
     before, after = spread
     if before.largest > BAD_SPREAD and after.largest < before.largest - 1:
         found.append(
-            f"badly scaled: the largest entries of rows or columns differ by {before.largest:.1f} decades, "
-            f"by {after.largest:.1f} once equilibrated; use auto, or --scale with shi and fixed-point"
+            f"badly scaled: the largest entries of rows or columns vary by {before.largest:.1f} decades, "
+            f"by {after.largest:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
         )
     if condition is not None and BAD_CONDITION < condition < math.inf:
         digits = min(math.log10(condition), 16.0)
-        found.append(f"ill-conditioned, even once equilibrated: about {digits:.0f} digits of z may be lost")
+        found.append(f"ill-conditioned, even after equilibration: about {digits:.0f} digits of z may be lost")
     if ends is not None and classes["positive_semidefinite"].word == NO and _by_rounding(ends, problem.n):
-        found.append("M misses being positive semidefinite by no more than rounding: it may have been meant to be")
+        found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")
     if classes["symmetric"].word == NO:
         found += _transposed(problem, classes, check)
     return found
@@ -70,14 +70,14 @@ def _by_rounding(ends: Spectrum, n: int) -> bool:
 
 
 def _transposed(problem: Problem, classes: dict[str, Verdict], check: Callable[[], None]) -> list[str]:
-    """Whether M looks like the transpose of what was meant, or is symmetric but for rounding."""
+    """Whether M looks like the transpose of the intended matrix, or is symmetric up to rounding."""
     M = problem.M
     with np.errstate(over="ignore"):
         difference = abs(M - M.T).max()
     if difference <= NEARLY * abs(M).max():
-        return ["M is symmetric but for rounding: if it was meant to be, make it so, which halves the work"]
+        return ["M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
     if classes["strictly_diagonally_dominant"].word == NO and weak_row(_transpose(M), check) is None:
-        return ["strictly diagonally dominant by columns, not by rows: if rows were meant to be, M is transposed"]
+        return ["strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed"]
     return []
 
 

@@ -1,1 +1,1 @@
-"""Problems, answers and outputs in files. One format, one module, imported when it is met, one line in `formats`."""
+"""Problems, solutions and outputs in files: one module per format, imported on demand, and one line in `formats`."""

@@ -1,4 +1,4 @@
-"""Output files appear whole or not at all."""
+"""Atomic output: files are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from lcpcli.errors import OptionError
 
 
 def refuse_unwritable(path: str) -> None:
-    """Raise OptionError if `write_whole` could not write there, so that no work is done in vain.
+    """Raise OptionError if `write_whole` could not write there, before anything is computed.
 
-    A file is made and removed there, as nothing else tells: permissions do not hold for root, nor on a read-only disk.
+    A file is created and removed there, the only reliable test: permissions say nothing about root or read-only disks.
     """
     from tempfile import TemporaryFile
 
@@ -28,7 +28,7 @@ def refuse_unwritable(path: str) -> None:
         if target.is_dir():
             raise OptionError(path, "is a directory", "name a file")
         if not target.parent.is_dir():
-            raise OptionError(path, f"there is no folder {target.parent}", "make it first")
+            raise OptionError(path, f"there is no folder {target.parent}", "create it first")
         if _is_special(target):
             if not os.access(target, os.W_OK):
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
@@ -42,12 +42,12 @@ def refuse_unwritable(path: str) -> None:
 
 
 def write_whole(path: str, content: str | bytes) -> None:
-    """Write a file by way of a temporary one beside it; devices and pipes are written directly."""
+    """Write a file through a temporary one beside it; devices and pipes are written directly."""
     write_together({path: content})
 
 
 def write_together(contents: Mapping[str, str | bytes]) -> None:
-    """Write several files as `write_whole` does, none of them put in its place before all are complete."""
+    """Write several files as `write_whole` does; none is moved into place before all are complete."""
     for path in contents:
         refuse_unwritable(path)
     staged: dict[str, Path] = {}
@@ -71,12 +71,12 @@ def write_together(contents: Mapping[str, str | bytes]) -> None:
 
 @contextlib.contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Put off Ctrl-C and SIGTERM, which would leave temporary files behind, until these are gone."""
+    """Defer Ctrl-C and SIGTERM, which would leave temporary files behind, until these are gone."""
     received: list[int] = []
     usual: dict[signal.Signals, Any] = {}
-    with contextlib.suppress(ValueError):  # only the main thread may, and only it gets signals
+    with contextlib.suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
         for number in (signal.SIGINT, signal.SIGTERM):
-            if signal.getsignal(number) is not None:  # else it is C's, and could not be put back
+            if signal.getsignal(number) is not None:  # else it was not set from Python, and could not be restored
                 usual[number] = signal.signal(number, lambda number, _: received.append(number))
     try:
         yield
@@ -94,19 +94,19 @@ def _encoded(content: str | bytes) -> bytes:
 def _target(path: str) -> Path:
     if _is_special(Path(path)):
         return Path(path)
-    with contextlib.suppress(RuntimeError):  # what pathlib makes of a link to itself before Python 3.13
+    with contextlib.suppress(RuntimeError):  # raised by pathlib for a link to itself before Python 3.13
         target = Path(path).resolve()
-        if not target.is_symlink():  # and this is what it makes of one since then
+        if not target.is_symlink():  # the result for such a link since then
             return target
     raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
 
 
 def _unwritable(path: str, error: OSError) -> OptionError:
-    return OptionError(path, f"cannot be written ({error.strerror})", "choose another place")
+    return OptionError(path, f"cannot be written ({error.strerror})", "choose another location")
 
 
 def _temporary(target: Path, data: bytes) -> Path:
-    """A complete file beside the target, ready to replace it."""
+    """A complete temporary file beside the target, ready to replace it."""
     from tempfile import mkstemp
 
     handle, name = mkstemp(dir=target.parent, prefix=".lcp-")

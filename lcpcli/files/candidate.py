@@ -1,7 +1,7 @@
-"""What a file offers as an answer: a z to be judged, or a Farkas vector, with all its digits.
+"""Proposed solutions in files: a z to be verified, or a Farkas vector, with all digits.
 
-Results in JSON as `lcp solve` writes them, of several the first; lists in JSON; one row or one column of numbers. Next
-to decimals, fractions like 15/29 are read, in JSON as texts. A result that holds exact vectors stands for these.
+Results in JSON as `lcp solve` writes them, of several the first; lists in JSON; one row or one column of numbers.
+Besides decimals, fractions like 15/29 are read, in JSON as strings. Of a result with exact vectors, these are read.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ PARTING = re.compile(r"[\s,;]+")
 
 
 class Candidate(NamedTuple):
-    """An answer to be judged.
+    """A proposed solution or proof of infeasibility, to be verified.
 
-    kind : "solution", a z; "farkas", a vector y that is to prove that there is none.
+    kind : "solution", a z; "farkas", a vector y meant to prove that there is no solution.
     values : the entries, with all digits.
-    exact : whether they are rational numbers from exact arithmetic, and not rounded ones.
-    w : where exact values come with their w, these; else None.
-    claim : what the result says of itself that cannot be judged by the vector; "" if nothing.
+    exact : whether they come from exact arithmetic, unrounded.
+    w : the w given with exact values; else None.
+    claim : a claim of the result that the vector cannot verify; "" if there is none.
     """
 
     kind: Literal["solution", "farkas"]
@@ -38,7 +38,7 @@ class Candidate(NamedTuple):
 
 
 def of_json(content: bytes, n: int) -> Candidate:
-    """The answer, of n entries, in a JSON text."""
+    """The candidate, of n entries, in a JSON text."""
     held = load_first(decode(content), fraction)
     if isinstance(held, list):
         return Candidate("solution", _listed("", held, n))
@@ -52,7 +52,7 @@ def of_json(content: bytes, n: int) -> Candidate:
         return Candidate("solution", _listed("exact.z", exact["z"], n), exact=True, w=w)
     if certificate.get("kind") == "farkas":
         return Candidate("farkas", _listed("certificate.vector", certificate.get("vector"), n))
-    claim = "the proof by exhaustion that it claims holds nothing to check" * (certificate.get("kind") == "exhaustion")
+    claim = "its claimed proof by exhaustion has no certificate to check" * (certificate.get("kind") == "exhaustion")
     return Candidate("solution", _listed("z", held["z"], n), claim=claim)
 
 
@@ -91,7 +91,7 @@ def _entry(field: str, value: Any) -> Fraction:
     if isinstance(value, Fraction):
         return value
     if not isinstance(value, str):
-        raise ProblemError(field, f"is {kind(value)}", "give a number, or a fraction as a text")
+        raise ProblemError(field, f"is {kind(value)}", "give a number, or a fraction as a string")
     try:
         return ratio(value)
     except ProblemError as error:

@@ -1,7 +1,7 @@
-"""Quadratic programs and bimatrix games in JSON, as the LCPs that they lead to.
+"""Quadratic programs and bimatrix games in JSON, reduced to LCPs.
 
-A program is an object with Q and c, and if it has them A and b, and free (indices from 0); a game one with A and B, and
-if they have names rows and columns. Either may have name, source and note.
+A program is an object with Q and c, and optionally A and b, and free (indices from 0); a game one with A and B, and
+optionally rows and columns (names). Either may have name, source and note.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q.
 
-Columns are parted by semicolons, tabs, commas or blanks, whichever the first row has, looked for in this order. A
-header of names, blank lines, lines that begin with #, any line ends and a byte order mark are passed over. Decimals
-have a point.
+Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
+of names, blank lines, lines that begin with # and a byte order mark are skipped; any line endings are accepted. The
+decimal mark is a point.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import Rows
 
 DELIMITERS = (";", "\t", ",")
-NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, and so is no name in a header
+NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 
 
 def parse(content: bytes) -> Problem | Matrix:
@@ -41,7 +41,7 @@ def parse(content: bytes) -> Problem | Matrix:
         raise ProblemError(
             "",
             f"has {count(n, 'row')} of {count(columns, 'column')}",
-            "give n rows of n + 1 columns, M and q, or of n columns, M alone",
+            "give n rows of n + 1 columns (M and q) or of n columns (M alone)",
         )
     return Problem(np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n]))
 
@@ -72,7 +72,7 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: A
 
 
 def render(problem: Problem) -> dict[str, bytes]:
-    """[M | q], one row a line, with all digits."""
+    """[M | q], one row per line, with all digits."""
     M = matrices.dense(problem.M)
     rows = np.column_stack((M, problem.q)).tolist()
     return {"": "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()}
@@ -82,7 +82,7 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
     all_lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and line.lstrip()[0] != "#"]
     if not lines:
-        raise ProblemError("", "holds no numbers", "give one row a line")
+        raise ProblemError("", "contains no numbers", "give one row per line")
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
     first = _fields(*lines[0], delimiter)
     if not any(is_number(entry) or NUMERIC.match(entry) for entry in first):
@@ -100,15 +100,15 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
             raise ProblemError(
                 f"line {number}",
                 f"has {count(len(row), 'column')} where line {lines[0][0]} has {len(rows[0])}",
-                "make all lines equally long",
+                "give every line the same number of columns",
             )
     if not rows:
-        raise ProblemError("", "holds a header and no numbers", "give one row a line below it")
+        raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
     return rows
 
 
 def _refuse_misplaced_q(line: int, header: list[str]) -> None:
-    """A header is passed over, unless it says that q is another column than the last."""
+    """A header is skipped, unless it puts q in a column other than the last."""
     names = [name.strip() for name in header]
     if "q" in names[:-1]:
         place = f"line {line}, column {names.index('q') + 1}"
@@ -133,14 +133,14 @@ def is_number(entry: str) -> bool:
 
 
 def _numeric(entry: str, line: int, column: int, delimiter: str | None) -> str:
-    """The entry, which is a finite number."""
+    """The entry, checked to be a finite number."""
     if is_number(entry) and math.isfinite(float(entry)):
         return entry
     place = f"line {line}, column {column}"
     if not entry.strip():
         raise ProblemError(place, "is empty", "give a number")
     if delimiter != "," and "," in entry and is_number(entry.replace(",", ".", 1)):
-        raise ProblemError(place, f"is {quoted(entry)}, with a decimal comma", "write decimals with a point")
+        raise ProblemError(place, f"is {quoted(entry)}, with a decimal comma", "use a decimal point")
     if is_number(entry):
         raise ProblemError(place, f"is {quoted(entry.strip())}", "give a finite number in double precision")
     raise ProblemError(place, f"is {quoted(entry)}, not a number", "give a number")

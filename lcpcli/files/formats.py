@@ -1,4 +1,4 @@
-"""The formats of problem files, by their suffixes. No numpy is loaded, so that completing a word is instant."""
+"""The formats of problem files, by their suffixes. numpy is not loaded, so that shell completion is instant."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ COMPRESSED = ".mtx.gz"  # read as .mtx
 
 
 class Format(Protocol):
-    """What the module of a format offers. Errors leave the file to be named by the caller."""
+    """Interface of a format's module. Errors do not name the file; the caller adds that."""
 
     def parse(self, content: bytes, /) -> Problem | Matrix:
-        """The problem, or M alone where the file holds no q."""
+        """The problem, or M alone if the file has no q."""
 
     def parse_vector(self, field: str, content: bytes, n: int | None = None, /) -> Vector:
         """A vector of length n, any length if None."""
 
     def parse_exact(self, content: bytes, /) -> tuple[Rows, list[Fraction] | None]:
-        """M and, where the file holds it, q with all decimals, from a content that `parse` has accepted."""
+        """M and, if the file has it, q with all decimals, from content that `parse` has accepted."""
 
     def parse_exact_vector(self, field: str, content: bytes, /) -> list[Fraction]:
-        """The same of a content that `parse_vector` has accepted."""
+        """The same for content that `parse_vector` has accepted."""
 
     def render(self, problem: Problem, /) -> dict[str, bytes]:
-        """What to write: the file itself under "", files beside it under what parts their names from its ending."""
+        """The files to write: the file itself under "", others beside it under the part inserted before its suffix."""
 
 
 def load(name: str) -> Format:

@@ -1,8 +1,8 @@
 """Problems in JSON: an object with M, q and, if known, name, x0, x1, solution, verdict, source, note and origin.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
-indices from 0. solution is one z or a list of them; origin is as `lcpcli.origins` has it. Numbers are decimal; each key
-stands once.
+indices from 0. solution is one z or a list of them; origin is as in `lcpcli.model.reductions`. Numbers are decimal;
+each key occurs once.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: A
 
 
 def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
-    """z and w, of length n, of a result as `lcp solve --format json` has it; of several, one a line, the first."""
+    """z and w, of length n, of a result as `lcp solve --format json` has it; the first of several lines."""
     result = load_first(decode(content))
     if not {"z", "w"} <= set(result):
         raise ProblemError(
@@ -91,13 +91,13 @@ def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
 
 
 def load_first(text: str, number: Callable[[str], Any] = float) -> Any:
-    """What a JSON text holds, its numbers read by `number`; of several objects, one a line, the first."""
+    """The content of a JSON text, its numbers read by `number`; of several objects, one per line, the first."""
     first, _, rest = text.strip().partition("\n")
     return load(first if rest.lstrip().startswith("{") else text, number)
 
 
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
-    """What a JSON text holds, its numbers read by `number`."""
+    """The content of a JSON text, its numbers read by `number`."""
     try:
         return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
@@ -108,7 +108,7 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
 
 
 def render(problem: Problem) -> dict[str, bytes]:
-    """The problem as a JSON text that `parse` reads back to the same numbers; one row of a dense M a line."""
+    """The problem as a JSON text that `parse` reads back to the same numbers; one row of a dense M per line."""
     lines = [
         f'"{key}": {json.dumps(getattr(problem, key))}' for key in ("name", "source", "note") if getattr(problem, key)
     ]
@@ -130,7 +130,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data = dict(pairs)
     if len(data) < len(pairs):
         twice = next(name for name, times in Counter(name for name, _ in pairs).items() if times > 1)
-        raise ProblemError(twice, "stands twice", "keep one")
+        raise ProblemError(twice, "occurs twice", "keep one")
     return data
 
 
@@ -144,13 +144,13 @@ def _solutions(data: dict[str, Any]) -> list[Any]:
 
 
 def _coordinates(M: dict[str, Any], n: int) -> Matrix:
-    """The matrix in coordinate form, once its indices and its shape are known to fit q, of n entries."""
+    """The matrix in coordinate form, after checking that its indices and its shape fit q, of n entries."""
     refuse_unknown("M", M, COO_KEYS)
     for key in COO_KEYS:
         if key not in M:
             raise ProblemError(f"M.{key}", "is missing", f"add the key {key}")
     if M["format"] != "coo":
-        raise ProblemError("M.format", f"is {kind(M['format'])}", 'the one format is "coo"')
+        raise ProblemError("M.format", f"is {kind(M['format'])}", 'the only format is "coo"')
     shape = as_vector("M.shape", M["shape"])
     if shape.size != 2 or (shape != n).any():
         declared = " x ".join(f"{side:g}" for side in shape) or "empty"

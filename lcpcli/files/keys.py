@@ -1,4 +1,4 @@
-"""The keys of a problem, in every format that has keys."""
+"""The keys of a problem, in all formats with keys."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ OTHER_NAMES = {
 
 
 def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem") -> None:
-    """Raise ProblemError about the first key that is not known, with the one that is likely meant."""
+    """Raise ProblemError for the first unknown key, suggesting the one that is likely meant."""
     if known == KEYS:
         for what, (keys, option) in CONVERTED.items():
             if keys <= set(given) and "M" not in given:
-                raise ProblemError("", f"is {what}, not a problem yet", f"make it one with lcp make {option}")
+                raise ProblemError("", f"is {what}, not a problem", f"convert it with lcp make {option}")
     errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})

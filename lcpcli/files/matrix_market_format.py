@@ -1,7 +1,7 @@
-"""Matrices and vectors in Matrix Market files: dense as "array", in compressed sparse rows as "coordinate".
+"""Matrices and vectors in Matrix Market files: "array" if dense, "coordinate" if sparse.
 
-Every line is checked: scipy's reader takes "1,5" for 1 and a fraction in an integer file for its whole part in silence,
-and crashes on some broken files. All digits are kept.
+Every line is checked: scipy's reader silently reads "1,5" as 1 and truncates a fraction in an integer file, and crashes
+on some broken files. All digits are kept.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
-REAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # in which no digit can be taken in two ways
+REAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
 INTEGER = rb"[-+]?\d+"
-WIDTHS = {"array": 1, "coordinate": 3}  # numbers of an entry
+WIDTHS = {"array": 1, "coordinate": 3}  # numbers per entry
 SHORTEST = {"array": 2, "coordinate": 6}  # bytes of "0\n" and "1 1 0\n"
 
 
 class _Header(NamedTuple):
-    """What a file declares of itself, and where its entries begin."""
+    """The declarations of a file, and where its entries begin."""
 
     form: str
     field: str
@@ -106,7 +106,7 @@ def _matrix(field: str, content: bytes) -> Any:
 
 
 def _exact_rows(field: str, content: bytes) -> Rows:
-    """The rows of the matrix with all decimals: it is assembled from the places of its numbers in the file."""
+    """The rows of the matrix with all decimals: it is assembled from the positions of its numbers in the file."""
     from lcpcli.rational.numbers import fraction
 
     header, numbers = _entries(field, _uncompressed(content))
@@ -140,7 +140,7 @@ def _entries(field: str, content: bytes) -> tuple[_Header, list[bytes]]:
 
 
 def _assembled(field: str, header: _Header, numbers: list[bytes], values: Vector) -> Any:
-    """The matrix of the values of its entries, dense or in scipy's coordinate form."""
+    """The matrix with these values of its entries, dense or in scipy's coordinate form."""
     if header.form == "array":
         return _dense(header, values)
     rows, cols = (np.fromiter(map(int, numbers[i :: WIDTHS["coordinate"]]), np.int64, header.entries) for i in range(2))
@@ -148,7 +148,7 @@ def _assembled(field: str, header: _Header, numbers: list[bytes], values: Vector
 
 
 def _dense(header: _Header, values: Vector) -> Matrix:
-    """The matrix of values column by column, those of its lower triangle if it is symmetric."""
+    """The matrix from its values by columns, only those of the lower triangle if it is symmetric."""
     if header.symmetry == "general":
         return np.ascontiguousarray(values.reshape(header.shape, order="F"))
     matrix = np.zeros(header.shape)
@@ -159,7 +159,7 @@ def _dense(header: _Header, values: Vector) -> Matrix:
 
 
 def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -> Matrix:
-    """The matrix of entries at places from 1, with the mirrored ones if it is symmetric."""
+    """The matrix of entries at indices from 1, with the mirrored ones if it is symmetric."""
     wrong = np.flatnonzero((rows < 1) | (rows > header.shape[0]) | (cols < 1) | (cols > header.shape[1]))
     if wrong.size:
         place = f"({rows[wrong[0]]}, {cols[wrong[0]]})"
@@ -182,7 +182,7 @@ def _header(content: bytes) -> _Header:
     banner = content[:end].decode("latin-1").split()
     words = [word.lower() for word in banner]
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
-        raise ProblemError("line 1", "is no header of Matrix Market", f"begin with {BANNER}")
+        raise ProblemError("line 1", "is not a Matrix Market header", f"begin with {BANNER}")
     for word, choices in zip(words[2:], CHOICES, strict=True):
         if word not in choices:
             raise ProblemError("line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
@@ -214,7 +214,7 @@ def _end_of_line(content: bytes, begin: int) -> int:
 
 
 def _refuse_impossible(field: str, header: _Header, left: int) -> None:
-    """Refuse sizes that the rest of the file, of so many bytes, cannot fill or that memory cannot hold."""
+    """Refuse sizes that the rest of the file, of that many bytes, cannot fill or that memory cannot hold."""
     rows, columns = header.shape
     if 0 in header.shape:
         raise ProblemError(field, f"is {rows} x {columns}", "give at least one entry")
@@ -247,4 +247,4 @@ def _refuse_twice(field: str, rows: Any, cols: Any) -> None:
     again = np.flatnonzero((np.diff(row) == 0) & (np.diff(col) == 0))
     if again.size:
         i = again[0]
-        raise ProblemError(field, f"has the entry ({row[i]}, {col[i]}) twice", "give every entry once")
+        raise ProblemError(field, f"has the entry ({row[i]}, {col[i]}) twice", "give each entry once")

@@ -1,4 +1,4 @@
-"""What a file declares is weighed before memory is taken for it."""
+"""The size that a file declares is checked before memory is allocated for it."""
 
 from __future__ import annotations
 
@@ -21,5 +21,5 @@ def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) 
 def _memory() -> float:
     try:
         return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # systems that do not tell
+    except (AttributeError, ValueError, OSError):  # systems that do not provide it
         return math.inf

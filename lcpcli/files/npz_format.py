@@ -1,7 +1,7 @@
 """Problems in NPZ, as numpy.savez writes it: arrays called M, q and, if known, x0, x1, solution and the texts.
 
 A sparse M is in parts as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse rows),
-or those of another form with its name as format. solution is one z or has one z a row. origin is a text, that of JSON.
+or those of another form with its name as format. solution is one z or has one z per row. origin is a JSON string.
 Nothing is ever unpickled.
 """
 
@@ -45,7 +45,7 @@ OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "for
 
 
 def parse(content: bytes) -> Problem | Matrix:
-    """The problem in an archive, or M alone if it holds no q."""
+    """The problem in an archive, or M alone if there is no q."""
     arrays = _arrays(content)
     refuse_unknown("", arrays, (*KEYS, *OF_SPARSE))
     M = _matrix(arrays)
@@ -64,12 +64,12 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     arrays = _arrays(content)
     name = field.lstrip("-")
     if name not in arrays and len(arrays) != 1:
-        raise ProblemError(name, "is missing", f"add the key {name}, or leave one array")
+        raise ProblemError(name, "is missing", f"add the key {name}, or keep a single array")
     return as_vector(field, _flat(arrays.get(name, next(iter(arrays.values())))), n)
 
 
 def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
-    """M and, if the archive holds it, q as the rationals that their doubles are."""
+    """M and, if the archive has it, q, with their doubles as exact rationals."""
     from lcpcli.rational.problem import fractions_of, rows_of
 
     held = parse(content)
@@ -77,14 +77,14 @@ def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
-    """A vector as the rationals that its doubles are."""
+    """A vector with its doubles as exact rationals."""
     from lcpcli.rational.problem import fractions_of
 
     return fractions_of(parse_vector(field, content))
 
 
 def render(problem: Problem) -> dict[str, bytes]:
-    """All that the problem holds, bit by bit, but for NULs at the end of a text."""
+    """Everything that the problem holds, bit for bit, except NULs at the end of a text."""
     arrays: dict[str, Any] = {key: getattr(problem, key) for key in TEXTS if getattr(problem, key)}
     M = problem.M
     if is_sparse(M):
@@ -104,7 +104,7 @@ def render(problem: Problem) -> dict[str, bytes]:
 
 
 def _arrays(content: bytes) -> dict[str, Any]:
-    """The arrays of an archive by name, none of them larger than what the archive holds of it."""
+    """The arrays of an archive by name, none of them larger than the data stored for it."""
     if content.startswith(npy.MAGIC_PREFIX):
         raise ProblemError("", "is a single array (.npy)", "save M and q with numpy.savez")
     arrays: dict[str, Any] = {}
@@ -114,11 +114,11 @@ def _arrays(content: bytes) -> dict[str, Any]:
             for member in archive.infolist():
                 name = member.filename.removesuffix(".npy")
                 if name in arrays:
-                    raise ProblemError(name, "stands twice", "keep one")
+                    raise ProblemError(name, "occurs twice", "keep one")
                 arrays[name] = _array(name, archive, member)
     except (ProblemError, MemoryError):
         raise
-    except Exception as error:  # zipfile, its decompressors and numpy do not tell what a broken file may raise
+    except Exception as error:  # zipfile, its decompressors and numpy do not document what a broken file may raise
         fault = " ".join(str(error).split())[:LONGEST_FAULT].rstrip(".") or type(error).__name__
         if not name:
             raise ProblemError("", f"is not NPZ ({fault})", "is it cut off? save it with numpy.savez") from None
@@ -128,7 +128,7 @@ def _arrays(content: bytes) -> dict[str, Any]:
 
 def _array(name: str, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of what Python 2 has written, which is as good
+        warnings.simplefilter("ignore", UserWarning)  # about files written by Python 2, which are fine
         with archive.open(member) as file:
             _refuse_false_header(name, file, member.file_size)
         with archive.open(member) as file:
@@ -136,7 +136,7 @@ def _array(name: str, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> Any:
 
 
 def _refuse_false_header(name: str, file: Any, size: int) -> None:
-    """Refuse an array in a file of that size which is of objects or larger than its file, before it takes memory."""
+    """Refuse an array of objects, or one larger than its file of that size, before memory is allocated for it."""
     version = npy.read_magic(file)
     shape, _, dtype = (npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0)(file)
     if dtype.hasobject:
@@ -154,7 +154,7 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     parts = [key for key in OF_SPARSE if key in arrays]
     if "M" in arrays:
         if parts:
-            raise ProblemError(parts[0], "is a part of a sparse M beside a dense M", "keep one of them")
+            raise ProblemError(parts[0], "is part of a sparse M next to a dense M", "keep one of them")
         return arrays["M"]
     if not parts:
         raise ProblemError("M", "is missing", "add the key M, or data, indices, indptr and shape of a sparse M")
@@ -165,7 +165,7 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
         if key not in arrays:
             raise ProblemError(key, "is missing", f"add the key {key} of the sparse M")
         if key != "data" and arrays[key].dtype.kind not in "iu":
-            raise ProblemError(key, f"holds {arrays[key].dtype.name} values", "give whole numbers")
+            raise ProblemError(key, f"contains {arrays[key].dtype.name} values", "give whole numbers")
     shape = arrays["shape"].tolist()
     if not isinstance(shape, list) or len(shape) != 2:
         raise ProblemError("shape", f"is {shape}", "give two numbers")
@@ -182,7 +182,7 @@ def _assembled(form: str, parts: list[Any], shape: tuple[int, int]) -> Matrix:
             M.check_format(full_check=True)
     except (ValueError, TypeError, IndexError) as error:
         fault = " ".join(str(error).split())
-        raise ProblemError("M", f"does not fit together ({fault})", "save it with scipy.sparse.save_npz") from None
+        raise ProblemError("M", f"has inconsistent parts ({fault})", "save it with scipy.sparse.save_npz") from None
     return M
 
 

@@ -1,4 +1,4 @@
-"""Problems, starts and answers read from files, whatever their formats, with errors that name the file."""
+"""Problems, starting points and proposed solutions read from files of any format, with errors that name the file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
 
 STANDARD_INPUT = "-"
-WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # mends for an empty file
+WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
 
 NUMBERS = re.compile(r"(?=.*\d)[-+\d.eE/]+([,; ]+[-+\d.eE/]+)*")
 T = TypeVar("T")
@@ -32,9 +32,9 @@ T = TypeVar("T")
 def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None) -> Problem:
     """The problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
 
-    A file has the format that its name ends with (.mtx.gz is .mtx, compressed). Of the others, and of those called
-    .csv, any text that opens a brace or a bracket is JSON, everything else CSV. Raises ProblemError, which names the
-    file, the field or line, and the mend.
+    The format is given by the suffix of the name (.mtx.gz is compressed .mtx). With other suffixes and .csv, a text
+    that opens with a brace or a bracket is JSON, everything else CSV. Raises ProblemError, which says where (file,
+    field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")
@@ -48,7 +48,7 @@ def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = N
 
 
 def read_converted(kind: str, path: str) -> Problem:
-    """The LCP of what is in a JSON file, by its kind: "qp", a quadratic program, or "game", a bimatrix game.
+    """The LCP of the object in a JSON file, by its kind: "qp", a quadratic program, or "game", a bimatrix game.
 
     Raises ProblemError as `read` does.
     """
@@ -60,9 +60,9 @@ def read_converted(kind: str, path: str) -> Problem:
 
 
 def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
-    """As `read`, with the decimal numbers of the files as the rationals that they are; those of NPZ are doubles.
+    """As `read`, with the decimal numbers of the files as exact rationals; those of NPZ are doubles.
 
-    Raises ProblemError as `read` does, so also for a number beyond the range of doubles.
+    Raises ProblemError as `read` does, also for a number beyond the range of doubles.
     """
     from lcpcli.rational.problem import ExactProblem
 
@@ -82,12 +82,12 @@ def _problem(path: str, q_path: str | None, fetch: Callable[[str, str], bytes]) 
     held = _blaming(path, lambda: _format(path, content).parse(content))
     if isinstance(held, Problem):
         if q_path is not None:
-            raise ProblemError(q_path, f"is not needed: {_place(path)} holds M and q", "leave it out")
+            raise ProblemError(q_path, f"is not needed: {_place(path)} contains M and q", "leave it out")
         problem = held
     else:
         if q_path is None:
             shape = " x ".join(map(str, held.shape))
-            raise ProblemError(_place(path), f"holds M, {shape}, without q", "add q to it, or name a file for q")
+            raise ProblemError(_place(path), f"contains M, {shape}, but no q", "add q to it, or name a file for q")
         line = fetch(q_path, LINE)
         q = _blaming(q_path, lambda: _format(q_path, line).parse_vector("q", line))
         problem = _blaming(path, lambda: Problem(held, q))
@@ -95,9 +95,9 @@ def _problem(path: str, q_path: str | None, fetch: Callable[[str, str], bytes]) 
 
 
 def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
-    """A start of length n, x or else z, from a file that holds it or a result that `lcp solve --format json` wrote.
+    """A starting point of length n, x or else z, from a file with it or a result that `lcp solve --format json` wrote.
 
-    Of a result, the start is where it ended; of several, one a line, the first counts.
+    A result gives its final iterate; of several results, one per line, the first is taken.
     """
     content = _read(path, LINE)
     from lcpcli.files import json_format
@@ -113,7 +113,7 @@ def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
 
 
 def read_candidate(path: str, n: int) -> Candidate:
-    """An answer to be judged, of n entries, from a result or a vector in any format, fractions allowed.
+    """A proposed solution of n entries, from a result or a vector in any format, fractions allowed.
 
     path : a file, or the numbers themselves: "1.5,0,15/29".
     """
@@ -144,12 +144,12 @@ def _uncompressed(path: str) -> str:
 
 
 def _name(path: str) -> str:
-    """What a problem is called that has no name but its file's."""
+    """The name of a problem that has none of its own, from its file."""
     return _place(path) if path == STANDARD_INPUT else Path(_uncompressed(path)).stem
 
 
 def _blaming(path: str, parse: Callable[[], T]) -> T:
-    """What parse returns; a ProblemError that comes out of it is made to name the file."""
+    """The result of parse; a ProblemError raised by it is made to name the file."""
     try:
         return parse()
     except ProblemError as error:
@@ -157,12 +157,12 @@ def _blaming(path: str, parse: Callable[[], T]) -> T:
 
 
 def _place(path: str) -> str:
-    """What a path is called in messages."""
+    """The name of a path in messages."""
     return "standard input" if path == STANDARD_INPUT else path
 
 
 def _read(path: str, expected: str) -> bytes:
-    """The content of a file, without a byte order mark; `expected` is the mend for an empty one."""
+    """The content of a file, without a byte order mark; `expected` is the hint for an empty one."""
     place = _place(path)
     try:
         content = _read_bytes(path).removeprefix(codecs.BOM_UTF8)

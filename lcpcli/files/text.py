@@ -1,4 +1,4 @@
-"""From the bytes of a file to its text."""
+"""Decoding of files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Problems written to files, in the format that the name asks for."""
+"""Problems written to files, in the format given by the suffix."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from lcpcli.model.problem import Problem
 
 
 def write(problem: Problem, path: str | os.PathLike[str]) -> None:
-    """Write a problem in the format that the file's name ends with, whole or not at all.
+    """Write a problem in the format given by the suffix of the file, completely or not at all.
 
-    JSON and NPZ keep everything. CSV and Matrix Market keep M and q alone; p.mtx is M, and q is p.q.mtx beside it.
-    Raises ProblemError where the name has no known ending, or the place cannot be written.
+    JSON and NPZ keep everything. CSV and Matrix Market keep only M and q; p.mtx is M, and q is p.q.mtx beside it.
+    Raises ProblemError if the suffix is unknown or the file cannot be written.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6]), "small.mtx")
@@ -29,8 +29,8 @@ def write(problem: Problem, path: str | os.PathLike[str]) -> None:
 
 
 def ending_of(path: str) -> str:
-    """The ending of a file to be written, one of FORMATS, or a ProblemError."""
+    """The suffix of a file to be written, one of FORMATS, or a ProblemError."""
     ending = Path(path).suffix
     if ending not in FORMATS:
-        raise ProblemError(path, "has no format by its name", f"let it end with {' or '.join(FORMATS)}")
+        raise ProblemError(path, "has no known suffix", f"use {' or '.join(FORMATS)}")
     return ending

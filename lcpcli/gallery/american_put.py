@@ -17,13 +17,13 @@ WIDEST = 2.0  # the grid reaches from exp(-2) to exp(2) times the exercise price
 
 
 def american_put(n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0.1, years: float = 0.5) -> Problem:
-    """One fully implicit time step from expiry back to `years` before it, in the variables of the heat equation.
+    """One fully implicit time step backwards from expiry by `years`, in the variables of the heat equation.
 
     With x = log(S / E), t = volatility^2 years / 2, k = 2 rate / volatility^2 and the payoff
-    g(x, t) = exp((k + 1)^2 t / 4) max(exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n inner
-    points of -2 < x < 2, where u solves u_t >= u_xx, u >= g and complementarity. M is tridiagonal and sparse.
+    g(x, t) = exp((k + 1)^2 t / 4) max(exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n
+    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g and complementarity. M is tridiagonal and sparse.
 
-    volatility, rate : a year, as parts of one; years : the length of the step; all from 0.001 to 10.
+    volatility, rate : per year, as fractions; years : the length of the step; all from 0.001 to 10.
     """
     for name, value in (("volatility", volatility), ("rate", rate), ("years", years)):
         require(name, value, 0.001 <= value <= 10, f"0.001 <= {name} <= 10")
@@ -32,7 +32,7 @@ def american_put(n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
     x = np.linspace(-WIDEST, WIDEST, n + 2)
     growth = (k + 1) ** 2 * t / 4
-    require("rate", rate, k <= 100 and growth <= 500, "small beside the square of the volatility")
+    require("rate", rate, k <= 100 and growth <= 500, "small compared with the square of the volatility")
     expiry = np.maximum(np.exp((k - 1) * x / 2) - np.exp((k + 1) * x / 2), 0)
     payoff = math.exp(growth) * expiry
     alpha = t / (x[1] - x[0]) ** 2

@@ -14,7 +14,7 @@ SOURCE = "Ben Gharbia and Gilbert 2012"
 
 
 def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
-    """M = I + alpha C with the cyclic down-shift C, q = e; the solution is 0, and x0 = 2 e_1 - e a start that cycles.
+    """M = I + alpha C with the cyclic down-shift C, q = e; the solution is 0; the iteration cycles from x0 = 2 e_1 - e.
 
     n is rounded up to an odd number >= 3; for an even one M would not be a P-matrix.
 
@@ -30,5 +30,5 @@ def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
         x0=2 * unit[0] - 1,
         solutions=[np.zeros(n)],
         source=SOURCE,
-        note=f"The Newton iteration without a safeguard comes back to the active set of x0 after {n} steps.",
+        note=f"The Newton iteration without safeguards returns to the active set of x0 after {n} steps.",
     )

@@ -15,18 +15,18 @@ from lcpcli.typing import Vector
 
 CLASS = "copositive"
 SOURCE = "Stewart and Trinkle 1996, random contacts in the plane"
-UNITS = 16  # coordinates are whole sixteenths, so that M and q come out without rounding
+UNITS = 16  # coordinates are multiples of 1/16, so that M and q are free of rounding
 
 
 def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0) -> Problem:
     """The impulses in k = n / 4 contacts, rounded, between (k + 1) // 2 bodies in the plane and the ground.
 
-    z = (normal impulses, tangential impulses to either side, sliding speeds), of lengths k, 2k and k. With the rows N
-    and T = (t, -t) of the contacts, unit masses, the velocity v before, and E that adds up either side,
+    z = (normal impulses, tangential impulses in both directions, sliding speeds), of lengths k, 2k and k. With the
+    rows N and T = (t, -t) of the contacts, unit masses, the velocity v before, and E that sums both directions,
     M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0).
 
     friction : Coulomb's coefficient, 0 <= friction <= 10.
-    compliance : added to the diagonal of NN' and TT'; 0 is rigid; at most 10.
+    compliance : added to the diagonal of NN' and TT'; 0 for rigid bodies; at most 10.
     """
     require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
     require("compliance", compliance, 0 <= compliance <= 10, "0 <= compliance <= 10")
@@ -41,12 +41,12 @@ def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
     M[k : 3 * k, 3 * k :] = E.T
     M[3 * k :, : 3 * k] = np.hstack((friction * np.eye(k), -E))
     q = np.concatenate((rows @ velocity, np.zeros(k)))
-    note = f"{k} contacts, friction {friction:g}, compliance {compliance:g}. By theory Lemke's method finds a solution."
+    note = f"{k} contacts, friction {friction:g}, compliance {compliance:g}. In theory Lemke's method finds a solution."
     return Problem(M, q, name=f"contact-{4 * k}", source=SOURCE, note=note)
 
 
 def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
-    """Normal and tangential rows of k contacts, each of one body with another or with the ground, at random."""
+    """Normal and tangential rows of k contacts, each between random bodies or a random body and the ground."""
     bodies = (k + 1) // 2
     normal, tangential = np.zeros((2, k, 3 * bodies))
     for i in range(k):

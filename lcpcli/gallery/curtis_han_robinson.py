@@ -12,7 +12,7 @@ SIZE = 3
 
 
 def curtis_han_robinson(_n: int, _seed: int) -> Problem:
-    """Three unknowns, the solution (0, 4/19, 11/19), and a start from which plain active-set exchanges cycle."""
+    """Three unknowns, the solution (0, 4/19, 11/19), and an x0 from which plain active-set exchanges cycle."""
     return Problem(
         [[4, 5, -5], [5, 9, -5], [-5, -5, 7]],
         [2, 1, -3],
@@ -20,5 +20,5 @@ def curtis_han_robinson(_n: int, _seed: int) -> Problem:
         x0=[-1, 1, -1],
         solutions=[[0, 4 / 19, 11 / 19]],
         source=SOURCE,
-        note="The Newton iteration without a safeguard cycles from x0, although M is symmetric positive definite.",
+        note="The Newton iteration without safeguards cycles from x0, although M is symmetric positive definite.",
     )

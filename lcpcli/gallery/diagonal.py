@@ -1,4 +1,4 @@
-"""A diagonal matrix over many decades, of this program: solved at a glance, unless a method minds its units."""
+"""A diagonal matrix over many decades (original to lcp): trivial, unless a method depends on scaling."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from lcpcli.gallery.ranges import require
 from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite, M"
-SOURCE = "of this program"
+SOURCE = "original to lcp"
 
 
 def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
@@ -28,5 +28,5 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
         name=f"diagonal-{n}",
         solutions=[z],
         source=SOURCE,
-        note="Each unknown stands alone; only their units differ.",
+        note="The unknowns are decoupled; only their scaling differs.",
     )

@@ -1,4 +1,4 @@
-"""Sparse, strictly diagonally dominant and not symmetric, at random, of this program: a factorization would fill in."""
+"""Sparse random strictly diagonally dominant nonsymmetric matrices (original to lcp) whose factors fill in."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import numpy as np
 from lcpcli.model.problem import Problem
 
 CLASS = "H+"
-SOURCE = "random, of this program"
+SOURCE = "random, original to lcp"
 OFF_DIAGONAL = 9
 
 
 def dominant(n: int, seed: int) -> Problem:
-    """About ten entries a row at random places, normally distributed; the diagonal is 1.1 of their sum, plus 0.1."""
+    """About ten random normal entries per row; the diagonal is 1.1 times the sum of their moduli, plus 0.1."""
     from scipy.sparse import csr_array, diags_array
 
     random = np.random.default_rng([seed, n])

@@ -1,9 +1,9 @@
-"""Families of problems by name, imported when they are asked for. A family `f` is the function f in the module f.
+"""Families of problems by name, imported on demand. A family `f` is the function f in the module f.
 
-A family is a function (n, seed, *, parameters) -> Problem of about n unknowns: the same numbers for the same arguments,
-whatever the machine (to rounding, where a product of matrices is not of integers). Its keyword-only parameters have
-defaults; one whose numbers are fixed calls its second argument _seed. Its module opens with the source, which stands in
-SOURCE too, and tells in CLASS to which class its matrices belong; SIZE is there if it is of one size only.
+A family is a function (n, seed, *, parameters) -> Problem of about n unknowns: the same numbers for the same arguments
+on any machine (up to rounding, where a product of matrices is not of integers). Its keyword-only parameters have
+defaults; a family without random entries calls its second argument _seed. Its module opens with the source, repeated
+in SOURCE; CLASS is the class of its matrices, and SIZE the number of unknowns if it is fixed.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ if TYPE_CHECKING:
 
 FAMILIES = {
     "harker-pang": "random, dense (Harker and Pang 1990)",
-    "ill-scaled": "harker-pang in mixed units",
+    "ill-scaled": "harker-pang, badly scaled",
     "tridiagonal": "tridiag(-1, 4, -1), random q",
-    "dominant": "random, ten entries a row",
+    "dominant": "random, ten entries per row",
     "obstacle": "membrane over an obstacle on a square grid",
-    "journal-bearing": "oil film that breaks (Cryer 1971)",
-    "american-put": "one time step of an option's price",
+    "journal-bearing": "oil film with cavitation (Cryer 1971)",
+    "american-put": "option pricing, one implicit time step",
     "contact": "rigid bodies with Coulomb friction",
     "bimatrix": "random two-player game",
-    "lp": "random linear program with its dual",
+    "lp": "random linear program and its dual",
     "qp": "random convex quadratic program",
     "murty": "exponential for least-index pivoting (Murty 1978)",
     "fathi": "exponential for Lemke's method (Fathi 1979)",
-    "ben-gharbia-gilbert": "plain Newton cycles (2012)",
-    "curtis-han-robinson": "plain active sets cycle (2015)",
-    "kostreva": "Lemke's method cycles without a rule for ties (1979)",
+    "ben-gharbia-gilbert": "plain Newton-min cycles (2012)",
+    "curtis-han-robinson": "plain active-set method cycles (2015)",
+    "kostreva": "Lemke's method cycles without a tie-breaking rule (1979)",
     "growth": "solution 1, 2, 4, ..., 2^(n-1)",
-    "hilbert": "Hilbert matrix, in integers up to n = 18",
-    "diagonal": "diagonal over many decades",
+    "hilbert": "Hilbert matrix, scaled to integers up to n = 18",
+    "diagonal": "diagonal matrix with entries over many decades",
     "near-singular": "smallest eigenvalue epsilon",
-    "degenerate": "z_i = w_i = 0 in half of the places",
-    "near-degenerate": "max(z_i, w_i) = epsilon in half of the places",
+    "degenerate": "z_i = w_i = 0 for half of the indices",
+    "near-degenerate": "max(z_i, w_i) = epsilon for half of the indices",
     "infeasible": "no z >= 0 with Mz + q >= 0",
     "unsolvable": "feasible, no solution",
     "ray": "solvable, Lemke's method ends on a ray",
@@ -65,13 +65,13 @@ def class_of(name: str) -> str:
 
 
 def fixed_size(name: str) -> int | None:
-    """The number of unknowns of a family that has one size only, else None."""
+    """The number of unknowns of a family of fixed size, else None."""
     size: int | None = getattr(_module(name), "SIZE", None)
     return size
 
 
 def is_random(name: str) -> bool:
-    """Whether a family's numbers depend on the seed."""
+    """Whether a family depends on the seed."""
     return "seed" in inspect.signature(load(name)).parameters
 
 
@@ -82,7 +82,7 @@ def parameters_of(name: str) -> dict[str, Any]:
 
 
 def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> Problem:
-    """The problem of a family with about n unknowns; by default 10, or as many as the family has.
+    """The problem of a family with about n unknowns; by default 10, or the family's own number.
 
     Raises OptionError if there is no such family, parameter, size or seed.
     """
@@ -104,8 +104,8 @@ def refuse_unknown(name: str, parameter: str) -> None:
     """Raise OptionError unless the family has a parameter of that name."""
     known = parameters_of(name)
     if parameter not in known:
-        mend = likely(parameter, known) if known else "leave it out"
-        raise OptionError("parameter", f"{name} has no {quoted(parameter)}", mend)
+        hint = likely(parameter, known) if known else "leave it out"
+        raise OptionError("parameter", f"{name} has no {quoted(parameter)}", hint)
 
 
 def _module(name: str) -> ModuleType:

@@ -1,5 +1,5 @@
 """D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159: the matrix with the
-entries 1 / (i + j - 1), the standard example of bad condition.
+entries 1 / (i + j - 1), the standard example of ill-conditioning.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
 SOURCE = "the Hilbert matrix (Hilbert 1894)"
-EXACT = 18  # the largest n for which all numbers are integers of double precision
+EXACT = 18  # the largest n for which all numbers are integers representable in double precision
 
 
 def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     """M is the Hilbert matrix and q = -M z for z = e.
 
-    Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1: all is integer, and z is exactly the
-    solution. Beyond, M is the nearest floats, q = -M z is rounded, and as the condition makes the solution of such data
-    another one, none is given.
+    Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1: all data are integers, and z is the
+    exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as the condition makes the solution of the
+    rounded data differ from z, none is given.
 
-    degenerate : z = (1, 0, 1, 0, ...) instead, with w = 0 all the same.
+    degenerate : z = (1, 0, 1, 0, ...) instead, still with w = 0.
     """
     denominators = np.arange(1, n + 1)[:, None] + np.arange(n)
     factor = math.lcm(*range(1, 2 * n)) if n <= EXACT else 1

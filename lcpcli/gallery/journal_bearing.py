@@ -14,12 +14,12 @@ SOURCE = "Cryer 1971"
 
 
 def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem:
-    """The pressure z >= 0 in the oil film of an infinitely long bearing, zero where the film breaks.
+    """The pressure z >= 0 in the oil film of an infinitely long bearing, zero where the film ruptures.
 
     Reynolds' equation (h^3 z')' = h' for the film h = 1 + eccentricity cos t, 0 < t < 2 pi, with z = 0 at both ends, by
-    central differences at n inner points, times the square of the step; M is tridiagonal and sparse.
+    central differences at n interior points, times the square of the step; M is tridiagonal and sparse.
 
-    eccentricity : how far the shaft is off the centre, as a part of the clearance, 0 < eccentricity < 1.
+    eccentricity : offset of the shaft from the centre, as a fraction of the clearance, 0 < eccentricity < 1.
     """
     require("eccentricity", eccentricity, 0 < eccentricity < 1, "0 < eccentricity < 1")
     from scipy.sparse import csr_array, diags_array
@@ -33,5 +33,5 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
         step * np.diff(film),
         name=f"journal-bearing-{n}",
         source=SOURCE,
-        note="The oil film is whole where z > 0 and broken where z = 0.",
+        note="The oil film is intact where z > 0 and ruptured where z = 0.",
     )

@@ -22,5 +22,5 @@ def kostreva(n: int, _seed: int) -> Problem:
         name=f"kostreva-{n}",
         solutions=[np.full(n, 1 / 3)],
         source=SOURCE,
-        note="For n = 3 Lemke's method cycles if ties are broken by the first index.",
+        note="For n = 3 Lemke's method cycles if ties are broken by the smallest index.",
     )

@@ -1,5 +1,5 @@
-"""A linear program with its dual: G. B. Dantzig, R. W. Cottle, Positive (semi-)definite programming, in: Nonlinear
-Programming, North-Holland (1967) 55-73. The random program is of this program.
+"""A linear program and its dual: G. B. Dantzig, R. W. Cottle, Positive (semi-)definite programming, in: Nonlinear
+Programming, North-Holland (1967) 55-73. The random data are original to lcp.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ DENSE = 200
 def lp(n: int, seed: int) -> Problem:
     """min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
 
-    n // 2 constraints, integers, up to ten entries a row; M is sparse above n = 200. A vertex is known at which x and y
-    are strictly complementary, so that it is the only solution, and exact.
+    n // 2 constraints with integer data, up to ten entries per row; M is sparse above n = 200. x and y are known at a
+    strictly complementary vertex, so the solution is unique, and exact.
     """
     n = max(2, n)
     m = n // 2
@@ -43,7 +43,7 @@ def lp(n: int, seed: int) -> Problem:
 
 
 def constraints(random: Generator, m: int, k: int) -> Any:
-    """A of shape (m, k), m <= k, sparse, of integers, up to ten a row; its leading square is diagonally dominant."""
+    """A of shape (m, k), m <= k, sparse, of integers, up to ten per row; its leading square is diagonally dominant."""
     from scipy.sparse import csr_array
 
     count = min(A_ROW, k) - 1
@@ -57,7 +57,7 @@ def constraints(random: Generator, m: int, k: int) -> Any:
 
 
 def pairs(random: Generator, length: int, m: int) -> tuple[Vector, Vector]:
-    """Complementary vectors of integers: the first is positive in (m + 1) // 2 places, the second in all after them."""
+    """Complementary vectors of integers: the first is positive in (m + 1) // 2 entries, the second in all others."""
     size = random.integers(1, 10, length).astype(np.float64)
     inside = np.arange(length) < (m + 1) // 2
     return np.where(inside, size, 0), np.where(inside, 0, size)

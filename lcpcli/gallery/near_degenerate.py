@@ -1,4 +1,4 @@
-"""Strict complementarity by a narrow margin, of this program: max(z_i, w_i) is 1 or epsilon."""
+"""Strict complementarity by a narrow margin (original to lcp): max(z_i, w_i) is 1 or epsilon."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from lcpcli.gallery.ranges import require
 from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
-SOURCE = "random, of this program"
+SOURCE = "random, original to lcp"
 
 
 def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
-    """M = A'A + I of integers; z_i or w_i is 0, the other is 1 in half of the places and epsilon in the rest.
+    """Integer M = A'A + I; one of z_i and w_i is 0, the other is 1 for half of the indices and epsilon for the rest.
 
     epsilon : rounded to a power of two, so that q is exact and the solution is known (while n^2 < 2^51 epsilon; beyond,
         none is given); 1e-12 <= epsilon <= 1.
@@ -29,5 +29,5 @@ def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     z, w = np.where(inside, size, 0), np.where(inside, 0, size)
     q = w - M @ z
     solutions = [z] if n * n < 2**51 * power else []
-    note = f"Strictly complementary by no more than {power:.3g} (2^{round(math.log2(power))})."
+    note = f"Strictly complementary by only {power:.3g} (2^{round(math.log2(power))})."
     return Problem(M, q, name=f"near-degenerate-{n}", solutions=solutions, source=SOURCE, note=note)

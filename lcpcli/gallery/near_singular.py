@@ -1,4 +1,4 @@
-"""A symmetric matrix just positive definite, of this program: what the smallest eigenvalue does to a method."""
+"""A nearly singular symmetric positive definite matrix (original to lcp): the effect of the smallest eigenvalue."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from lcpcli.gallery.ranges import require
 from lcpcli.model.problem import Problem
 
 CLASS = "symmetric positive definite"
-SOURCE = "random, of this program"
+SOURCE = "random, original to lcp"
 
 
 def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
-    """M = HDH with a random reflection H and eigenvalues D evenly from 1 to 2 but for one, epsilon.
+    """M = HDH with a random reflection H and eigenvalues D equally spaced from 1 to 2, except one, epsilon.
 
-    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); the solution of the rounded data is not given,
-    as it may lie about 1e-16 / epsilon from that z.
+    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); no solution is given, as that of the rounded
+    data may differ from this z by about 1e-16 / epsilon.
 
-    epsilon : the smallest eigenvalue of M, to rounding, 1e-12 <= epsilon <= 1.
+    epsilon : the smallest eigenvalue of M, up to rounding, 1e-12 <= epsilon <= 1.
     """
     require("epsilon", epsilon, 1e-12 <= epsilon <= 1, "1e-12 <= epsilon <= 1")
     random = np.random.default_rng([seed, n])

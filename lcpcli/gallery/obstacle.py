@@ -1,5 +1,5 @@
 """The obstacle problem for a membrane: R. Glowinski, Numerical Methods for Nonlinear Variational Problems, Springer
-(1984), chapter II. The load is this gallery's own.
+(1984), chapter II. The load is original to lcp.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ SOURCE = "Glowinski 1984, chapter II, five-point differences"
 def obstacle(n: int, _seed: int) -> Problem:
     """-Laplace z >= f, z >= 0 and complementarity on the unit square, z = 0 on its boundary, times h^2.
 
-    Five-point differences on a grid of m x m inner points with m = sqrt(n), rounded; M is sparse.
+    Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded; M is sparse.
     """
     from scipy.sparse import csr_array, eye_array, kron
 

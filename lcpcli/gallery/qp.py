@@ -1,5 +1,5 @@
 """The optimality conditions of a convex quadratic program: R. W. Cottle, G. B. Dantzig, Complementary pivot theory of
-mathematical programming, Linear Algebra Appl. 1 (1968) 103-125. The random program is of this program.
+mathematical programming, Linear Algebra Appl. 1 (1968) 103-125. The random data are original to lcp.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ SOURCE = "Cottle and Dantzig 1968, random program"
 def qp(n: int, seed: int) -> Problem:
     """min x'Qx / 2 + c'x, Ax >= b, x >= 0: M = [Q -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
 
-    n // 2 constraints, integers, Q positive definite, M dense. The known solution is strictly complementary with
-    independent active constraints, so that it is the only one, and exact.
+    n // 2 constraints, integer data, Q positive definite, M dense. The known solution is strictly complementary with
+    independent active constraints, hence unique, and exact.
     """
     n = max(2, n)
     m = n // 2

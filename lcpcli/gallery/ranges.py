@@ -6,6 +6,6 @@ from lcpcli.errors import SHOWN, OptionError
 
 
 def require(parameter: str, value: float, fits: bool, admissible: str) -> None:
-    """Raise OptionError about the parameter unless its value fits; `admissible` is the range as the user reads it."""
+    """Raise OptionError for the parameter unless its value fits; `admissible` is the range as shown to the user."""
     if not fits:
         raise OptionError(parameter, f"{str(value)[:SHOWN]} is out of range", f"it must be: {admissible}")

@@ -1,4 +1,4 @@
-"""Solvable, yet Lemke's method ends on a ray, of this program: M contains [0 1; 0 0] with q = (-1, 0), which does."""
+"""Solvable, yet Lemke's method ends on a ray (original to lcp), as it does for [0 1; 0 0] with q = (-1, 0)."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from lcpcli.gallery.degenerate import integer_matrix
 from lcpcli.model.problem import Problem
 
 CLASS = "copositive"
-SOURCE = "random, of this program"
+SOURCE = "random, original to lcp"
 
 
 def ray(n: int, seed: int) -> Problem:
-    """[0 1; 0 0] beside a symmetric positive definite block of integers. n is at least 2.
+    """[0 1; 0 0] and a symmetric positive definite integer block on the diagonal. n is at least 2.
 
-    q_1 is the least component of q, so that Lemke's method takes z_1 in first, whose column of M is zero. In z_1 and
-    z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the one that is given has t = 0.
+    q_1 is the smallest component of q, so that z_1, whose column of M is zero, enters first in Lemke's method. In z_1
+    and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the one given has t = 0.
     """
     n = max(2, n)
     random = np.random.default_rng([seed, n])
@@ -26,5 +26,5 @@ def ray(n: int, seed: int) -> Problem:
     q[2:] = w[2:] - M[2:, 2:] @ z[2:]
     M[0, 1], q[0] = 1, q.min() - 1
     z[:2] = 0, -q[0]
-    note = "Solvable, by infinitely many z, but Lemke's method from e ends on a ray at its first pivot."
+    note = "It has infinitely many solutions, but Lemke's method from e ends on a ray at its first pivot."
     return Problem(M, q, name=f"ray-{n}", solutions=[z], source=SOURCE, note=note)

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from lcpcli.methods.iterate import Stage
     from lcpcli.model.problem import Problem
 
-ADDITIONS = {"scale": "work on the equilibrated problem", "finish": "end on the active set"}  # to methods that iterate
+ADDITIONS = {  # to methods that iterate
+    "scale": "Work on the equilibrated problem.",
+    "finish": "Stop once the active set yields the solution.",
+}
 ANY = "any matrix"  # in the place of a class
 
 P = Option(
@@ -112,16 +115,16 @@ METHODS = {
         uses_start=True,
         timed=True,
         factorizes=("dense",),
-        guaranteed={ANY: "it ends on milp, which needs no property of M; exponential in n at worst"},
+        guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
         place=("auto.policy", "auto"),
     ),
     "shi": Method(
         "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
         options=(P, K_STAR, RHO, SIGMA),
-        vectors={"x1": "Second point of shi.  [default: the problem's, else a descent step]"},
+        vectors={"x1": "Second point of shi.  [default: the problem's, else a steepest-descent step]"},
         iterates=True,
         uses_start=True,
-        guaranteed={"p_matrix": "steepest descent leads to the solution, unless rounding stalls it"},
+        guaranteed={"p_matrix": "steepest descent finds the solution, unless rounding stalls it"},
     ),
     "fixed-point": Method(
         "modulus iteration (Schäfer 2004)",
@@ -129,22 +132,22 @@ METHODS = {
         iterates=True,
         uses_start=True,
         factorizes=("dense", "sparse"),
-        guaranteed={"positive_definite": "each step comes closer to the solution, whatever omega", "h_plus": ""},
+        guaranteed={"positive_definite": "each step reduces the error, for every omega", "h_plus": ""},
     ),
     "newton": Method(
         "generalized Newton, safeguarded block principal pivoting (Kostreva 1978; Júdice and Pires 1994)",
         uses_start=True,
         factorizes=("dense", "sparse"),
-        guaranteed={"p_matrix": "it ends at the solution, usually after a handful of steps"},
+        guaranteed={"p_matrix": "it finds the solution, usually in a handful of steps"},
     ),
     "lemke": Method(
         "complementary pivoting (Lemke 1965)",
         most=5000,
         guaranteed={
-            "p_matrix": "it ends at the solution",
-            "strictly_copositive": "it ends at a solution",
-            "copositive_plus": "it ends at a solution, or on a ray that proves that there is none",
-            "row_sufficient": "it ends at a solution, or on a ray that proves that there is none",
+            "p_matrix": "it finds the solution",
+            "strictly_copositive": "it finds a solution",
+            "copositive_plus": "it finds a solution, or a ray that proves that there is none",
+            "row_sufficient": "it finds a solution, or a ray that proves that there is none",
         },
     ),
     "milp": Method(

@@ -125,7 +125,7 @@ class Tableau:
         """Compute the inverse and the basic solution from scratch; what is within rounding of zero becomes zero."""
         others = np.flatnonzero(self.basic >= self.n)
         variables = self.basic[others]
-        outside, inside = np.array(self.outside, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)
+        outside, basic_z = np.array(self.outside, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)
         columns = np.full((self.n, others.size), -1.0)
         ours = variables < 2 * self.n
         columns[:, ours] = -matrices.dense_columns(self.problem.M, variables[ours] - self.n)
@@ -135,15 +135,15 @@ class Tableau:
             return
         size = np.abs(block) @ (np.abs(columns[outside]) @ np.abs(block))
         block[np.abs(block) <= RECOMPUTED * size] = 0.0
-        rest = -(columns[inside] @ block)
-        rest[np.abs(rest) <= RECOMPUTED * (np.abs(columns[inside]) @ size)] = 0.0
-        k, rows = others.size, self.row_of[inside]
+        rest = -(columns[basic_z] @ block)
+        rest[np.abs(rest) <= RECOMPUTED * (np.abs(columns[basic_z]) @ size)] = 0.0
+        k, rows = others.size, self.row_of[basic_z]
         self.inverse[:k, others], self.inverse[:k, rows] = block.T, rest.T
         q = self.problem.q
         size = np.abs(q[outside]) @ np.abs(self.inverse[:k])
-        size[rows] += np.abs(q[inside])
+        size[rows] += np.abs(q[basic_z])
         self.values = q[outside] @ self.inverse[:k]
-        self.values[rows] += q[inside]
+        self.values[rows] += q[basic_z]
         self.values[np.abs(self.values) <= RECOMPUTED * size] = 0.0
         self.age = 0
 

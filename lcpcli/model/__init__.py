@@ -1,1 +1,1 @@
-"""What a problem is: M and q with what is known of them, the change of variables, and where it comes from."""
+"""The problem: M and q with what is known about them, the change of variables, and reductions from other problems."""

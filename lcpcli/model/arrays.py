@@ -1,4 +1,4 @@
-"""Vectors and matrices from what is given: every number finite, every length right, or a ProblemError says where."""
+"""Validated vectors and matrices: every number finite, every length right, or a ProblemError says where."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROWS = "a list of rows of numbers"
 
 
 def as_vector(field: str, values: Any, n: int | None = None) -> Vector:
-    """Values as a float64 vector of length n (any length if None), or a ProblemError about the field."""
+    """Values as a float64 vector of length n (any length if None), or a ProblemError for the field."""
     if isinstance(values, (list, tuple)):
         _refuse_other_than_numbers(field, values)
     v = _as_floats(field, values)
@@ -32,7 +32,7 @@ def as_vector(field: str, values: Any, n: int | None = None) -> Vector:
 
 
 def as_square(field: str, values: Any, n: int, other: str = "q") -> Matrix:
-    """As `as_matrix`, of shape (n, n) as the vector called `other` asks for."""
+    """As `as_matrix`, of shape (n, n) to fit the vector called `other`."""
     M = _as_rows(field, values)
     if M.shape[0] != M.shape[1]:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
@@ -51,7 +51,7 @@ def as_matrix(field: str, values: Any) -> Matrix:
 
 
 def _as_rows(field: str, values: Any) -> Matrix:
-    """Values as a dense array, or the sparse matrix that they are, of two dimensions."""
+    """Values as a two-dimensional dense array, or unchanged if they are a sparse matrix."""
     if isinstance(values, (list, tuple)):
         _refuse_other_than_rows(field, values)
     M: Matrix = values if is_sparse(values) else _as_floats(field, values, ROWS)
@@ -73,7 +73,7 @@ def _as_finite(field: str, M: Matrix) -> Matrix:
 
 def _as_sparse(field: str, M: Any) -> Matrix:
     if M.dtype.kind not in "fiu":
-        raise ProblemError(field, f"holds {M.dtype.name} values", "give real numbers")
+        raise ProblemError(field, f"contains {M.dtype.name} values", "give real numbers")
     from scipy.sparse import csr_array
 
     compressed = csr_array(M, dtype=np.float64)
@@ -87,13 +87,13 @@ def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> 
     if not isinstance(values, (list, tuple, np.ndarray)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     if isinstance(values, np.ndarray) and values.dtype.kind not in "fiu":
-        raise ProblemError(field, f"holds {values.dtype.name} values", "give real numbers")
+        raise ProblemError(field, f"contains {values.dtype.name} values", "give real numbers")
     try:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
     except OverflowError:
         raise ProblemError(
-            field, "holds an integer beyond the range of double precision", "scale the problem"
+            field, "contains an integer beyond the range of double precision", "scale the problem"
         ) from None
 
 
@@ -103,7 +103,7 @@ def _refuse_other_than_rows(field: str, rows: Sequence[Any]) -> None:
             raise ProblemError(f"{field}[{i}]", f"is {kind(row)}", "give a row, a list of numbers")
         if len(row) != len(rows[0]):
             lengths = f"has {count(len(row), 'entry')} where {field}[0] has {len(rows[0])}"
-            raise ProblemError(f"{field}[{i}]", lengths, "make all rows equally long")
+            raise ProblemError(f"{field}[{i}]", lengths, "make all rows the same length")
         _refuse_other_than_numbers(f"{field}[{i}]", row)
 
 

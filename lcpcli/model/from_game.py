@@ -1,4 +1,4 @@
-"""From a bimatrix game to the LCP whose solutions are its equilibria."""
+"""Reduction of a bimatrix game to the LCP whose solutions are its equilibria."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def from_game(
     source: str = "",
     note: str = "",
 ) -> Problem:
-    """The LCP whose solutions are the equilibria of a game in which either player maximises.
+    """The LCP whose solutions are the equilibria of a game in which both players maximize.
 
-    A, B : payoffs of the row and of the column player, shape (m, k) both.
+    A, B : payoffs of the row and of the column player, both of shape (m, k).
     rows, columns : names of the strategies, or nothing.
 
-    z = (x, y); x and y, each divided by its sum, are the strategies. `Result.answer` maps it back. A cost is what the
-    payoff lacks to the largest one and the span of payoffs together, so that costs lie within a factor of two. Payoffs
-    count as the shortest decimals that they are. Raises ProblemError, which names the field.
+    z = (x, y); x and y, each divided by its sum, are the strategies. `Result.answer` maps it back. A cost is the
+    largest payoff plus the range of the payoffs minus the payoff, so that costs lie within a factor of two. Payoffs
+    are taken as their shortest decimals. Raises ProblemError, which names the field.
 
     >>> import lcpcli
     >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer

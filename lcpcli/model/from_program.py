@@ -1,4 +1,4 @@
-"""From a quadratic program to the LCP of its first-order conditions."""
+"""Reduction of a quadratic program to the LCP of its first-order conditions."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def from_qp(
     """The LCP of the first-order conditions of min x'Qx / 2 + c'x subject to Ax >= b and x >= 0.
 
     Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse. If it is positive semidefinite, the solutions
-        of the LCP are the minima, else the points that meet the first-order conditions. 0 for a linear program.
+        of the LCP are the minimizers, else the first-order stationary points. 0 for a linear program.
     c : shape (k,).
-    A, b : shapes (m, k) and (m,), or both None for no constraints but x >= 0.
+    A, b : shapes (m, k) and (m,), or both None if x >= 0 is the only constraint.
     free : indices of the x_i that may be negative.
 
     z = (x, y), with the multipliers y; `Result.answer` maps it back. Raises ProblemError, which names the field.
@@ -44,7 +44,7 @@ def from_qp(
     linear = as_vector("c", c)
     k = linear.size
     if not k:
-        raise ProblemError("c", "is empty", "give a program of at least one variable")
+        raise ProblemError("c", "is empty", "give a program with at least one variable")
     quadratic = as_square("Q", Q, k, "c")
     rows, columns = (quadratic != quadratic.T).nonzero()
     if rows.size:

@@ -1,4 +1,4 @@
-"""The change of variables: x with z = |x| + x and w = |x| - x, so that z, w >= 0 and z'w = 0 whatever x is."""
+"""The change of variables: x with z = |x| + x and w = |x| - x, so that z, w >= 0 and z'w = 0 for every x."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def z_of(x: Vector) -> Vector:
 def x_of(z: Vector, w: Vector) -> Vector:
     """The x = (z - w) / 2 with z = |x| + x and w = |x| - x, where z, w >= 0 and z'w = 0.
 
-    Where rounding leaves both of a pair away from 0, the smaller one counts as 0: z and w of a solution then come
-    back as they are, and not each with the other's error.
+    If rounding leaves both of a pair nonzero, the smaller one is set to 0: z and w of a solution are then recovered
+    unchanged, not each with the other's error.
     """
     return np.where(z > w, z, -w) / 2

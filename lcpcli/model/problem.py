@@ -16,22 +16,22 @@ from lcpcli.model.reductions.kinds import Origin, as_origin
 from lcpcli.typing import Matrix, Vector
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
-WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts that say so
+WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class Problem:
-    """One LCP of n >= 1 unknowns, checked when it is made: every number is finite and every length fits.
+    """An LCP with n >= 1 unknowns, validated on construction: all numbers are finite and all lengths agree.
 
     M : shape (n, n); nested sequences, a dense array or a scipy sparse matrix or array. Kept dense or in compressed
-        sparse rows, without a copy where it is that already.
+        sparse rows, without a copy if already in that form.
     q : shape (n,).
-    name, source, note : what it is called, where it comes from, what is remarkable about it.
+    name, source, note : its name, its source, a remark.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
-    reference : "known", or how solutions that were not have been found: "exact" or "computed", `reference` tells.
-    verdict : "infeasible", "unsolvable" or "ray" where it is known that there is no solution or none is found; else "".
-    origin : the quadratic program or the game that the problem comes from, also as the object in a file; or None.
+    reference : "known" for given solutions, else how they were obtained: "exact" or "computed", see `reference`.
+    verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
+    origin : the quadratic program or the game behind the problem, or the object for it in a file; or None.
 
     Raises ProblemError, which names the field.
 
@@ -73,7 +73,7 @@ class Problem:
         vector_q = as_vector("q", q)
         n = vector_q.size
         if not n:
-            raise ProblemError("q", "is empty", "give a problem of at least one unknown")
+            raise ProblemError("q", "is empty", "give a problem with at least one unknown")
         keep("q", vector_q)
         keep("M", as_square("M", M, n))
         keep("x0", None if x0 is None else as_vector("x0", x0, n))

@@ -1,4 +1,4 @@
-"""A problem in the units in which it is equilibrated, and the way back."""
+"""The equilibrated problem, and the transformation back."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from lcpcli.model.modulus import LARGEST_X
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-FAR = 200  # the power of two from which on a number is far from one
-MODERATE = 300  # the power of two up to which R q is left as it is
+FAR = 200  # the power of two beyond which a number is far from one
+MODERATE = 300  # the power of two up to which R q is left unchanged
 
 
 @dataclass(frozen=True, eq=False)
 class Scaled:
-    """LCP(R M C, R q) for a problem, with the way back: z = C z', w = w' / R, and F = F' / R.
+    """LCP(R M C, R q) for a problem, with the transformation back: z = C z', w = w' / R, and F = F' / R.
 
-    Where R and C are powers of two, nothing is rounded on either way.
+    If R and C are powers of two, neither direction rounds.
     """
 
     problem: Problem
@@ -36,7 +36,7 @@ class Scaled:
     def back(self, x: Vector) -> Vector:
         """An x of the scaled problem in the units of the original one.
 
-        Where z is too large for these, x is infinite; where w is, x is as far below 0 as it can be.
+        Where z overflows, x is infinite; where w does, x is the most negative number admitted.
         """
         original: Vector = np.maximum(x, 0) * self.C
         original += np.maximum(np.minimum(x, 0) / self.R, -LARGEST_X)
@@ -44,9 +44,9 @@ class Scaled:
 
 
 def scale(problem: Problem) -> Scaled:
-    """The equilibrated problem; M is copied once. Where R q would be out of all proportion, it is made of size one.
+    """The equilibrated problem; M is copied once. If R q would be extremely large or small, it is scaled to size one.
 
-    The problem as it is, where no powers of two in range can do that.
+    The problem unchanged if no powers of two in range achieve that.
     """
     R, C = equilibrate(problem.M, problem.q)
     t = np.exp2(_common_power(problem.q, R, C))
@@ -59,7 +59,7 @@ def scale(problem: Problem) -> Scaled:
 
 
 def is_far_from_one(problem: Problem) -> bool:
-    """Whether numbers of the problem are so large or small that products of a few of them are out of range."""
+    """Whether numbers of the problem are so large or small that products of a few of them overflow or underflow."""
     for values in (problem.M.data if is_sparse(problem.M) else problem.M, problem.q):
         sizes = np.abs(values)
         if sizes.max(initial=0.0) > 2.0**FAR or sizes.min(where=sizes > 0, initial=1.0) < 2.0**-FAR:
@@ -68,7 +68,7 @@ def is_far_from_one(problem: Problem) -> bool:
 
 
 def _common_power(q: Vector, R: Vector, C: Vector) -> float:
-    """The power of two for R, and its inverse for C, that brings R q into range, as far as R and C allow."""
+    """The power of two for R, and its inverse for C, that brings R q into range as far as R and C allow."""
     if not q.any():
         return 0.0
     rows, columns = np.log2(R), np.log2(C)

@@ -13,10 +13,10 @@ from lcpcli.typing import Vector
 
 
 def starting_point(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None) -> Vector:
-    """x0, or the x of z0 and w = M z0 + q, or the problem's own start, or the origin."""
+    """x0, or the x of z0 and w = M z0 + q, or the problem's own starting point, or the origin."""
     if z0 is not None:
         if x0 is not None:
-            raise OptionError("--z0", "gives the start, and so does --x0", "leave one out")
+            raise OptionError("--z0", "gives the starting point, and so does --x0", "leave one out")
         z = as_vector("z0", z0, problem.n)
         return as_vector("M z0 + q", x_of(z, problem.w(z)))
     if x0 is not None:

@@ -102,8 +102,8 @@ def library(module: str) -> Any:
     except ModuleNotFoundError as error:
         if error.name != module.partition(".")[0]:
             raise
-        mend = "pip install 'linear-complementarity[peers]'"
-        raise OptionError("--peer", f"{error.name} is not installed", mend) from None
+        hint = "pip install 'linear-complementarity[peers]'"
+        raise OptionError("--peer", f"{error.name} is not installed", hint) from None
 
 
 def _unknown(name: str) -> OptionError:

@@ -1,1 +1,1 @@
-"""From results to text: pure functions, one format a module. Nothing here prints or writes."""
+"""Results as text: pure functions, one module per format. Nothing here prints or writes."""

@@ -1,4 +1,4 @@
-"""What a result means for the quadratic program or the game that the problem comes from, in lines and in JSON."""
+"""Results in terms of the quadratic program or the game behind the problem, as lines and as JSON."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 def lines(result: Result, compared: bool) -> list[str]:
-    """The answer, what it is, and what of it is exact; nothing where there is no origin.
+    """The answer, its meaning, and its exact parts; nothing without an origin.
 
-    compared : whether other results stand beside this one, so that its name has to be told.
+    compared : whether it is shown with other results, so that it must be named.
     """
     answer = result.answer
     if answer is None:
@@ -30,7 +30,7 @@ def lines(result: Result, compared: bool) -> list[str]:
 
 
 def data(result: Result) -> dict[str, Any] | None:
-    """The answer as an object of JSON, with the kind of the origin; None where there is no origin."""
+    """The answer as a JSON object, with the kind of the origin; None without an origin."""
     answer = result.answer
     if answer is None or result.problem.origin is None:
         return None
@@ -57,7 +57,7 @@ def _parts(result: Result) -> list[str]:
 
 
 def _strategy(player: str, probabilities: list[float], names: Sequence[str]) -> str:
-    """A mixed strategy: a vector or, where strategies have names, the names of those that are played."""
+    """A mixed strategy: a vector or, if the strategies have names, the names of those that are played."""
     if not names:
         return f"{player} = {numbers.vector(probabilities)}"
     played = [(name, p) for name, p in zip(names, probabilities, strict=True) if p > 0]

@@ -1,4 +1,4 @@
-"""The iterates as CSV with all digits: a header, then one line an iterate."""
+"""The iterates as CSV with all digits: a header, then one line per iterate."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lcpcli.solving.result import Result
 
 
 def render(results: Sequence[Result]) -> str:
-    """Columns problem, method, k, z1 ... zn, residual, error, seconds, step; empty where there is nothing."""
+    """Columns problem, method, k, z1 ... zn, residual, error, seconds, step; missing values are empty."""
     n = max(result.problem.n for result in results)
     out = StringIO()
     writer = csv.writer(out, lineterminator="\n")

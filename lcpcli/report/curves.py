@@ -1,4 +1,4 @@
-"""From results to the panels of a figure: one a problem, one curve a run."""
+"""Results as panels of a figure: one panel per problem, one curve per run."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from lcpcli.solving.result import Result
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
-    """The curves of the runs, those on one problem together; each must have been given a `curve` to keep.
+    """The curves of the runs, grouped by problem; each run must have recorded a `curve`.
 
-    Errors are drawn where a solution is known or computed, else residuals. Time counts from the start of the set-up.
+    Errors are drawn if a solution is known or computed, else residuals. Time is measured from the start of the set-up.
     """
     return [_panel(results) for results in runs]
 

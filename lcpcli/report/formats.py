@@ -8,12 +8,12 @@ if TYPE_CHECKING:
     pass
 
 FORMATS = {
-    "table": "for people",
-    "json": "one object a line, for scripts",
+    "table": "human-readable",
+    "json": "one object per line, for scripts",
     "csv": "every iterate with all digits",
     "markdown": "the table in Markdown",
     "latex": "the table in LaTeX with booktabs",
 }
-TABLES = ("table", "markdown", "latex")  # those that show a choice of iterates and of components
-LEVELS = (1e-3, 1e-6, 1e-9)  # of the error, relative to the solution, of which a comparison tells the time
+TABLES = ("table", "markdown", "latex")  # those that show a selection of iterates and of components
+LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
 SUFFIXES = {"": "table", ".txt": "table", ".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}

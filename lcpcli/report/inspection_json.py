@@ -1,4 +1,4 @@
-"""An inspection as one JSON object. Keys never vanish: null where there is nothing, and in place of infinities."""
+"""An inspection as one JSON object. All keys are always present: null for missing and infinite values."""
 
 from __future__ import annotations
 

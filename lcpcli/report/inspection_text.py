@@ -1,4 +1,4 @@
-"""An inspection as text for people, in lines of at most 80 columns."""
+"""An inspection as human-readable text, in lines of at most 80 columns."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ TITLES = {
     "skew_symmetric": "skew-symmetric",
     "z_matrix": "Z-matrix",
 }
-UNKNOWN = "not known: too dear to find out in passing"
-CLOSE = 0.999  # a factor from here on is shown by its distance from 1
+UNKNOWN = "not computed: too expensive"
+CLOSE = 0.999  # factors from here on are shown by their distance from 1
 MANY = 999_999
 BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 
@@ -30,7 +30,7 @@ Row = tuple[str, ...]
 
 
 def render(found: Inspection) -> str:
-    """The facts, the classes of M, the methods, and what there is to remark."""
+    """The facts, the classes of M, the methods, and remarks."""
     classes = [
         (TITLES.get(name, name.replace("_", " ")), verdict.word, verdict.evidence)
         for name, verdict in found.classes.items()
@@ -68,14 +68,14 @@ def _facts(found: Inspection) -> list[Row]:
 def _entries(found: Inspection) -> str:
     n, stored = found.problem.n, "sparse" if is_sparse(found.problem.M) else "dense"
     share = 100 * found.nonzeros / n**2
-    return f"{stored}, {found.nonzeros} of {n**2} not 0 ({share:.3g} %), {_bytes(found.cost.bytes)}"
+    return f"{stored}, {found.nonzeros} of {n**2} nonzero ({share:.3g} %), {_bytes(found.cost.bytes)}"
 
 
 def _scaling(found: Inspection) -> str:
     before, after = found.spread, found.equilibrated_spread
     return (
-        f"largest entries differ by {before.rows:.1f} decades between rows, {before.columns:.1f} between columns; "
-        f"once equilibrated by {after.rows:.1f} and {after.columns:.1f}"
+        f"largest entries vary by {before.rows:.1f} decades over rows, {before.columns:.1f} over columns; "
+        f"by {after.rows:.1f} and {after.columns:.1f} after equilibration"
     )
 
 
@@ -86,7 +86,7 @@ def _condition(found: Inspection) -> str:
     if math.isinf(own) and math.isinf(scaled):
         return "singular to working precision"
     texts = ["infinite" if math.isinf(value) else f"{value:.2g}" for value in (own, scaled)]
-    return f"{texts[0]} in the 1-norm, {texts[1]} once equilibrated"
+    return f"{texts[0]} in the 1-norm, {texts[1]} after equilibration"
 
 
 def _eigenvalues(found: Inspection) -> str:
@@ -101,21 +101,21 @@ def _factorization(found: Inspection) -> str:
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is None:
         return size
-    return f"at most {size} (bandwidth {cost.bandwidth} once reordered)"
+    return f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
 
 
 def _rate(rate: Rate | None, found: Inspection) -> str:
     if rate is None:
         return UNKNOWN
     if rate.factor is None:
-        return f"omega = {rate.omega:.4g}: rate not known"
+        return f"omega = {rate.omega:.4g}: rate unknown"
     if rate.iterations is None:
         return f"omega = {rate.omega:.4g}: |T| = {rate.factor:.4g}, no contraction"
     factor = f"{rate.factor:.4g}" if rate.factor < CLOSE else f"1 - {1 - rate.factor:.1e}"
     many = rate.iterations > MANY
     times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
-    return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the first error"
+    return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
 
 
 def _bytes(size: int) -> str:
@@ -124,7 +124,7 @@ def _bytes(size: int) -> str:
 
 
 def _grid(rows: list[Row], ruled: bool = False) -> list[str]:
-    """Rows with aligned columns, the last one wrapped; with a rule of dashes under the first row if asked for."""
+    """Rows with aligned columns, the last one wrapped; with a rule of dashes under the first row if `ruled`."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
     indent = sum(widths) + 2 * len(widths)
     lines = []

@@ -1,6 +1,6 @@
-"""The table of iterates of one problem, laid out like the paper's: method, k, z1 ... zn, and what the methods report.
+"""The table of iterates of one problem, in the layout of the paper: method, k, z1 ... zn, and the methods' own columns.
 
-Built once as cells of text; the formats differ only in how they set it.
+Built once as cells of text; the formats differ only in how they typeset it.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from lcpcli.solving.trace import TraceRow
 from lcpcli.typing import Indices
 from lcpcli.verify.certificate import Certificate
 
-CELL = 11  # the usual width of a component and the gap after it
+CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12
-LEFT = ("method", "status")  # the columns that are set flush left
+LEFT = ("method", "status")  # left-aligned columns
 
 
 @dataclass(frozen=True)
 class IterationTable:
-    """Cells of text. `header` names the columns; `groups` has one list of rows a method; `summary` one row a method.
+    """Cells of text. `header` names the columns; `groups` has a list of rows per method, `summary` a row per method.
 
-    leaders : the cells of the summary, by row and column, that nobody undercuts.
-    verdict, facts : of a lone result, which stands above its iterates; "" and none of a comparison.
+    leaders : the best cells of the summary, by row and column.
+    verdict, facts : of a single result, shown above its iterates; "" and none for a comparison.
     """
 
     title: str
@@ -45,7 +45,7 @@ class IterationTable:
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
-    """Which components of z fit into so many columns of text (None: a pipe): all, or the first ones and the last."""
+    """The components of z that fit into this width of text (None: a pipe): all, or the first ones and the last."""
     room = PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 2)
     if n <= room:
         return None
@@ -55,9 +55,9 @@ def shown_components(n: int, width: int | None) -> Indices | None:
 def build(results: Sequence[Result], width: int | None, compared: bool, whole: bool) -> IterationTable:
     """The table of several methods' results on one problem, whose traces hold the same components of z.
 
-    width : of the terminal; None where there is none.
-    compared : whether the results are told side by side, below the iterates, and not the one result above them.
-    whole : whether to show all of z.
+    width : of the terminal; None if there is none.
+    compared : whether the results are compared below the iterates, instead of a single result above them.
+    whole : whether to show all components of z.
     """
     problem, trace = results[0].problem, results[0].trace
     components = trace.components if trace else None
@@ -85,7 +85,7 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
 
 
 def _labels(rows: Sequence[TraceRow], start: str) -> list[str]:
-    """The name of each row's method, with the start, where it is another than that of the row before."""
+    """The name of each row's method, with the start, if it differs from that of the previous row."""
     before = ["", *(row.method for row in rows)]
     return [row.method + start if row.method != earlier else "" for row, earlier in zip(rows, before, strict=False)]
 
@@ -103,7 +103,7 @@ def _measures(row: TraceRow, problem: Problem, length: float) -> list[str]:
 
 
 def _rows(result: Result) -> list[TraceRow]:
-    """The iterates that a table shows: not the start, unless there is nothing else."""
+    """The iterates that a table shows: the starting point only if there is nothing else."""
     rows = result.trace.rows if result.trace else []
     return rows[1:] if len(rows) > 1 else rows
 
@@ -123,14 +123,14 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[st
 
 
 def _vector(certificate: Certificate) -> str:
-    """The vector of a certificate, as far as a line has room for it."""
+    """The vector of a certificate, as far as it fits on a line."""
     if certificate.vector is None:
         return f"certificate: {certificate.kind}"
     return f"certificate: {certificate.kind} {numbers.vector(certificate.vector.tolist())}"
 
 
 def _exact(exact: Exact) -> list[str]:
-    """The exact vectors, as far as a line has room for them, and the proof where the message does not tell it."""
+    """The exact vectors, as far as they fit on a line, and the proof unless the message states it."""
     from lcpcli.rational.numbers import brief
 
     named = [(name, values) for name, values in (("z", exact.z), ("w", exact.w), ("y", exact.y)) if values]

@@ -1,4 +1,4 @@
-"""Results as JSON, one object a line. Keys never vanish: null where there is nothing, and in place of infinities."""
+"""Results as JSON, one object per line. All keys are always present: null for missing and infinite values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STARTS = ("x1",)  # vectors among a method's options
 
 
 def render(results: Sequence[Result]) -> str:
-    """One line a result."""
+    """One line per result."""
     return "".join(json.dumps(_object(result), allow_nan=False, ensure_ascii=False) + "\n" for result in results)
 
 

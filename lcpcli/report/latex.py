@@ -1,4 +1,4 @@
-"""The tables of iterates in LaTeX, set like the paper's, with the rules of the booktabs package."""
+"""The tables of iterates in LaTeX, laid out like the paper's, with the rules of the booktabs package."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SPECIAL = {
 
 
 def render(tables: Sequence[IterationTable]) -> str:
-    """One table environment a problem, ready to be \\input."""
+    """One table environment per problem, ready to be \\input."""
     return "\n".join(_environment(table) for table in tables)
 
 
@@ -38,7 +38,7 @@ def _environment(table: IterationTable) -> str:
 
 
 def tabular(header: list[str], groups: Sequence[list[list[str]]], left: Collection[str]) -> list[str]:
-    """The lines of a table with a rule before each group; `left` are the names of the columns set flush left."""
+    """The lines of a table with a rule before each group; `left` are the names of the left-aligned columns."""
     lines = [
         rf"\begin{{tabular}}{{{''.join('l' if name in left else 'r' for name in header)}}}",
         r"\toprule",
@@ -64,5 +64,5 @@ def _cell(text: str) -> str:
 
 
 def escape(text: str) -> str:
-    """Text in which no mark means anything to LaTeX."""
+    """Text with LaTeX's special characters escaped."""
     return "".join(SPECIAL.get(mark, mark) for mark in text)

@@ -8,7 +8,7 @@ from lcpcli.report.iterations import LEFT, IterationTable
 
 
 def render(tables: Sequence[IterationTable]) -> str:
-    """One section a problem: a lone result and its iterates, or the iterates and then a line a method."""
+    """One section per problem: a single result and its iterates, or the iterates and then one line per method."""
     return "\n".join(_section(table) for table in tables)
 
 
@@ -23,13 +23,13 @@ def _section(table: IterationTable) -> str:
 
 
 def grid(header: list[str], rows: list[list[str]], left: Collection[str]) -> str:
-    """A table; `left` are the names of the columns that are set flush left."""
+    """A table; `left` are the names of the left-aligned columns."""
     marks = [":--" if name in left else "--:" for name in header]
     return "\n".join(f"| {' | '.join(map(escape, row))} |" for row in (header, marks, *rows))
 
 
 def escape(text: str) -> str:
-    """Text in which no mark means anything to Markdown."""
+    """Text with Markdown's special characters escaped."""
     for mark in "\\|*_<`[":
         text = text.replace(mark, "\\" + mark)
     return text

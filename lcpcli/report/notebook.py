@@ -1,4 +1,4 @@
-"""Results and problems as a few words for the interpreter, and as small tables in HTML for notebooks."""
+"""Results and problems as one line for the interpreter, and as small HTML tables for notebooks."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 WIDTH = 60  # of z
-SMALL = 6  # unknowns of a problem whose numbers are shown
+SMALL = 6  # largest number of unknowns of a problem whose numbers are shown
 
 
 def result_text(result: Result) -> str:
-    """One line: the status, the method, n, the residual, the error where it is known, the time and the first of z."""
+    """One line: the status, the method, n, the residual, the error if known, the time and the first components of z."""
     return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
 
 
 def result_html(result: Result) -> str:
-    """The same as a table, with the sentence of the status and what to try next."""
+    """The same as a table, with the message and what to try next."""
     (_, status), *facts = _facts(result)
     remarks = [("", result.message)] * (not result.solved) + [("", result.advice)] * bool(result.advice)
     return _table(status, [*facts, *remarks])
@@ -48,13 +48,13 @@ def _facts(result: Result) -> list[tuple[str, str]]:
 
 
 def problem_text(problem: Problem) -> str:
-    """One line: the name, n, how M is stored and what is known of the solution."""
+    """One line: the name, n, how M is stored and what is known about the solution."""
     name = numbers.title(problem)
     return f"<Problem{' ' * bool(name)}{name}: {', '.join(_properties(problem))}>"
 
 
 def problem_html(problem: Problem) -> str:
-    """The same as a table; of a small problem with M and q."""
+    """The same as a table; for a small problem with M and q."""
     rows = [("", text) for text in _properties(problem)]
     head = _table(numbers.title(problem) or "Problem", rows)
     if problem.n > SMALL or is_sparse(problem.M):

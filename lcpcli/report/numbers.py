@@ -1,4 +1,4 @@
-"""How numbers look in tables: rounded to what a reader can use, aligned by the width of their column."""
+"""Formatting of numbers in tables: rounded to useful digits, aligned by the width of their column."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ if TYPE_CHECKING:
 LARGEST_FIXED = 1e6
 SMALLEST_FIXED = 1e-3
 ELLIPSIS = "..."
-IN_A_LINE = 12  # entries of a vector
+IN_A_LINE = 12  # most entries of a vector on a line
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
 def components(values: Iterable[float], largest: float) -> list[str]:
-    """Components of z with 7 decimals, as in the paper's tables; with 7 significant digits where these would not tell.
+    """Components of z with 7 decimals, as in the paper's tables; with 7 significant digits where those do not suffice.
 
-    largest : the size of the largest component of the answer, which decides for a whole table.
+    largest : the size of the largest component of the solution, which decides for a whole table.
     """
     scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
     return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{v:.7f}" for v in values]
 
 
 def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format) -> str:
-    """A vector in a line of text, as far as there is room for it."""
+    """A vector in a line of text, as far as it fits."""
     more = [ELLIPSIS] if len(entries) > IN_A_LINE else []
     return f"({', '.join([*map(cell, entries[:IN_A_LINE]), *more])})"
 
 
 def short(value: float | None, rounding: float = 0.0) -> str:
-    """Two significant digits of a residual or an error; 0 where it is but rounding, empty where there is none."""
+    """Two significant digits of a residual or an error; 0 if it is only rounding, empty if there is none."""
     if value is None:
         return ""
     return "0" if value <= rounding else f"{value:.1e}"
 
 
 def above(value: float) -> str:
-    """Two significant digits of a bound, rounded upwards, so that what is printed is a bound too."""
+    """Two significant digits of a bound, rounded up, so that the printed value is a bound too."""
     from decimal import ROUND_CEILING, Context
 
     rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(value)
@@ -47,12 +47,12 @@ def above(value: float) -> str:
 
 
 def unit(seconds: float) -> tuple[float, str]:
-    """The largest unit of which a time is at least one, to three digits: (its length in seconds, its name)."""
+    """The largest unit not exceeding a time rounded to three digits: (its length in seconds, its name)."""
     return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
 
 
 def finite(value: float | None) -> float | None:
-    """The value, or None where JSON has no number for it."""
+    """The value, or None if JSON has no number for it."""
     return value if value is not None and math.isfinite(value) else None
 
 
@@ -67,7 +67,7 @@ def level(value: float) -> str:
 
 
 def digits(value: float) -> str:
-    """Three significant digits, and never an exponent in a large number."""
+    """Three significant digits, without an exponent in large numbers."""
     return f"{value:.3g}" if value < 999.5 else f"{value:.0f}"
 
 

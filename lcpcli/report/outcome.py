@@ -1,4 +1,4 @@
-"""What came out of one run, for the lines above its iterates: the verdict, the numbers that matter, and z."""
+"""The outcome of one run, for the lines above its iterates: the verdict, the main numbers, and z."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from lcpcli.solving.result import Result
 
 PAGE = 80
 DIGITS = 7
-SETTLED = ("infeasible", "unsolvable")  # where no z is worth a look
+SETTLED = ("infeasible", "unsolvable")  # without a z of interest
 
 
 def verdict(result: Result) -> str:
-    """One line: how it ended, by which methods."""
+    """One line: how the run ended, and by which methods."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
         return f"{result.status.word} {by}: {_work(result)}"
@@ -29,7 +29,7 @@ def _work(result: Result) -> str:
 
 
 def facts(result: Result, width: int | None, whole: bool) -> list[str]:
-    """The work, the residuals, the error and z; of a long z what fits into one line, unless the whole is wanted."""
+    """The work, the residuals, the error and z; of a long z what fits on one line, unless `whole`."""
     work = [] if result.solved else [_work(result)]
     if result.status.word in SETTLED:
         return work
@@ -41,7 +41,7 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
 
 
 def short_vector(result: Result, width: int) -> str:
-    """z in so many columns: all components, or the first ones and the last."""
+    """z in a line of that width: all components, or the first ones and the last."""
     room = min(result.problem.n, width // 3)
     while True:
         gap = [] if room == result.problem.n else [ELLIPSIS]
@@ -52,7 +52,7 @@ def short_vector(result: Result, width: int) -> str:
 
 
 def _vector(name: str, result: Result, width: int, whole: bool) -> list[str]:
-    """z in one line, if need be elided; or the whole in aligned lines, each with the name of its first component."""
+    """z in one line, elided if necessary; or all of z in aligned lines, each labelled with its first component."""
     if not whole:
         return [f"{name} = {short_vector(result, width - len(name) - 3)}"]
     cells = _cells(result, result.problem.n)
@@ -75,7 +75,7 @@ def _rows(name: str, cells: list[str], width: int) -> list[str]:
 
 
 def _cells(result: Result, first: int) -> list[str]:
-    """The first components of z, or the last if negative, to the digits that are known: at most 7."""
+    """The first components of z, or the last if negative, to the known digits: at most 7."""
     z = result.z[:first] if first >= 0 else result.z[first:]
     known = result.bound.value if result.bound and result.bound.proved else result.error
     if not result.solved or known is None or not 0 < known < math.inf:

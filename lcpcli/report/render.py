@@ -1,4 +1,4 @@
-"""From results to text: pure functions, one format a module. Nothing here prints or writes."""
+"""Results as text: pure functions, one module per format. Nothing here prints or writes."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def render(
 ) -> str:
     """The results as text in a format.
 
-    runs : those on one problem together.
-    width, color : of the terminal; width is None where there is none.
-    compared : whether the iterates come first and then a line a result; else the result comes first.
-    whole : whether a result that comes first shows all of its z.
+    runs : grouped by problem.
+    width, color : of the terminal; width is None if there is none.
+    compared : whether the iterates come first and then one line per result; else the result comes first.
+    whole : whether a result that comes first shows all components of z.
     """
     if form == "json":
         from lcpcli.report import json_lines

@@ -1,4 +1,4 @@
-"""The lines below the iterates, one a method: what it took, and how good what came out is."""
+"""The lines below the iterates, one per method: its cost and the quality of its result."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Milestone
 from lcpcli.verify.accuracy import size_of_solutions
 
-SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # where a row is full
+SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
 NOT_REACHED = "-"
 
 Cells = tuple[list[str], list[list[str]]]
 
 
 def build(results: Sequence[Result]) -> Cells:
-    """Header and rows: with what it took to each of the levels of error where that was noted, else the plain counts."""
+    """Header and rows: with the cost to each of the levels of error if recorded, else the plain counts."""
     noted = any(result.curve is not None and result.curve.levels for result in results)
     return _milestones(results) if noted else _counts(results)
 
@@ -41,33 +41,33 @@ def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
 
 
 def name(result: Result) -> str:
-    """What a run is called: its method, and that it started near the solution if it did."""
+    """The name of a run: its method, marked "warm" if it started near the solution."""
     return f"{result.method} warm" if result.warm else result.method
 
 
 def residual(result: Result) -> str:
-    """The natural residual of a result, 0 where it is no more than rounding of the terms of each row."""
+    """The natural residual of a result, 0 if it is no more than rounding of the terms of each row."""
     return numbers.short(result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0)
 
 
 def error(value: float | None, problem: Problem) -> str:
-    """An error, 0 where it is no more than rounding of the solution."""
+    """An error, 0 if it is no more than rounding of the solution."""
     return numbers.short(value, ROW_ROUNDING * size_of_solutions(problem))
 
 
 def doubt(result: Result) -> str:
-    """What to think of a solved run whose z differs from the solution in its first digits; "" where it does not."""
+    """A warning for a solved run whose z differs from the solution in its leading digits; else ""."""
     near = result.error is None or result.error <= LEVELS[0] * size_of_solutions(result.problem)
     if near or not result.solved:
         return ""
     return (
-        f"the residual is small and yet z is far from the {result.problem.reference} solution: "
-        "either it is another solution, or M is so ill-conditioned that the residual tells little"
+        f"the residual is small but z is far from the {result.problem.reference} solution: "
+        "either it is another solution, or M is so ill-conditioned that the residual says little"
     )
 
 
 def bound(result: Result) -> str:
-    """What is proved about the error, or that nothing is; "" where that was not asked."""
+    """The proved bound on the error, or that there is none; "" if not requested."""
     if result.bound is None:
         return ""
     if not result.bound.proved:
@@ -109,7 +109,7 @@ def _milestones(results: Sequence[Result]) -> Cells:
     for result in results:
         reached = {m.level: _cell(result, m) for m in (result.curve.milestones if result.curve else ())}
         end = _taken(result.iterations, result.seconds)
-        claim = NOT_REACHED if result.verified is None else "true" if result.verified else "FALSE"
+        claim = NOT_REACHED if result.verified is None else "verified" if result.verified else "FALSE"
         levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
         status = SHORT.get(result.status.word, result.status.word)
         rows.append([name(result), *levels, end, error(result.error, result.problem), status, claim])

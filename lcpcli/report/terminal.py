@@ -1,4 +1,4 @@
-"""Tables for people: rich on a terminal, the same as plain text into a pipe."""
+"""Tables as text: styled by rich on a terminal, plain in a pipe."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from lcpcli.report.iterations import LEFT, IterationTable
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000
 PIPE = 80
-STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and on dark
+STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
 REMARK = "magenta"
 
 
 def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> str:
-    """The tables as text for a terminal of that width; None stands for a pipe. No number is ever cut or broken."""
+    """The tables as text for a terminal of that width; None for a pipe. Numbers are never truncated or broken."""
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
     for i, table in enumerate(tables):
@@ -39,7 +39,7 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
 
 
 def _print_outcome(console: Console, table: IterationTable, width: int | None) -> None:
-    """The result first: the verdict, what matters, what there is to remark, and a blank line."""
+    """The result first: the verdict, the main numbers, remarks, and a blank line."""
     style = STYLES["solved"] if table.verdict.startswith("solved") else UNSOLVED
     _print_lines(console, [table.verdict], width, f"bold {style}")
     _print_lines(console, table.facts, width, "")
@@ -48,7 +48,7 @@ def _print_outcome(console: Console, table: IterationTable, width: int | None) -
 
 
 def _print_lines(console: Console, lines: Sequence[str], width: int | None, style: str) -> None:
-    """Lines of words, folded to the width of a terminal; in a pipe each stays one line."""
+    """Lines of words, wrapped to the width of a terminal; in a pipe each stays one line."""
     folded = lines if width is None else [part for line in lines for part in _folded(line, width)]
     if folded:
         console.print(Text("\n".join(folded), style=style))
@@ -59,7 +59,7 @@ def _folded(line: str, width: int) -> list[str]:
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
-    """A list of words in columns, folded to that width, 80 for a pipe; the first column is never folded."""
+    """A list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped."""
     out = StringIO()
     table = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for i, name in enumerate(header):
@@ -71,7 +71,7 @@ def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | N
 
 
 def console_on(out: StringIO, width: int, color: bool) -> Console:
-    """A console that writes there, as wide as that."""
+    """A console of that width that writes to `out`."""
     return Console(
         file=out,
         width=width,
@@ -85,12 +85,12 @@ def console_on(out: StringIO, width: int, color: bool) -> Console:
 
 
 def trimmed(out: StringIO) -> str:
-    """What was written, without blanks at the ends of lines."""
+    """The text written, without trailing blanks."""
     return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
 
 
 def _label_down(group: list[list[str]]) -> list[list[str]]:
-    """The group with its method's name down the first column, a word a row as in the paper, if it has the rows."""
+    """The group with its method's name down the first column, one word per row as in the paper, if there is room."""
     words = group[0][0].replace("-", "- ").split() if group else []
     if len(words) > len(group) or any(row[0] for row in group[1:]):
         return group
@@ -106,8 +106,8 @@ def grid(
 ) -> Table:
     """A table with a rule between groups.
 
-    left : the names of the columns that are set flush left.
-    bold : rows and columns of cells of the last group that are to stand out.
+    left : the names of the left-aligned columns.
+    bold : rows and columns of the cells of the last group to be highlighted.
     """
     rows = [header, *(row for group in groups for row in group)]
     widest = [max(map(len, column)) for column in zip(*rows, strict=True)]

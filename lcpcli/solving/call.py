@@ -84,5 +84,5 @@ def _refuse_unknown(method: str, names: Iterable[str]) -> None:
     known = [name for name in methods.parameters_of(method) if name not in OF_ALL]
     for name in names:
         if name not in known and name not in methods.OPTIONS and name not in methods.ADDITIONS:
-            mend = likely(name, (*known, *OF_ALL), f"it has {', '.join((*known, *OF_ALL))}")
-            raise OptionError(name, f"is no option of {method}", mend)
+            hint = likely(name, (*known, *OF_ALL), f"it has {', '.join((*known, *OF_ALL))}")
+            raise OptionError(name, f"is no option of {method}", hint)

@@ -62,8 +62,8 @@ def _pivoted(data: ExactProblem, P: Mask, deadline: float, most: int) -> list[Fr
     for _ in range(STEPS):
         if np.count_nonzero(P) > most or time.perf_counter() >= deadline:
             return None
-        inside = np.flatnonzero(P)
-        z = _solved(data, inside, inside)
+        active = np.flatnonzero(P)
+        z = _solved(data, active, active)
         if z is None:
             return None
         w = data.w(z)
@@ -93,23 +93,23 @@ def _solved(data: ExactProblem, rows: Indices, columns: Indices) -> list[Fractio
 
 def _at_vertex(data: ExactProblem, P: Mask) -> list[Fraction] | None:
     """A vertex of all z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, itself from these, exactly."""
-    inside, outside = np.flatnonzero(P), np.flatnonzero(~P)
-    if not inside.size:
+    active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
+    if not active.size:
         return None
     problem = data.problem
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
-        columns, q = matrices.scaled(problem.M, R, C)[:, inside], R * problem.q
+        columns, q = matrices.scaled(problem.M, R, C)[:, active], R * problem.q
         power = math.frexp(np.abs(q).max())[1]
         q = np.ldexp(q, -power)
     if not (np.isfinite(q).all() and np.isfinite(columns.sum())):
         return None
-    found = linprog(np.ones(inside.size), -columns[outside], q[outside], equal=(columns[inside], -q[inside]))
+    found = linprog(np.ones(active.size), -columns[inactive], q[inactive], equal=(columns[active], -q[active]))
     if found is None:
         return None
-    kept = inside[found.x > ACTIVE * max(float(found.x.max()), ACTIVE)]
+    kept = active[found.x > ACTIVE * max(float(found.x.max()), ACTIVE)]
     w = columns @ found.x + q
-    for rows in (np.union1d(inside, np.flatnonzero(w <= ACTIVE)), inside):
+    for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE)), active):
         z = _solved(data, rows, kept)
         if z is not None and data.is_solution(z):
             return z

@@ -58,13 +58,13 @@ def _kind_of_minimum(problem: Problem, program: QuadraticProgram) -> str:
     k = program.variables
     verdicts = classify(problem.M[:k, :k], SECONDS, last="positive_semidefinite")
     if verdicts["positive_definite"].word == YES:
-        return "x is the only minimum, as Q is positive definite"
+        return "x is the unique minimizer, as Q is positive definite"
     word = verdicts["positive_semidefinite"].word
     if word == YES:
-        return "x is a minimum, as Q is positive semidefinite"
+        return "x is a minimizer, as Q is positive semidefinite"
     if word == NO:
-        return "x meets the first-order conditions only, and need not be a minimum: Q is not positive semidefinite"
-    return "x meets the first-order conditions; whether Q is positive semidefinite, and x a minimum, is not decided"
+        return "x meets the first-order conditions only, and need not be a minimizer: Q is not positive semidefinite"
+    return "x meets the first-order conditions; whether Q is positive semidefinite, and x a minimizer, is not decided"
 
 
 def _without_minimum(result: Result, program: QuadraticProgram) -> str:

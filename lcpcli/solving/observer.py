@@ -24,9 +24,9 @@ class Observer:
         self._began = time.monotonic()
         self._due = self._began + INTERVAL
 
-    def saw(self, method: str, k: int, level: float) -> None:
+    def saw(self, method: str, k: int, bound: float) -> None:
         """Take note of one more iterate."""
-        self._seen = method, k, level
+        self._seen = method, k, bound
         self.look()
 
     def look(self) -> None:

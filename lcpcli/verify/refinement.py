@@ -37,11 +37,11 @@ def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
     units = scaled.scale(problem)
     within = units.problem
     z_scaled = z / units.C
-    inside = np.flatnonzero(x_of(z_scaled, within.w(z_scaled)) > 0 if P is None else P)
-    if not inside.size:
+    active = np.flatnonzero(x_of(z_scaled, within.w(z_scaled)) > 0 if P is None else P)
+    if not active.size:
         return np.zeros_like(z)
-    solver, b = PrincipalSolver(within.M), -within.q[inside]
-    block = solver.block(inside)
+    solver, b = PrincipalSolver(within.M), -within.q[active]
+    block = solver.block(active)
     try:
         solve = solver.factorized(block)
     except SingularMatrix:
@@ -56,7 +56,7 @@ def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
     except (OverflowError, ValueError):
         return z
     better = np.zeros_like(z)
-    better[inside] = np.maximum(values, 0) * units.C[inside]
+    better[active] = np.maximum(values, 0) * units.C[active]
     if not np.isfinite(better).all():
         return z
     accuracy = Accuracy(problem)

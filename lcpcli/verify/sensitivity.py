@@ -34,8 +34,8 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
     """
     w = problem.w(z)
     terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-    for inside in ((z > 0) | (w <= ROW_ROUNDING * terms), z > 0):
-        P = np.flatnonzero(inside)
+    for active in ((z > 0) | (w <= ROW_ROUNDING * terms), z > 0):
+        P = np.flatnonzero(active)
         if not P.size:
             return 0.0
         inverse = _inverse(problem, P)

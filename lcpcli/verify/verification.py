@@ -5,7 +5,7 @@ The componentwise backward error of z is the smallest omega for which z solves a
 omega s_i, where s = |M| |z| + |q|, each component by itself: this is the theorem of W. Oettli and W. Prager,
 Compatibility of approximate solution of linear equations with given error bounds for coefficients and right-hand sides,
 Numerische Mathematik 6 (1964) 405-409. Where z_i > 0 it has to become 0, where z_i = 0 it has to become nonnegative,
-and no change mends a z_i < 0. So omega is the largest of |w_i| / s_i, max(-w_i, 0) / s_i and infinity in these cases.
+and no change repairs a z_i < 0. So omega is the largest of |w_i| / s_i, max(-w_i, 0) / s_i and infinity in these cases.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import proves_infeasible
 
 BOUNDED = 300  # unknowns up to which an error bound is proved unasked: it may take a second
-MOST = 10  # violations that a judgement lists
+MOST = 10  # violations that a verification lists
 
 Number = TypeVar("Number", float, Fraction)
 
@@ -48,7 +48,7 @@ class Violation(Generic[Number]):
 
 
 @dataclass(frozen=True, eq=False)
-class Judgement:
+class Verification:
     """What is true of an answer.
 
     kind : "solution", a z was judged; "farkas", a vector y.
@@ -82,8 +82,8 @@ class Judgement:
 
 
 @np.errstate(all="ignore")  # what overflows is judged as infinite
-def judge(problem: Problem, z: Vector, tol: float) -> Judgement:
-    """Judge z, finite and of shape (n,), in doubles: it stands if its relative residual is at most tol.
+def verify(problem: Problem, z: Vector, tol: float) -> Verification:
+    """Judge z, finite and of shape (n,), in doubles: it is accepted if its relative residual is at most tol.
 
     Violations are those components whose own relative residual is above tol, the largest first.
     """
@@ -94,7 +94,7 @@ def judge(problem: Problem, z: Vector, tol: float) -> Judgement:
     accepted = relative <= tol
     verdict = "solves the problem" if accepted else "does not solve the problem"
     wrong = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol]
-    return Judgement(
+    return Verification(
         problem,
         "solution",
         exact=False,
@@ -111,7 +111,7 @@ def judge(problem: Problem, z: Vector, tol: float) -> Judgement:
 
 
 @np.errstate(all="ignore")
-def judge_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None) -> Judgement:
+def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None) -> Verification:
     """Judge z, of length n, in rational arithmetic: it stands if it is a solution. Only the measures are rounded.
 
     given_w : what is said to be M z + q, of length n; z stands only if it is.
@@ -126,7 +126,7 @@ def judge_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction]
         fault = f"z is no exact solution: {count(len(wrong), 'component')} of it fail{'s' * (len(wrong) == 1)}"
     accuracy, near, near_w = Accuracy(data.problem), rounded(z), rounded(w)
     residual = abs(each[wrong[0]]) if wrong else Fraction(0)
-    return Judgement(
+    return Verification(
         data.problem,
         "solution",
         exact=True,
@@ -141,7 +141,7 @@ def judge_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction]
     )
 
 
-def judge_farkas(problem: Problem, y: list[Fraction]) -> Judgement:
+def verify_farkas(problem: Problem, y: list[Fraction]) -> Verification:
     """Judge a proof y, of length n, that no z >= 0 has M z + q >= 0, for the doubles M and q.
 
     It stands where it does as it is, or rounded to doubles as `certificate.proves_infeasible` says.
@@ -151,7 +151,7 @@ def judge_farkas(problem: Problem, y: list[Fraction]) -> Judgement:
     return _of_farkas(problem, _fault_of_farkas(ExactProblem.of_floats(problem), y), exact=False)
 
 
-def judge_farkas_exactly(data: ExactProblem, y: list[Fraction], is_rounded: bool) -> Judgement:
+def verify_farkas_exactly(data: ExactProblem, y: list[Fraction], is_rounded: bool) -> Verification:
     """Judge such a proof for the exact data; one that is known to be rounded may be corrected by what was cut off."""
     fault = _fault_of_farkas(data, y)
     if fault and is_rounded:
@@ -169,11 +169,11 @@ def _false_w(w: list[Fraction], given: list[Fraction] | None) -> str:
     return f"the given w is not Mz + q: component {i + 1} is {brief(w[i])}, not {brief(given[i])}"
 
 
-def _of_farkas(problem: Problem, fault: str, exact: bool) -> Judgement:
+def _of_farkas(problem: Problem, fault: str, exact: bool) -> Verification:
     message = "proved infeasible: y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0"
     if fault:
         message = f"y proves nothing: {fault}"
-    return Judgement(problem, "farkas", exact=exact, accepted=not fault, message=message)
+    return Verification(problem, "farkas", exact=exact, accepted=not fault, message=message)
 
 
 def _fault_of_farkas(data: ExactProblem, y: list[Fraction]) -> str:

@@ -28,7 +28,7 @@ FILES = [
 ]
 
 CSV = [
-    of_csv("ragged", "2,0,-1\n0,2\n", "line 2:", "2 columns", "line 1 has 3", "equally long"),
+    of_csv("ragged", "2,0,-1\n0,2\n", "line 2:", "2 columns", "line 1 has 3", "same number of columns"),
     of_csv("text-in-the-middle", "2,0,-1\n0,x,-1\n", "line 2, column 2:", "'x'", "number"),
     of_csv("long-text-in-the-middle", f"2,0,-1\n0,{LONG},-1\n", "line 2, column 2:", "number"),
     of_csv("two-headers", "a,b,c\nd,e,f\n2,0,-1\n0,2,-1\n", "line 2, column 1:", "'d'", "number"),
@@ -44,7 +44,7 @@ CSV = [
     of_csv("nan-between-blanks", "2 0 -1\n0 nan -1\n", "line 2, column 2:", "nan", "finite"),
     of_csv("only-a-header", "a,b,c\n", "header", "no numbers", "row"),
     of_csv("only-comments", "# a\n# b\n", "no numbers", "row"),
-    of_csv("M-without-q", "2,0\n0,2\n", "M, 2 x 2", "without q", "add q", "file for q"),
+    of_csv("M-without-q", "2,0\n0,2\n", "M, 2 x 2", "no q", "add q", "file for q"),
     of_csv("too-many-columns", "2,0,-1,0\n0,2,-1,0\n", "2 rows of 4 columns", "n + 1 columns"),
     of_csv("too-many-rows", "2,0,-1\n0,2,-1\n1,1,1\n1,1,1\n", "4 rows of 3 columns", "n + 1 columns"),
     of_csv("delimiter-at-the-end", "2,0,-1,\n0,2,-1,\n", "line 1, column 4:", "empty"),
@@ -54,9 +54,9 @@ CSV = [
     of_csv("hexadecimal", "2,0,-1\n0,0x2,-1\n", "line 2, column 2:", "'0x2'", "not a number"),
     of_line("q-too-long-for-M", "solve M.csv q.csv", "M.csv:", "2 x 2", "q has 3 entries", "agree", q="1,2,3\n"),
     of_line("M-not-square", "solve M.csv q.csv", "M.csv:", "2 rows of 4 columns", "n columns", M="2,0,1,1\n0,2,1,1\n"),
-    of_line("q-file-beside-q", "solve M.csv q.csv", "q.csv:", "not needed", "M.csv holds", M="2,0,1\n0,2,1\n"),
+    of_line("q-file-beside-q", "solve M.csv q.csv", "q.csv:", "not needed", "M.csv contains", M="2,0,1\n0,2,1\n"),
     of_line("q-a-matrix", "solve M.csv q.csv", "q.csv: q:", "2 rows and 2 columns", "one row", q="1,2\n3,4\n"),
-    of_line("q-ragged", "solve M.csv q.csv", "q.csv: line 2:", "1 column", "equally long", q="1,2\n3\n"),
+    of_line("q-ragged", "solve M.csv q.csv", "q.csv: line 2:", "1 column", "same number of columns", q="1,2\n3\n"),
     of_line("text-in-q-file", "solve M.csv q.csv", "q.csv: line 1, column 2:", "'x'", "number", q="1,x\n"),
     of_line("text-in-M-file", "solve M.csv q.csv", "M.csv: line 2, column 1:", "'x'", "number", M="1,2\nx,4\n"),
     of_line("q-file-empty", "solve M.csv q.csv", "q.csv:", "empty", "one row", q=""),

@@ -111,7 +111,7 @@ STARTS = [
 ]
 
 UNWRITABLE = [
-    of_solving("output-into-no-folder", "-o nowhere/x.json", "nowhere/x.json:", "no folder", "make it first"),
+    of_solving("output-into-no-folder", "-o nowhere/x.json", "nowhere/x.json:", "no folder", "create it first"),
     of_solving("output-below-a-file", "-o good.json/x.json", "good.json/x.json:", "no folder"),
     of_solving("output-a-directory", "-o results", "results:", "is a directory", "name a file"),
     of_solving("output-without-a-name", "-o ", "empty", "name a file"),

@@ -1,1 +1,1 @@
-"""From the record of a bench to text: pure functions, one format a module. Nothing here prints or writes."""
+"""From the record of a bench to text: pure functions, one module per format. Nothing here prints or writes."""

@@ -1,4 +1,4 @@
-"""How the methods of a bench converge: who reaches which error first, and how fast fixed-point contracts."""
+"""Convergence of the methods of a bench: which is first to each level of error, and the rate of fixed-point."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from lcpcli.report.formats import LEVELS
 
 NOT_REACHED = "-"
 SHOWN = LEVELS[1]  # the level whose times are listed
-ALIKE = 1.02  # times within this factor are no victory
+ALIKE = 1.02  # times within this factor count as equal
 
 
 def reached(record: Record) -> Sheet:
-    """What time each method took to an error of SHOWN on each problem, and who was first to each level how often."""
+    """The time of each method to an error of SHOWN on each problem, and how often each was first to each level."""
     first = {level: dict.fromkeys(record.methods, 0) for level in LEVELS}
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
@@ -29,7 +29,7 @@ def reached(record: Record) -> Sheet:
         length, unit = numbers.unit(min((seconds for seconds in times if seconds is not None), default=0.0))
         cells = [NOT_REACHED if seconds is None else numbers.digits(seconds / length) for seconds in times]
         rows.append([name, unit if set(cells) != {NOT_REACHED} else "", *cells])
-    title = f"Time to an error of {numbers.level(SHOWN)} of the solution's largest component"
+    title = f"Time to an error of {numbers.level(SHOWN)} relative to the solution's largest component"
     counts = [_count(level, wins) for level, wins in first.items()]
     notes = [f"First to an error of {', '.join(counts)}."]
     return Sheet(title, ["problem", "in", *record.methods], [rows] if rows else [], notes)
@@ -41,7 +41,7 @@ def _seconds(row: Measurement | None, level: float) -> float | None:
 
 
 def _first(own: dict[str, Measurement], level: float) -> list[str]:
-    """The methods that are first to a level, more than one where they are alike."""
+    """The methods that are first to a level, more than one for equal times."""
     times = {method: seconds for method, row in own.items() if (seconds := _seconds(row, level)) is not None}
     return [method for method, seconds in times.items() if seconds <= ALIKE * min(times.values())]
 
@@ -52,14 +52,14 @@ def _count(level: float, wins: dict[str, int]) -> str:
 
 
 def rates(record: Record) -> Sheet:
-    """By what factor an iteration of fixed-point shrinks the error, measured and by theory."""
+    """The convergence factor of fixed-point, measured and from theory."""
     rows = [_rate(row, row.rate) for row in record.measurements if row.rate is not None]
     notes = [
-        "measured: by least squares on the logarithms of errors. local: the spectral radius of the iteration at a "
+        "measured: least-squares fit to the logarithms of the errors. local: the spectral radius of the iteration at a "
         "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - lambda| / |1 + lambda| for symmetric M."
     ]
     header = ["problem", "iterations", "measured", "local", "bound"]
-    return Sheet("Linear convergence of fixed-point: factor an iteration", header, [rows] if rows else [], notes)
+    return Sheet("Linear convergence of fixed-point: factor per iteration", header, [rows] if rows else [], notes)
 
 
 def _rate(row: Measurement, factors: dict[str, float]) -> list[str]:

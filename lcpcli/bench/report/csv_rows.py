@@ -1,4 +1,4 @@
-"""A bench as CSV: a header, then one line a measurement with all digits; empty where there is nothing."""
+"""A bench as CSV: a header, then one line per measurement with all digits; missing values are empty."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
 def render(record: Record) -> str:
-    """Parameters are JSON, true and false are written as there; the curves are in the record alone."""
+    """Parameters are JSON, booleans are written as in JSON; only the record has the curves."""
     out = StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*COPIED, *COMPUTED])

@@ -8,9 +8,9 @@ if TYPE_CHECKING:
     pass
 
 FORMATS = {
-    "table": "for people",
+    "table": "human-readable",
     "json": "the record, to resume from",
-    "csv": "one row a measurement, all digits",
+    "csv": "one row per measurement, all digits",
     "markdown": "the tables in Markdown",
     "latex": "the tables in LaTeX with booktabs",
 }

@@ -10,14 +10,14 @@ from lcpcli.report import latex, markdown
 
 
 def in_markdown(report: Report) -> str:
-    """A heading, how it was measured, and one section a table."""
+    """A heading, the conditions of measurement, and one section per table."""
     parts = [f"## {markdown.escape(report.title)}", *(f"- {markdown.escape(line)}" for line in report.lines)]
     head = "\n".join([parts[0], "", *parts[1:]])
     return "\n\n".join([head, *(_section(sheet) for sheet in report.sheets)]) + "\n"
 
 
 def in_latex(report: Report) -> str:
-    """A comment on how it was measured, then one table environment a table, ready to be \\input."""
+    """A comment with the conditions of measurement, then one table environment per table, ready to be \\input."""
     head = [f"% {' '.join(line.split())}" for line in (report.title, *report.lines)]
     return "\n".join([*head, *(_environment(sheet) for sheet in report.sheets)]) + "\n"
 

@@ -1,4 +1,4 @@
-"""A bench as a picture: performance profile, error against time on a few problems, and growth of the time with n."""
+"""A bench as a figure: performance profile, error against time on a few problems, and growth of the time with n."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_PANELS = 4
 
 
 def draw(record: Record, form: str) -> bytes:
-    """The picture of a bench in which something was measured; form is one of `figures.FORMS`."""
+    """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     profiles = [Profile(name, name, ratios) for name, ratios in performance_ratios(times(record)).items() if ratios]
     return figures.bench(profiles, _panels(record), _growth_panels(record), form)
 
@@ -44,7 +44,7 @@ def _panel(rows: list[Measurement]) -> Panel:
 
 
 def _curve(row: Measurement, measure: str) -> Curve:
-    """A method's curve; a peer, which shows only how it ends, is a single point."""
+    """A method's curve; a peer, of which only the end is known, is a single point."""
     if row.curve:
         k, seconds, errors = zip(*row.curve, strict=True)
         return Curve(row.solver, row.solver, k, seconds, errors, row.success)

@@ -1,4 +1,4 @@
-"""From the record of a bench to text: pure functions, one format a module. Nothing here prints or writes."""
+"""From the record of a bench to text: pure functions, one module per format. Nothing here prints or writes."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lcpcli.bench.record import Record
 
-PAGE = 80  # columns of a table where there is no terminal
+PAGE = 80  # columns of a table without a terminal
 
 
 def render(record: Record, form: str, width: int | None, color: bool) -> str:
     """The record as text in a format.
 
-    width, color : of the terminal; width is None where there is none.
+    width, color : of the terminal; width is None if there is none.
     """
     if form == "json":
         from lcpcli.bench.record import to_json

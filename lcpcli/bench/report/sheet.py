@@ -1,4 +1,4 @@
-"""One table of a report, as cells of text. The formats differ only in how they set it."""
+"""One table of a report, as cells of text. The formats differ only in how they typeset it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bench comes to, as tables of cells of text. The formats differ only in how they set them."""
+"""The results of a bench, as tables of cells of text. The formats differ only in how they typeset them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import numbers
 
-MOST_SOLVERS = 6  # side by side where no width is given
-SHORTEST = 20  # characters of what a table says of a failure at least; JSON and CSV have all of it
-TIMES = "Median±half the distance of the quartiles; the median alone where a run was made once."
+MOST_SOLVERS = 6  # side by side if no width is given
+SHORTEST = 20  # least number of characters of a failure's description in a table; JSON and CSV have all of it
+TIMES = "Median±half the interquartile range; the median alone for a single run."
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
 @dataclass(frozen=True)
 class Report:
-    """All of a bench: a title, lines on how it was measured, and the tables that have something to say."""
+    """The report on a bench: a title, lines on the conditions of measurement, and the nonempty tables."""
 
     title: str
     lines: list[str]
@@ -70,14 +70,14 @@ def _solvers(record: Record) -> Sheet:
         for score in scores.scores(record)
     ]
     notes = [
-        "false: claimed, and wrong by any measure. mean time: geometric, shifted by "
+        "false: claimed but wrong by every measure. mean time: geometric mean, shifted by "
         f"{numbers.duration(SHIFT)}; a failure counts as the time limit, {numbers.duration(record.options.time_limit)}."
     ]
     return Sheet("Solvers", header, [rows] if record.measurements else [], notes)
 
 
 def _times(record: Record, width: int | None) -> Sheet:
-    """One row a problem if that fits, else one row a problem and solver."""
+    """One row per problem if that fits, else one row per problem and solver."""
     side_by_side = _side_by_side(record)
     if width is None:
         return side_by_side if len(record.solvers) <= MOST_SOLVERS else _one_below_another(record)
@@ -85,7 +85,7 @@ def _times(record: Record, width: int | None) -> Sheet:
 
 
 def _width(sheet: Sheet) -> int:
-    """The columns of text that a table takes."""
+    """The width of a table in characters."""
     rows = [sheet.header, *(row for group in sheet.groups for row in group)]
     return sum(max(map(len, column)) + 1 for column in zip(*rows, strict=True)) - 1
 
@@ -112,7 +112,7 @@ def _one_below_another(record: Record) -> Sheet:
             iterations = "" if row.iterations is None else str(row.iterations)
             rows.append(["" if rows else name, row.solver, _time(row, length), unit, *measures, iterations])
         groups.append(rows)
-    return Sheet("Times", header, groups, [TIMES, "The residual is the scaled one, recomputed."])
+    return Sheet("Times", header, groups, [TIMES, "The residual is scaled and recomputed."])
 
 
 def _time(row: Measurement, length: float) -> str:
@@ -137,7 +137,7 @@ def _failures(record: Record, width: int | None) -> Sheet:
 
 
 def _shortened(said: str, room: int) -> str:
-    """As many whole clauses as there is room for; what is cut within a clause shows it."""
+    """As many whole clauses as fit; a cut within a clause is marked."""
     if len(said) <= room:
         return said
     clauses = re.split(r"(?=[:;,] )", said)
@@ -175,4 +175,4 @@ def _growth(record: Record) -> Sheet:
             figures = [f"{fit.exponent:.2f}", f"{fit.standard_error:.2f}", f"{fit.r_squared:.3f}"]
             rows.append([name, growth.solver, sizes, *figures])
         groups.append(rows)
-    return Sheet("Growth of the time with n, as n^exponent", header, groups)
+    return Sheet("Growth of the time with n: n^exponent", header, groups)

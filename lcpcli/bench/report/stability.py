@@ -1,4 +1,4 @@
-"""How far each solver of a bench delivers as a family gets stiffer, how exactly, and what it says beyond that."""
+"""Up to what stiffness of a family each solver of a bench succeeds, how accurately, and how it ends beyond that."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NOWHERE = "-"
 
 @dataclass(frozen=True)
 class Ladder:
-    """The cases of one family, in order of stiffness. axis : what differs from one to the next, with its values."""
+    """The cases of one family, in order of stiffness. axis : the parameter that varies, with its values."""
 
     family: str
     axis: str
@@ -24,21 +24,21 @@ class Ladder:
 
 
 def build(record: Record) -> Sheet:
-    """One row a family and solver; nothing unless the suite stands in order of stiffness."""
+    """One row per family and solver; nothing unless the suite is in order of stiffness."""
     rows = {row.key: row for row in record.measurements}
     ordered = any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
     groups = [_group(ladder, record.solvers, rows) for ladder in ladders(record.cases)] if ordered else []
     header = ["family", "up", "solver", "to", "error", "cond.", "then"]
     notes = [
         "to: the last value up to which all are solved, by recomputed residuals. error: the largest one on "
-        "these, against the exact solution, in units of eps times the condition: what rounding the data may cause. "
-        "cond.: of the solution, where it is largest on these. then: how the next one ends."
+        "these, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
+        "cond.: the largest condition of the solution on these. then: how the next one ends."
     ]
     return Sheet("Stability", header, [group for group in groups if group], notes)
 
 
 def ladders(cases: Sequence[Case]) -> list[Ladder]:
-    """The families of the cases; what stands in a file belongs to none."""
+    """The families of the cases; a problem in a file belongs to none."""
     families: dict[tuple[str, ...], list[Case]] = {}
     for case in cases:
         if case.family:

@@ -1,4 +1,4 @@
-"""A bench for people: rich on a terminal, the same as plain text into a pipe."""
+"""A bench as text: styled by rich on a terminal, plain in a pipe."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lcpcli.report.terminal import UNLIMITED, console_on, grid, trimmed
 
 
 def render(report: Report, width: int, color: bool) -> str:
-    """The report as text in so many columns. No number is ever cut or broken."""
+    """The report as text of that width. Numbers are never truncated or broken."""
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
     for line in _wrapped(report.title, width):

@@ -1,1 +1,1 @@
-"""Problems of other kinds that are solved as LCPs: the data it takes to map a solution back, one kind a module."""
+"""Other problems reduced to LCPs: the data needed to map a solution back, one module per kind."""

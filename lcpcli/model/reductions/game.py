@@ -20,9 +20,9 @@ KEYS = ("kind", "A", "B", "rows", "columns")
 
 @dataclass(frozen=True, eq=False)
 class Game:
-    """The game of which M = [0 R; C' 0] and q = -e, with costs R = r - A and C = c - B, give the equilibria.
+    """The game whose equilibria are given by M = [0 R; C' 0] and q = -e, with costs R = r - A and C = c - B.
 
-    A, B : the payoffs of the row and the column player, shape (m, k) both.
+    A, B : the payoffs of the row and the column player, both of shape (m, k).
     rows, columns : the names of the strategies; empty if they have none.
     """
 
@@ -33,7 +33,7 @@ class Game:
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Game:
-        """The game that a file describes, or a ProblemError."""
+        """The game described in a file, or a ProblemError."""
         refuse_unknown("", data, KEYS)
         for key in ("A", "B"):
             if key not in data:
@@ -42,7 +42,7 @@ class Game:
 
     @classmethod
     def of(cls, A: Any, B: Any, rows: Any, columns: Any) -> Game:
-        """The game of these payoffs and names, or a ProblemError."""
+        """The game with these payoffs and names, or a ProblemError."""
         payoffs = [as_matrix(field, values) for field, values in (("A", A), ("B", B))]
         one, other = (matrices.dense(payoff) for payoff in payoffs)
         if one.shape != other.shape:
@@ -72,24 +72,24 @@ class Game:
         return M, -np.ones(m + k)
 
     def parts(self, z: Any) -> tuple[Any, Any]:
-        """What of a z belongs to the row player, and what to the column player."""
+        """The parts of a z that belong to the row and to the column player."""
         m = self.A.shape[0]
         return z[:m], z[m:]
 
 
 def _costs(field: str, payoffs: Vector) -> Vector:
-    """Positive costs, a constant less the payoffs, rounded once."""
+    """Positive costs, a constant minus the payoffs, rounded once."""
     decimals = [[Decimal(repr(value)) for value in row] for row in payoffs.tolist()]
     largest, least = max(map(max, decimals)), min(map(min, decimals))
     constant = largest + ((largest - least) or 1)
     costs = np.array([[float(constant - value) for value in row] for row in decimals])
     if not np.isfinite(costs).all():
-        raise ProblemError(field, "spans more than double precision holds", "scale the payoffs")
+        raise ProblemError(field, "exceeds the double-precision range", "scale the payoffs")
     return costs
 
 
 def _complement(costs: Vector, payoffs: Vector) -> bool:
-    """Whether costs and payoffs add up to a constant, but for rounding."""
+    """Whether costs and payoffs add up to a constant, up to rounding."""
     with np.errstate(over="ignore", invalid="ignore"):
         total = costs + payoffs
         return bool(np.ptp(total) <= 8 * EPS * (np.abs(costs).max() + np.abs(payoffs).max()))

@@ -1,6 +1,6 @@
-"""The kinds of problems that are solved as LCPs, by name. In files the origin of an LCP is an object with the key kind.
+"""The kinds of problems reduced to LCPs, by name. In files the origin of an LCP is an object with the key kind.
 
-An origin holds data only: what it takes to map a solution of the LCP back. What a result means for it, solving/ tells.
+An origin is pure data, what is needed to map a solution of the LCP back; solving/ interprets results with it.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from lcpcli.typing import Matrix, Vector
 
 
 class Origin(Protocol):
-    """What a kind of origin offers."""
+    """Interface of a kind of origin."""
 
     def data(self) -> dict[str, Any]:
-        """What a file holds of it, in lists, numbers and texts; `as_origin` reads it back."""
+        """Its content for a file, in lists, numbers and texts; `as_origin` reads it back."""
 
     def fits(self, M: Matrix, q: Vector, /) -> bool:
-        """Whether M, of shape (n, n), and q are what this origin leads to."""
+        """Whether this origin yields M, of shape (n, n), and q."""
 
 
 KINDS: dict[str, Callable[[Mapping[str, Any]], Origin]] = {"qp": QuadraticProgram.parse, "game": Game.parse}
 
 
 def as_origin(given: Any, M: Matrix, q: Vector) -> Origin:
-    """The origin of the LCP of M and q, from the object in a file or as it is, or a ProblemError."""
+    """The origin of the LCP of M and q, given as such or as the object in a file, or a ProblemError."""
     origin: Origin = _parsed(given) if isinstance(given, Mapping) or not hasattr(given, "fits") else given
     if not origin.fits(M, q):
-        raise ProblemError("origin", "does not lead to this M and q", "make the problem again, or leave origin out")
+        raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")
     return origin
 
 
@@ -47,4 +47,4 @@ def _parsed(given: Any) -> Origin:
     try:
         return KINDS[name](given)
     except ProblemError as error:
-        raise ProblemError(f"origin.{error.where}", error.fault, error.mend) from None
+        raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None

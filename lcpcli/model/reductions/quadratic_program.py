@@ -21,12 +21,12 @@ KEYS = ("kind", "variables", "free")
 
 @dataclass(frozen=True)
 class QuadraticProgram:
-    """min x'Qx / 2 + c'x, Ax >= b, x >= 0 but for the free x_i: M = [Q -A'; A 0] and q = (c, -b) are its conditions.
+    """min x'Qx / 2 + c'x, Ax >= b, x_i >= 0 except free x_i: its LCP has M = [Q -A'; A 0] and q = (c, -b).
 
-    The first-order conditions, with z = (x, y) for the multipliers y >= 0 of Ax >= b.
+    These are the first-order conditions, with z = (x, y) and the multipliers y >= 0 of Ax >= b.
 
     variables : length of x.
-    free : indices of the unrestricted x_i, each the difference of z_i and one more unknown behind x, in this order.
+    free : indices of the free x_i, each the difference of z_i and one more unknown after x, in this order.
     """
 
     variables: int
@@ -34,11 +34,11 @@ class QuadraticProgram:
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> QuadraticProgram:
-        """The program that a file describes, or a ProblemError."""
+        """The program described in a file, or a ProblemError."""
         refuse_unknown("", data, KEYS)
         k = data.get("variables")
         if isinstance(k, bool) or not isinstance(k, (int, float)) or not k >= 1 or k % 1 != 0:
-            raise ProblemError("variables", "is no number of variables", "give a whole number from 1")
+            raise ProblemError("variables", "is not a number of variables", "give a whole number from 1")
         return cls(int(k), indices_of_free(data.get("free", []), int(k)))
 
     def data(self) -> dict[str, Any]:
@@ -72,11 +72,11 @@ class QuadraticProgram:
 
     @property
     def split(self) -> int:
-        """How many entries of z make up x."""
+        """The number of entries of z that represent x."""
         return self.variables + len(self.free)
 
     def _spread(self) -> tuple[Indices, Vector]:
-        """For each entry of z that makes up x the index in x, and the sign with which it counts."""
+        """For each entry of z that represents x, the index in x and the sign."""
         index = np.concatenate((np.arange(self.variables), np.array(self.free, dtype=np.intp)))
         return index, np.where(np.arange(self.split) < self.variables, 1.0, -1.0)
 
@@ -93,7 +93,7 @@ def bordered(Q: Matrix | None, A: Matrix, sparse: bool) -> Matrix:
 
 
 def indices_of_free(given: Any, k: int) -> tuple[int, ...]:
-    """The indices of the free ones of k variables, or a ProblemError."""
+    """The indices of the free variables among k, or a ProblemError."""
     if not isinstance(given, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(given)}", "give a list of indices")
     indices = as_vector("free", list(given))

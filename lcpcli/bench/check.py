@@ -1,4 +1,4 @@
-"""What an answer is worth, found out from the original M and q and never from the solver's word."""
+"""Verification of answers from the original M and q, never from what the solver reports."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from lcpcli.verify.sensitivity import MOST_INVERTED, sensitivity
 
 
 @dataclass(frozen=True)
-class Judgement:
-    """success : claimed, and accepted. false_success : claimed, and wrong by any measure. What is neither is inexact.
+class Check:
+    """success : claimed and accepted. false_success : claimed but wrong by every measure. Other claims are inexact.
 
-    residual, scaled_residual, error : as in `accuracy.Accuracy`; None where there is no z, or nothing to compare with.
+    residual, scaled_residual, error : as in `accuracy.Accuracy`; None without a z, or without a reference.
     condition, forward_error : as in `record.Measurement`.
     """
 
@@ -31,14 +31,14 @@ class Judgement:
     forward_error: float | None = None
 
 
-class Judge:
-    """The judge of all answers to one problem.
+class Checker:
+    """Verifies the answers to one problem.
 
     A claimed solution is accepted if its scaled residual is at most `accept` and the problem is not known to have none.
     It is false if not even its natural residual, in the problem's own units, is at most `accept` times the largest term
-    of w, in |M| |z| or |q|: a solver that is content with that has kept its word, though small rows may have no correct
-    digit; its claim is inexact. A claim that there is no solution holds where that is known, is false where a solution
-    is known, and is neither success nor false success where nothing is known.
+    of w, in |M| |z| or |q|; in between it is inexact: it meets a common stopping criterion, though small rows may have
+    no correct digit. A claim that there is no solution is a success if that is known, false if a solution is known,
+    and neither if nothing is known.
     """
 
     def __init__(self, problem: Problem, accept: float) -> None:
@@ -47,12 +47,12 @@ class Judge:
         one = len(problem.solutions) == 1 and problem.n <= MOST_INVERTED
         self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None
 
-    @np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
-    def judge(self, answer: Answer) -> Judgement:
+    @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
+    def check(self, answer: Answer) -> Check:
         hopeless = self._problem.verdict in WITHOUT_SOLUTION
         if answer.claim == NONE or answer.z is None:
             false = answer.claim == SOLUTION or (answer.claim == NONE and bool(self._problem.solutions))
-            return Judgement(answer.claim == NONE and hopeless, false, None, None, None)
+            return Check(answer.claim == NONE and hopeless, false, None, None, None)
         z = np.asarray(answer.z, dtype=np.float64)
         w = self._accuracy.w(z) if np.isfinite(z).all() else self._problem.w(z)
         claimed, scaled = answer.claim == SOLUTION, self._accuracy.scaled_residual(z, w)
@@ -61,10 +61,10 @@ class Judge:
         terms = products.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
         as_said = residual <= self._accept * float(terms.max()) < np.inf and not hopeless
         false = claimed and not success and not as_said
-        return Judgement(success, false, residual, scaled, error, *self._stability(error))
+        return Check(success, false, residual, scaled, error, *self._stability(error))
 
     def _stability(self, error: float | None) -> tuple[float | None, float | None]:
-        """The condition of the solution, and the error in units of what rounding the data may cause."""
+        """The condition of the solution, and the error in units of the effect of rounding the data."""
         if not self._sensitivity or error is None:
             return None, None
         return self._sensitivity / self._accuracy.size, error / EPS / self._sensitivity

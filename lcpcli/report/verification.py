@@ -1,0 +1,83 @@
+"""A verification as human-readable lines or as JSON. Pure functions; imported for help, so nothing heavy is loaded."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from lcpcli.report.numbers import above, finite, short, title
+
+if TYPE_CHECKING:
+    from lcpcli.verify.verification import Verification, Violation
+
+FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
+
+
+def render(verification: Verification, form: str) -> str:
+    """The verification in one of FORMATS."""
+    return _json(verification) if form == "json" else _lines(verification)
+
+
+def _lines(verification: Verification) -> str:
+    name = title(verification.problem)
+    lines = [f"{name}: n = {verification.problem.n}", verification.message]
+    measures = {
+        "residual": verification.residual,
+        "relative residual": verification.relative_residual,
+        "componentwise backward error": verification.backward_error,
+        "error": verification.error,
+    }
+    lines += [f"{measure:<30}{short(value)}" for measure, value in measures.items() if value is not None]
+    if bound := verification.bound:
+        lines.append(f"{'proved bound on the error':<30}{above(bound.value)} ({bound.source})")
+    if verification.violations:
+        rows = [["component", "violated", "z", "w"], *map(_cells, verification.violations)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines += ["  ".join(c.ljust(k) for c, k in zip(row, widths, strict=True)).rstrip() for row in rows]
+    if verification.violated > len(verification.violations):
+        lines.append(f"... the worst {len(verification.violations)} of {verification.violated}")
+    return "".join(line + "\n" for line in lines)
+
+
+def _cells(violation: Violation[float] | Violation[Fraction]) -> list[str]:
+    return [f"{violation.index + 1}", violation.kind, _size(violation.z), _size(violation.w)]
+
+
+def _size(value: float | Fraction) -> str:
+    if isinstance(value, float):
+        return f"{value:.7g}"
+    from lcpcli.rational.numbers import brief
+
+    return brief(value)
+
+
+def _json(verification: Verification) -> str:
+    """All keys are always present: null for missing and infinite values. Exact numbers are strings."""
+    record = {
+        "problem": verification.problem.name,
+        "n": verification.problem.n,
+        "kind": verification.kind,
+        "exact": verification.exact,
+        "accepted": verification.accepted,
+        "message": verification.message,
+        "residual": _number(verification.residual),
+        "relative_residual": _number(verification.relative_residual),
+        "backward_error": _number(verification.backward_error),
+        "error": _number(verification.error),
+        "error_bound": _number(verification.bound.value) if verification.bound else None,
+        "error_bound_source": verification.bound.source if verification.bound else None,
+        "violated": verification.violated,
+        "violations": [
+            {"index": v.index, "kind": v.kind, "z": _number(v.z), "w": _number(v.w)} for v in verification.violations
+        ],
+    }
+    return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _number(value: float | Fraction | None) -> Any:
+    if isinstance(value, Fraction):
+        from lcpcli.rational.numbers import text
+
+        return text(value)
+    return finite(value)
