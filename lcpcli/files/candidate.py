@@ -11,9 +11,9 @@ from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
+from lcpcli.files.content import decode
 from lcpcli.files.csv_format import NUMERIC, is_number
 from lcpcli.files.json_format import load_first
-from lcpcli.files.text import decode
 from lcpcli.rational.numbers import fraction, ratio
 
 EXPECTED = "give a list of numbers, or what lcp solve --format json prints"

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 from lcpcli.errors import ProblemError, kind
+from lcpcli.files.content import decode
 from lcpcli.files.json_format import load
 from lcpcli.files.keys import refuse_unknown
-from lcpcli.files.text import decode
 from lcpcli.model.from_game import from_game
 from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, quoted
-from lcpcli.files.text import decode
+from lcpcli.files.content import decode
 from lcpcli.linalg import matrices
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem

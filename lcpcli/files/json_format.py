@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind
+from lcpcli.files.content import decode
 from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
-from lcpcli.files.text import decode
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem

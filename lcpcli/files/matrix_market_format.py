@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, quoted
-from lcpcli.files.memory import refuse_beyond_memory
+from lcpcli.files.content import refuse_beyond_memory
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem

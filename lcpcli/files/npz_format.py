@@ -18,9 +18,9 @@ import numpy as np
 from numpy.lib import format as npy
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.files.content import refuse_beyond_memory
 from lcpcli.files.json_format import load
 from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
-from lcpcli.files.memory import refuse_beyond_memory
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem

@@ -1,4 +1,4 @@
-"""The size that a file declares is checked before memory is allocated for it."""
+"""What the content of a file must be before it is parsed: text in UTF-8, arrays that fit into memory."""
 
 from __future__ import annotations
 
@@ -8,8 +8,19 @@ import os
 from lcpcli.errors import ProblemError
 
 
+def decode(content: bytes) -> str:
+    """The text in UTF-8 bytes, or a ProblemError."""
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:
+        raise ProblemError("", "is not UTF-8 text", "save it as UTF-8")
+    return text
+
+
 def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) -> None:
-    """Raise ProblemError if an array of that shape is larger than the memory of this machine."""
+    """Raise ProblemError if an array of the shape that a file declares is larger than the memory of this machine."""
     size = math.prod(shape) * itemsize
     if size > _memory():
         declared = " x ".join(map(str, shape))
