@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
+from lcpcli.errors import count
 from lcpcli.gallery.ranges import require
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -41,7 +42,8 @@ def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
     M[k : 3 * k, 3 * k :] = E.T
     M[3 * k :, : 3 * k] = np.hstack((friction * np.eye(k), -E))
     q = np.concatenate((rows @ velocity, np.zeros(k)))
-    note = f"{k} contacts, friction {friction:g}, compliance {compliance:g}. In theory Lemke's method finds a solution."
+    law = f"{count(k, 'contact')}, friction {friction:g}, compliance {compliance:g}"
+    note = f"{law}. In theory Lemke's method finds a solution."
     return Problem(M, q, name=f"contact-{4 * k}", source=SOURCE, note=note)
 
 
