@@ -15,7 +15,7 @@ from lcpcli.files import shipped, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import advice
 
-SETTLED = {0, 3}
+DECIDED = {0, 3}
 FAILING = {
     "shi, badly scaled": ("ill-scaled", 10, ["--method", "shi", "--max-iterations", "300"]),
     "shi, no P-matrix": ("bimatrix", 10, ["--method", "shi", "--max-iterations", "200"]),
@@ -67,14 +67,14 @@ def ways_in(out: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", FAILING)
-def test_following_the_advice_settles_the_problem(name: str, lcp: Lcp, tmp_path: Path) -> None:
+def test_following_the_advice_decides_the_problem(name: str, lcp: Lcp, tmp_path: Path) -> None:
     family, n, arguments = FAILING[name]
     file = tmp_path / "problem.json"
     writing.write(gallery.make(family, n), str(file))
     failed = lcp("solve", str(file), *arguments)
     assert failed.code == 1
     for way in ways_in(failed.out):
-        assert lcp("solve", str(file), *followed(arguments, way)).code in SETTLED, way
+        assert lcp("solve", str(file), *followed(arguments, way)).code in DECIDED, way
 
 
 def test_advice_stands_in_json(lcp: Lcp) -> None:
@@ -91,7 +91,7 @@ def test_advice_stands_in_json(lcp: Lcp) -> None:
         ([[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0], Status.UNSOLVABLE),
     ],
 )
-def test_what_is_settled_needs_no_advice(M: list[list[float]], q: list[float], status: Status) -> None:
+def test_what_is_decided_needs_no_advice(M: list[list[float]], q: list[float], status: Status) -> None:
     result = run(Problem(M, q), "auto")
     assert result.status is status
     assert advice(result) == ""

@@ -1,4 +1,4 @@
-"""`lcpcli.solve`: whatever holds M and q goes in unchanged, a result comes out."""
+"""`lcpcli.solve` takes M and q in any form, leaves them unchanged, and returns a result."""
 
 from __future__ import annotations
 
@@ -103,12 +103,12 @@ def test_a_trace_is_kept_if_asked_for() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"omgea": 2.0, "method": "fixed-point"}, "omgea: is no option of fixed-point; did you mean omega"),
+        ({"omgea": 2.0, "method": "fixed-point"}, "omgea: is not an option of fixed-point; did you mean omega"),
         ({"max_iteration": 3}, "max_iteration: .*did you mean max_iterations"),
         ({"K_star": 3, "method": "shi"}, "K_star: .*did you mean k_star"),
         ({"%": 3, "method": "shi"}, "%: .*it has x1, p, k_star, rho, sigma, x0, z0, tol"),
         ({"omega": 2.0, "method": "shi"}, "--omega: has no effect with the method shi"),
-        ({"every": 2}, "every: is no option of auto"),
+        ({"every": 2}, "every: is not an option of auto"),
         ({"method": "newtn"}, "'newtn' is unknown; did you mean newton"),
         ({"tol": 2.0}, "--tol: 2.0 is out of range"),
         ({"rho": 1.0, "method": "shi"}, "--rho: 1.0 is out of range"),

@@ -1,4 +1,4 @@
-"""Bad input is told in one line that names the place, the fault and the hint; nothing is printed or left behind."""
+"""Bad input is reported in one line that says where, what and how to fix it; nothing is printed or left behind."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def is_one_readable_line(text: str) -> bool:
         *(*FROM_RESULTS, *STANDARD_INPUT, *OPTIONS, *STARTS, *UNWRITABLE),
     ],
 )
-def test_one_line_names_place_and_fault_and_mend(meet: Callable[[Kind], tuple[Outcome, bool]], kind: Kind) -> None:
+def test_one_line_says_where_what_and_how_to_fix_it(meet: Callable[[Kind], tuple[Outcome, bool]], kind: Kind) -> None:
     outcome, unchanged = meet(kind)
     assert is_one_readable_line(outcome.err), outcome.err[:LONGEST_LINE]
     assert [word for word in kind.words if word not in outcome.err] == [], outcome.err
@@ -91,7 +91,7 @@ def test_a_failing_run_leaves_the_old_output_as_it_is(meet: Callable[[Kind], tup
     assert (outcome.code, unchanged) == (2, True)
 
 
-def test_a_closed_standard_input_is_told_in_one_line(
+def test_a_closed_standard_input_is_reported_in_one_line(
     lcp: Callable[..., Outcome], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", None)
@@ -101,7 +101,7 @@ def test_a_closed_standard_input_is_told_in_one_line(
     assert (outcome.code, outcome.out) == (2, "")
 
 
-def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_told_in_one_line(
+def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_reported_in_one_line(
     lcp: Callable[..., Outcome], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(folder: Path) -> Iterator[Path]:

@@ -97,7 +97,7 @@ def test_false_success_is_counted_shown_and_sets_the_exit_code(
     assert lcp("bench", "--resume", output, "-q").code == 1
 
 
-def test_excluded_problem_is_no_failure_and_is_told_with_its_reason(
+def test_excluded_problem_is_not_a_failure_and_is_listed_with_its_reason(
     files: list[str], tmp_path: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def excludes(problem: Problem) -> str:
@@ -227,7 +227,7 @@ def test_bench_is_not_resumed_elsewhere(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["quik"], "did you mean quick?"),
         (["nothing-like-it"], "choose one of quick"),
@@ -249,14 +249,14 @@ def test_bench_is_not_resumed_elsewhere(
         (["--resume", "r.json", "--budget", "1"], "--budget has no effect with --resume"),
     ],
 )
-def test_bad_usage_is_told_in_one_line(
-    arguments: list[str], told: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_bad_usage_is_reported_in_one_line(
+    arguments: list[str], message: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     outcome = lcp("bench", *arguments)
     assert outcome.code == 2
     assert len(outcome.err.splitlines()) == 1
-    assert told in outcome.err.replace(": ", " ") or told in outcome.err
+    assert message in outcome.err.replace(": ", " ") or message in outcome.err
     assert not list(tmp_path.iterdir())
 
 

@@ -120,7 +120,7 @@ def test_measurement_that_is_in_order_is_read() -> None:
         measured(parameters={"a": [1]}),
     ],
 )
-def test_other_files_are_told_in_one_line(text: str, tmp_path: Path) -> None:
+def test_other_files_are_reported_in_one_line(text: str, tmp_path: Path) -> None:
     path = tmp_path / "r.json"
     path.write_text(text)
     with pytest.raises(OptionError, match="is not a record of a bench") as error:
@@ -128,7 +128,7 @@ def test_other_files_are_told_in_one_line(text: str, tmp_path: Path) -> None:
     assert "\n" not in str(error.value)
 
 
-def test_file_that_is_missing_or_no_text_is_told(tmp_path: Path) -> None:
+def test_file_that_is_missing_or_not_text_is_reported(tmp_path: Path) -> None:
     with pytest.raises(OptionError, match="no such file"):
         records.read(str(tmp_path / "r.json"))
     (tmp_path / "r.json").write_bytes(b"\xff\xfe\x00")
@@ -171,7 +171,7 @@ SOLVED = [4 / 3, 7 / 3]
         (INFEASIBLE, answer([1, 1], claim=""), False, False),
     ],
 )
-def test_claims_are_judged_by_the_data(
+def test_claims_are_checked_against_the_data(
     problem: Problem, given_answer: Answer, success: bool, false_success: bool
 ) -> None:
     check = Checker(problem, 1e-6).check(given_answer)

@@ -96,6 +96,6 @@ def test_growth_by_hand() -> None:
     assert fit.sizes == 3
 
 
-def test_two_sizes_tell_no_growth() -> None:
+def test_two_sizes_give_no_growth() -> None:
     assert growth([(10, 1.0), (20, 2.0), (20, 2.1), (10, 1.1)]) is None
     assert growth([]) is None

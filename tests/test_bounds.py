@@ -1,4 +1,4 @@
-"""A bound that is claimed holds: against exact solutions, for every class of M, however z is wrong."""
+"""A bound that is claimed holds: against exact solutions, for every class of M and any z."""
 
 from __future__ import annotations
 

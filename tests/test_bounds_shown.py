@@ -29,7 +29,7 @@ def test_json_holds_the_bound_where_it_is_asked_for(lcp: Callable[..., Any], tmp
     assert (bounded["error_bound"], bounded["error_bound_source"]) == (expected.value, expected.source)
 
 
-def test_table_tells_the_bound_or_that_there_is_none(lcp: Callable[..., Any]) -> None:
+def test_table_shows_the_bound_or_that_there_is_none(lcp: Callable[..., Any]) -> None:
     lines = lcp("compare", shipped.path("paper-example-2.json"), "--bound").out.splitlines()[-2:]
     for line, method in zip(lines, ("fixed-point", "shi"), strict=True):
         assert line.startswith(f"{method}: |z - z*| <= ")

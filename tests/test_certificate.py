@@ -65,7 +65,7 @@ def test_feasible_problem_with_solutions_as_large_as_1_over_eps_is_not_called_in
     assert proves_infeasible(Problem([[1, -1], [-1, 1 - ULP]], [-1, 0]), y)
 
 
-def test_proof_whose_products_underflow_or_overflow_is_judged_all_the_same() -> None:
+def test_proof_whose_products_underflow_or_overflow_is_checked_all_the_same() -> None:
     tiny = Problem([[1e-200, 0], [0, 1]], [-1e-200, 0])
     assert not proves_infeasible(tiny, np.array([1e-200, 0.0]))
     assert proves_infeasible(Problem([[-1e-200, 0], [0, 1]], [-1e-200, 0]), np.array([1e-200, 0.0]))
@@ -83,7 +83,7 @@ def test_proof_that_no_floats_can_write_is_corrected_and_found_valid() -> None:
 
 
 @pytest.mark.parametrize("start", range(0, 400, 50))
-def test_nearly_infeasible_problems_are_told_from_infeasible_ones(start: int) -> None:
+def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones(start: int) -> None:
     for seed in range(start, start + 50):
         problem, y = nearly_infeasible(seed)
         if exact.feasible(problem):

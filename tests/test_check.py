@@ -1,4 +1,4 @@
-"""`lcp check` judges an answer by what is true of it, and says what is wrong."""
+"""`lcp check` verifies an answer on the data, and says which conditions it violates."""
 
 from __future__ import annotations
 
@@ -95,10 +95,10 @@ def test_any_changed_digit_is_refused(
     solved["exact"][vector][component] = changed
     outcome = checked(solved, "--exact")
     assert outcome.code == 1
-    assert "no exact solution" in outcome.out or "the given w is not Mz + q" in outcome.out
+    assert "not an exact solution" in outcome.out or "the given w is not Mz + q" in outcome.out
 
 
-def test_wrong_answer_is_told_what_it_violates(checked: Callable[..., Any]) -> None:
+def test_what_a_wrong_answer_violates_is_reported(checked: Callable[..., Any]) -> None:
     outcome = checked("0 1/2 -1/10 2", "--exact", "--format", "json")
     record = json.loads(outcome.out)
     assert (outcome.code, record["violated"]) == (1, 4)
@@ -195,7 +195,7 @@ def test_exhaustion_holds_nothing_to_check(checked: Callable[..., Any]) -> None:
         ("{", "is not JSON"),
     ],
 )
-def test_bad_answers_are_told_in_one_line(answer: str, words: str, checked: Callable[..., Any]) -> None:
+def test_bad_answers_are_reported_in_one_line(answer: str, words: str, checked: Callable[..., Any]) -> None:
     outcome = checked(answer)
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert words in outcome.err
@@ -212,7 +212,7 @@ def test_bad_answers_are_told_in_one_line(answer: str, words: str, checked: Call
         ((EXAMPLE, EXAMPLE, "--tol", "2"), "out of range"),
     ],
 )
-def test_bad_usage_is_told_in_one_line(arguments: tuple[str, ...], words: str, lcp: Callable[..., Any]) -> None:
+def test_bad_usage_is_reported_in_one_line(arguments: tuple[str, ...], words: str, lcp: Callable[..., Any]) -> None:
     outcome = lcp("check", *arguments)
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert words in outcome.err
@@ -240,7 +240,7 @@ ints = st.integers(-4, 4)
 
 @settings(deadline=None)
 @given(st.integers(0, 10**6), st.data())
-def test_exact_judgement_is_that_of_the_definition(seed: int, data: st.DataObject) -> None:
+def test_exact_verification_agrees_with_the_definition(seed: int, data: st.DataObject) -> None:
     problem = oracle.random_problem(seed, 3)
     z = oracle.solution(problem) or [Fraction(0)] * problem.n
     changes = data.draw(st.lists(ints, min_size=problem.n, max_size=problem.n))
@@ -250,7 +250,7 @@ def test_exact_judgement_is_that_of_the_definition(seed: int, data: st.DataObjec
 
 @settings(deadline=None)
 @given(st.integers(1, 4), st.data())
-def test_backward_error_is_the_smallest_change_that_mends(n: int, data: st.DataObject) -> None:
+def test_backward_error_is_the_smallest_change_that_makes_z_a_solution(n: int, data: st.DataObject) -> None:
     """With omega the signed worst change makes z a solution; with a little less no change does, row by row."""
     rows = data.draw(st.lists(st.lists(ints, min_size=n, max_size=n), min_size=n, max_size=n))
     q = data.draw(st.lists(ints, min_size=n, max_size=n))

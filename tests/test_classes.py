@@ -78,7 +78,7 @@ def whole(n: int, size: int) -> st.SearchStrategy[Any]:
 
 @settings(max_examples=150, deadline=None)
 @given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)))
-def test_small_whole_matrices_are_judged_as_the_definitions_say(M: Any) -> None:
+def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) -> None:
     found = classify(M, math.inf)
     check(M, found)
     for name, violated in definitions.refuted(M).items():
@@ -87,7 +87,7 @@ def test_small_whole_matrices_are_judged_as_the_definitions_say(M: Any) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)), st.integers(0, 3))
-def test_singular_semidefinite_matrices_are_told_from_definite_ones(A: Any, rank: int) -> None:
+def test_singular_semidefinite_matrices_are_distinguished_from_definite_ones(A: Any, rank: int) -> None:
     M = A[:, :rank] @ A[:, :rank].T
     skew = np.triu(A, 1) - np.triu(A, 1).T
     for matrix in (M, M + skew):
@@ -97,7 +97,7 @@ def test_singular_semidefinite_matrices_are_told_from_definite_ones(A: Any, rank
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(2, 4).flatmap(lambda n: whole(n, 3)), st.integers(-1, 1))
-def test_a_minor_at_rounding_level_is_judged_exactly(A: Any, nudge: int) -> None:
+def test_a_minor_at_rounding_level_is_decided_exactly(A: Any, nudge: int) -> None:
     M = A @ A.T
     M[0, 0] += nudge * np.spacing(M[0, 0])
     check(M, classify(M, math.inf))
@@ -108,7 +108,7 @@ def test_a_minor_at_rounding_level_is_judged_exactly(A: Any, nudge: int) -> None
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(2, 4).flatmap(lambda n: whole(n, 9)), st.sampled_from([0.1, 0.3, 1 / 3]))
-def test_rows_that_are_dominant_but_for_the_rounding_of_decimals_are_judged_exactly(A: Any, unit: float) -> None:
+def test_rows_that_are_dominant_up_to_the_rounding_of_decimals_are_decided_exactly(A: Any, unit: float) -> None:
     np.fill_diagonal(A, 0)
     np.fill_diagonal(A, np.abs(A).sum(axis=1))
     check(A * unit, classify(A * unit, math.inf))
@@ -210,7 +210,7 @@ def test_scaling_by_powers_of_ten_hides_no_class() -> None:
 
 
 @pytest.mark.parametrize("huge", [1e308, 1e-308])
-def test_ends_of_the_range_of_floats_are_judged_without_overflow(huge: float) -> None:
+def test_ends_of_the_range_of_floats_are_classified_without_overflow(huge: float) -> None:
     for pattern in (
         [[1.0, 0.5], [0.5, 1.0]],
         [[1.0, 1.0], [1.0, 1.0]],
@@ -241,7 +241,7 @@ def test_published_examples_have_their_published_classes() -> None:
     assert [found[name].word for name in ("p0_matrix", "column_sufficient", "row_sufficient")] == [YES, NO, NO]
 
 
-def test_without_time_what_takes_none_is_told_and_the_rest_left_open() -> None:
+def test_without_time_only_what_takes_none_is_decided() -> None:
     found = classify(spd(np.random.default_rng(0), 10), 0.0)
     assert found.keys() == CLASSES.keys()
     assert found["symmetric"].word == YES

@@ -50,7 +50,7 @@ def obstacle(m: int) -> Any:
     return (sparse.kron(T, identity) + sparse.kron(identity, T)).tocsr()
 
 
-def test_large_sparse_matrices_are_judged_without_becoming_dense() -> None:
+def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
     L = obstacle(100)
     H = sparse.eye_array(L.shape[0])
     found = classify(L, math.inf)

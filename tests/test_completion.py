@@ -36,7 +36,7 @@ def offered(*words: str, shell: str = "bash") -> list[str]:
 
 
 def answer(shell: str, words: str, current: str) -> list[str]:
-    """The lines that a shell's script reads for the command line `words`, at the word `current` tells."""
+    """The lines that a shell's script reads for the command line `words`, with the cursor on word number `current`."""
     os.environ.update(COMP_WORDS=words, COMP_CWORD=current)
     return CLASSES[shell](program.lcp, {}, "lcp", VARIABLE).complete().splitlines()
 

@@ -1,4 +1,4 @@
-"""The loop: it believes residuals, not methods; it stops where it was told to; it says how it ended."""
+"""The loop: it trusts residuals, not methods; it stops at its limits; it says how it ended."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def test_time_limit_counts_set_up_and_iterations(scripted: Callable[[Script], No
     assert result.iterations == 5
 
 
-def test_time_limit_counts_what_it_takes_to_judge_the_iterates(scripted: Callable[[Script], None]) -> None:
+def test_time_limit_counts_what_it_takes_to_measure_the_iterates(scripted: Callable[[Script], None]) -> None:
     clock = Clock()
 
     class Slow(Trace):
@@ -182,7 +182,7 @@ def test_diverging_iteration_is_called_so_and_keeps_a_finite_z() -> None:
 
 
 def test_exact_start_is_recognised_though_its_F_is_large() -> None:
-    """z = 0 solves any problem with q >= 0, whatever negative x represents it."""
+    """z = 0 solves any problem with q >= 0, for every negative x that represents it."""
     result = run(Problem([[-5.0, 2.0], [-6.0, 1.0]], [1.0, 2.0]), "shi", [-3.0, -4.0])
     assert result.solved
     assert result.iterations == 0

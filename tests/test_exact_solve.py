@@ -168,7 +168,7 @@ def test_without_a_proof_the_exit_code_is_one(lcp: Callable[..., Any], tmp_path:
     assert record["message"].endswith("no exact proof was found for the numbers as written")
 
 
-def test_without_exact_nothing_of_it_is_told(lcp: Callable[..., Any]) -> None:
+def test_without_exact_nothing_is_said_about_it(lcp: Callable[..., Any]) -> None:
     assert json.loads(lcp("solve", EXAMPLE, "--format", "json").out)["exact"] is None
     assert "exact" not in lcp("solve", EXAMPLE).out
 

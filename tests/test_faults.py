@@ -1,4 +1,4 @@
-"""Full disks, closed pipes and refused memory: one line tells, and nothing half-written is left."""
+"""Full disks, closed pipes and refused memory: one line reports it, and nothing half-written is left."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_file_that_does_not_fit_leaves_the_old_one_and_nothing_else(
 
 
 @pytest.mark.parametrize("line", WRITING)
-def test_read_only_disk_is_told_before_any_work(
+def test_read_only_disk_is_reported_before_any_work(
     line: str, lcp: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(**_: Any) -> Any:
@@ -101,7 +101,7 @@ def test_pipe_that_nobody_reads_ends_with_141(line: str) -> None:
 
 
 @pytest.mark.parametrize("redirection", ["2> /dev/full", "2>&-"])
-def test_error_that_cannot_be_told_keeps_its_exit_code(redirection: str) -> None:
+def test_error_that_cannot_be_reported_keeps_its_exit_code(redirection: str) -> None:
     script = f'"{sys.executable}" -c "{MAIN}" solve nowhere.json {redirection}'
     done = subprocess.run(["bash", "-c", script], capture_output=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (2, b"", b"")
@@ -109,7 +109,7 @@ def test_error_that_cannot_be_told_keeps_its_exit_code(redirection: str) -> None
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the limit is not one of addresses")
 @pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "make obstacle -o out.npz", BENCH])
-def test_memory_too_small_for_numpy_is_told_in_one_line(line: str, tmp_path: Path) -> None:
+def test_memory_too_small_for_numpy_is_reported_in_one_line(line: str, tmp_path: Path) -> None:
     size = 50 * 2**20
     limit = f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({size}, {size})); {MAIN}"
     done = python(limit, *line.split(), cwd=tmp_path)
@@ -119,7 +119,7 @@ def test_memory_too_small_for_numpy_is_told_in_one_line(line: str, tmp_path: Pat
 
 
 @pytest.mark.parametrize("error", [MemoryError(), ImportError("lib.so: no\nmemory"), SystemError("no reason given")])
-def test_refused_memory_is_told_in_one_line(error: Exception, lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refused_memory_is_reported_in_one_line(error: Exception, lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> Any:
         if isinstance(error, ImportError):
             raise ImportError("a page\nof advice") from error

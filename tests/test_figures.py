@@ -252,7 +252,7 @@ def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:
 
 
 @pytest.mark.parametrize("path", ["a.png", "b/c.SVG", "d.e.pdf"])
-def test_the_ending_tells_the_form(path: str) -> None:
+def test_the_ending_determines_the_format(path: str) -> None:
     assert figures.form_of(path) == path.rsplit(".", 1)[1].lower()
 
 
@@ -263,7 +263,7 @@ def test_another_ending_is_refused_with_the_endings(path: str) -> None:
 
 
 @pytest.mark.parametrize("package", ["matplotlib", "plotext"])
-def test_a_missing_package_is_told_in_one_line(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_reported_in_one_line(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figures, "find_spec", lambda name: None if name == package else importlib.util.find_spec(name))
     calls = {
         "matplotlib": [lambda: figures.convergence([], "png"), lambda: figures.bench([], [], [], "png")],

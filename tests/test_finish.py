@@ -56,8 +56,8 @@ def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_a_few_wrong_signs_are_mended(seed: int) -> None:
-    """Nearly always: for 14 of the first 3000 seeds the number of wrong signs does not fall; there the try is ended."""
+def test_a_few_wrong_signs_are_corrected(seed: int) -> None:
+    """Nearly always: for 14 of the first 3000 seeds the number of wrong signs does not fall; there it gives up."""
     n = 40
     M = np.eye(n) * 4 - np.eye(n, k=1) - np.eye(n, k=-1)
     problem, x = with_solution(M, seed)

@@ -55,15 +55,17 @@ ARCHIVES = {
 @pytest.mark.parametrize(
     "read", [reading.read, lambda path: reading.read_candidate(path, 2)], ids=["problem", "answer"]
 )
-def test_broken_archive_is_told_in_one_short_line(read: Callable[[str], Any], content: bytes, tmp_path: Path) -> None:
+def test_broken_archive_is_reported_in_one_short_line(
+    read: Callable[[str], Any], content: bytes, tmp_path: Path
+) -> None:
     file = tmp_path / "p.npz"
     file.write_bytes(content)
     with pytest.raises(ProblemError) as fault:
         read(str(file))
-    told = str(fault.value).removeprefix(str(file))
-    assert "numpy.savez" in told
-    assert len(told) < 250
-    assert "\n" not in told
+    message = str(fault.value).removeprefix(str(file))
+    assert "numpy.savez" in message
+    assert len(message) < 250
+    assert "\n" not in message
 
 
 def test_array_that_python_2_has_written_is_read_without_a_warning(tmp_path: Path) -> None:
@@ -103,7 +105,7 @@ def test_number_beyond_all_doubles_is_out_of_range(option: Option) -> None:
             option.check(number)
 
 
-def test_whole_number_beyond_all_doubles_is_told_in_one_line(lcp: Run, tmp_path: Path) -> None:
+def test_whole_number_beyond_all_doubles_is_reported_in_one_line(lcp: Run, tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     file.write_text('{"M": [[1]], "q": [-1]}')
     outcome = lcp("solve", str(file), "--every", "9" * 400)
@@ -118,7 +120,7 @@ def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Run
     assert json.loads(outcome.out)["exact"]["y"] is not None
 
 
-def test_missing_problem_of_a_resumed_bench_is_told_before_any_work(
+def test_missing_problem_of_a_resumed_bench_is_reported_before_any_work(
     lcp: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -41,7 +41,7 @@ def of_size(name: str, n: int, seed: int = 0, **parameters: object) -> Problem:
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)
 @pytest.mark.parametrize("n", [1, 2, 5, 6])
-def test_matrices_are_of_the_class_that_is_told(name: str, n: int) -> None:
+def test_matrices_are_of_the_stated_class(name: str, n: int) -> None:
     M = dense(of_size(name, n, seed=n))
     for words in gallery.class_of(name).split(", "):
         assert HOLDS[words](M), words

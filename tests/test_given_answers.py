@@ -24,7 +24,7 @@ def test_numbers_may_stand_in_place_of_a_file(lcp: Lcp) -> None:
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
 
 
-def test_programs_and_games_are_told_how_to_become_problems(lcp: Lcp, tmp_path: Path) -> None:
+def test_message_says_how_to_convert_programs_and_games(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "own.json"
     for text, option in (('{"Q": [[1]], "c": [1]}', "--from-qp"), ('{"A": [[1]], "B": [[1]]}', "--from-game")):
         file.write_text(text)

@@ -175,10 +175,10 @@ def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
         assert {term.split()[0] for term in shown} == terms
 
 
-def test_exit_codes_are_told(lcp: Lcp) -> None:
+def test_exit_codes_are_listed(lcp: Lcp) -> None:
     assert terms_of(sections_of(help_of(lcp, "solve"))["Exit codes"]) == ["0", "1", "2", "3", "130"]
 
 
-def test_make_tells_how_to_list_the_families(lcp: Lcp) -> None:
+def test_make_says_how_to_list_the_families(lcp: Lcp) -> None:
     text = help_of(lcp, "make")
     assert "lcp make --list" in sections_of(text)["Family"]

@@ -75,7 +75,7 @@ def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures(n:
 
 
 @pytest.mark.parametrize("symmetric", [True, False])
-def test_fixed_point_needs_no_more_iterations_than_told(symmetric: bool) -> None:
+def test_fixed_point_needs_no_more_iterations_than_predicted(symmetric: bool) -> None:
     for seed in range(5):
         problem = with_reference(random_problem(seed, 20, symmetric))
         found = inspect(problem, math.inf)

@@ -126,7 +126,7 @@ def test_path_is_that_of_exact_arithmetic_however_many_ties(kind: str, seed: int
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("rank", [5, 15, 30])
-def test_degenerate_problems_of_thirty_unknowns_are_settled(rank: int, seed: int) -> None:
+def test_degenerate_problems_of_thirty_unknowns_are_decided(rank: int, seed: int) -> None:
     generator = np.random.default_rng(seed)
     A = generator.integers(-2, 3, (rank, 30))
     feasible = A.T @ generator.integers(-2, 3, rank) + generator.integers(0, 2, 30)

@@ -82,7 +82,7 @@ def test_options_reach_the_family(line: str, family: str, arguments: dict[str, A
     assert np.array_equal(problem.q, expected.q)
 
 
-def test_the_list_tells_every_family_in_eighty_columns(lcp: Lcp) -> None:
+def test_the_list_shows_every_family_in_eighty_columns(lcp: Lcp) -> None:
     lines = lcp("make", "--list").out.splitlines()
     assert max(map(len, lines)) <= 80
     assert [line.split()[0] for line in lines[2:] if not line.startswith(" ")] == list(gallery.FAMILIES)
@@ -134,7 +134,7 @@ def test_on_a_wide_terminal_a_family_has_one_line_a_parameter(lcp: Lcp, monkeypa
         ("murty -o nowhere/own.json", "nowhere/own.json: there is no folder"),
     ],
 )
-def test_one_line_names_place_and_fault_and_mend(
+def test_one_line_says_where_what_and_how_to_fix_it(
     line: str, words: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -152,7 +152,7 @@ def test_nothing_is_made_for_an_output_that_cannot_be_written(
     assert lcp("make", "murty", "-o", output).code == 2
 
 
-def test_reader_that_has_enough_is_told_nothing() -> None:
+def test_nothing_is_reported_when_the_reader_has_enough() -> None:
     command = f"{sys.executable} -m lcpcli make harker-pang -n 200 | head -1"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("{\n", "")

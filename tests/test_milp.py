@@ -1,4 +1,4 @@
-"""The last resort: it solves whatever has a solution, proves the rest to have none, and is never wrong about it."""
+"""The last resort: it solves every problem with a solution, proves the rest to have none, and is never wrong."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def test_sparse_problem_is_decided_like_a_dense_one() -> None:
         assert dense.solved == sparse.solved, problem.name
 
 
-def test_start_has_no_influence_but_is_judged_first() -> None:
+def test_start_has_no_influence_but_is_checked_first() -> None:
     problem = read(shipped.path("paper-example-1.json"))
     assert run(problem, "milp", np.array([0.5, -0.5, 0.5, -0.5])).iterations == 0
     assert run(problem, "milp", np.full(4, 7.0)).iterations == 1

@@ -1,4 +1,4 @@
-"""lcp make turns programs and games in files into problems, and lcp solve tells what their solutions mean."""
+"""lcp make turns programs and games in files into problems, and lcp solve says what their solutions mean."""
 
 from __future__ import annotations
 
@@ -38,27 +38,27 @@ def remade(lcp: Lcp, option: str, name: str, *arguments: str) -> list[str]:
 
 
 @pytest.mark.usefixtures("files")
-def test_minimum_and_multipliers_are_told(lcp: Lcp) -> None:
+def test_minimum_and_multipliers_are_reported(lcp: Lcp) -> None:
     lines = remade(lcp, "--from-qp", "program.json")
     assert lines[0] == "program: n = 3"
-    told = lines.index("x = (1.5, 0), y = (0), objective -2.25")
-    assert lines[told + 1] == "x is the unique minimizer, as Q is positive definite"
+    line = lines.index("x = (1.5, 0), y = (0), objective -2.25")
+    assert lines[line + 1] == "x is the unique minimizer, as Q is positive definite"
 
 
 @pytest.mark.usefixtures("files")
-def test_strategies_payoffs_and_gains_are_told(lcp: Lcp) -> None:
+def test_strategies_payoffs_and_gains_are_reported(lcp: Lcp) -> None:
     lines = remade(lcp, "--from-game", "game.json")
     assert lines[0] == "game: n = 4"
-    told = lines.index("row = (opera 0.6, football 0.4), column = (left 0.4, right 0.6), payoffs 1.2 and 1.2")
-    assert lines[told + 1] == "an equilibrium: by a best response the row player would gain 0, the column player 0"
+    line = lines.index("row = (opera 0.6, football 0.4), column = (left 0.4, right 0.6), payoffs 1.2 and 1.2")
+    assert lines[line + 1] == "an equilibrium: by a best response the row player would gain 0, the column player 0"
 
 
 @pytest.mark.usefixtures("files")
-def test_every_method_of_a_comparison_is_told_apart(lcp: Lcp) -> None:
+def test_every_method_of_a_comparison_is_reported_by_name(lcp: Lcp) -> None:
     remade(lcp, "--from-qp", "program.json")
     lines = lcp("compare", "made.json", "--method", "newton", "--method", "lemke").out.splitlines()
-    told = "x = (1.5, 0), y = (0), objective -2.25"
-    assert {f"newton: {told}", f"lemke: {told}"} <= set(lines)
+    answer = "x = (1.5, 0), y = (0), objective -2.25"
+    assert {f"newton: {answer}", f"lemke: {answer}"} <= set(lines)
 
 
 @pytest.mark.usefixtures("files")
@@ -88,12 +88,12 @@ def test_json_has_no_answer_without_an_origin(lcp: Lcp) -> None:
 
 
 @pytest.mark.usefixtures("files")
-def test_an_unsolvable_program_is_told_in_words_and_by_the_exit_code(lcp: Lcp, files: Path) -> None:
+def test_an_unsolvable_program_is_reported_in_words_and_by_the_exit_code(lcp: Lcp, files: Path) -> None:
     (files / "program.json").write_text('{"Q": [[0]], "c": [1], "A": [[-1]], "b": [1], "name": "no  point"}')
     assert lcp("make", "--from-qp", "program.json", "-o", "made.npz").code == 0
     outcome = lcp("solve", "made.npz")
     assert outcome.code == 3
-    assert "the program is infeasible: no x meets its constraints" in outcome.out.splitlines()
+    assert "the program is infeasible: no x satisfies its constraints" in outcome.out.splitlines()
 
 
 BAD_PROGRAMS = {
@@ -134,7 +134,7 @@ BAD_GAMES = {
     ("option", "content", "words"),
     [("--from-qp", *each) for each in BAD_PROGRAMS.items()] + [("--from-game", *each) for each in BAD_GAMES.items()],
 )
-def test_bad_files_are_told_in_one_line(option: str, content: str, words: str, lcp: Lcp, files: Path) -> None:
+def test_bad_files_are_reported_in_one_line(option: str, content: str, words: str, lcp: Lcp, files: Path) -> None:
     (files / "bad.json").write_text(content)
     outcome = lcp("make", option, "bad.json", "-o", "made.json")
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
@@ -181,7 +181,7 @@ BAD_ORIGINS = {
 
 @pytest.mark.parametrize("ending", ["json", "npz"])
 @pytest.mark.parametrize("origin", BAD_ORIGINS)
-def test_bad_origins_are_told_in_one_line(origin: str, ending: str, lcp: Lcp, files: Path) -> None:
+def test_bad_origins_are_reported_in_one_line(origin: str, ending: str, lcp: Lcp, files: Path) -> None:
     M, q = [[2.0, 1.0], [1.0, 2.0]], [-1.0, -1.0]
     (files / "bad.json").write_text(f'{{"M": {M}, "q": {q}, "origin": {origin}}}')
     np.savez(files / "bad.npz", M=M, q=q, origin=origin)
@@ -190,7 +190,7 @@ def test_bad_origins_are_told_in_one_line(origin: str, ending: str, lcp: Lcp, fi
     assert outcome.err.startswith(f"lcp: bad.{ending}: {BAD_ORIGINS[origin]}")
 
 
-def test_an_origin_that_is_no_json_is_told_in_one_line(lcp: Lcp, files: Path) -> None:
+def test_an_origin_that_is_no_json_is_reported_in_one_line(lcp: Lcp, files: Path) -> None:
     np.savez(files / "bad.npz", M=[[2.0]], q=[1.0], origin="{")
     outcome = lcp("solve", "bad.npz")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)

@@ -121,13 +121,13 @@ def test_strategies_are_best_responses_to_each_other(data: st.DataObject) -> Non
     assert answer.statement.startswith("an equilibrium")
 
 
-def test_strategies_that_are_no_equilibrium_are_told_so() -> None:
+def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
     result = run(from_game(*BATTLE), "auto")
     wrong = equilibrium(concluded([replace(result, z=np.array([1.0, 0.0, 0.0, 1.0]))])[0])
     assert wrong.payoffs == (0, 0)
     assert wrong.gains == (2, 2)
     assert wrong.statement == (
-        "no equilibrium to the tolerance: by a best response the row player would gain 2, the column player 2"
+        "not an equilibrium to the tolerance: by a best response the row player would gain 2, the column player 2"
     )
 
 
@@ -147,12 +147,12 @@ def test_what_a_solution_is_depends_on_convexity(Q: list[list[float]], words: st
 @pytest.mark.parametrize(
     ("c", "A", "b", "statement"),
     [
-        ([-1], [[1], [-1]], [2, -1], "the program is infeasible: no x meets its constraints"),
+        ([-1], [[1], [-1]], [2, -1], "the program is infeasible: no x satisfies its constraints"),
         ([-1], [[1]], [-2], "the program is unbounded below"),
         ([-1], [[1]], [2], "the program is unbounded below: an LP finds its constraints feasible, to its tolerance"),
     ],
 )
-def test_an_lcp_without_solution_tells_why_there_is_no_minimum(c: Any, A: Any, b: Any, statement: str) -> None:
+def test_an_lcp_without_solution_says_why_there_is_no_minimum(c: Any, A: Any, b: Any, statement: str) -> None:
     result = run(from_qp([[0]], c, A, b), "auto")
     assert result.status is Status.INFEASIBLE
     assert minimum(result).statement == statement
@@ -161,9 +161,9 @@ def test_an_lcp_without_solution_tells_why_there_is_no_minimum(c: Any, A: Any, b
 def test_a_run_that_has_not_solved_has_no_answer() -> None:
     limits = lcpcli.Limits(max_iterations=1)
     program = run(from_qp(PORTFOLIO_Q, [0, 0, 0], PORTFOLIO_A, PORTFOLIO_B), "shi", limits=limits)
-    assert (minimum(program).x, minimum(program).statement) == (None, "not solved, so that there is no x")
+    assert (minimum(program).x, minimum(program).statement) == (None, "not solved, so there is no x")
     game = equilibrium(run(from_game(*BATTLE), "shi", limits=limits))
-    assert (game.row, game.payoffs, game.statement) == (None, None, "not solved, so that there are no strategies")
+    assert (game.row, game.payoffs, game.statement) == (None, None, "not solved, so there are no strategies")
 
 
 def test_matrices_of_the_lcp_are_those_of_the_program() -> None:

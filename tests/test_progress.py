@@ -49,20 +49,20 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return clock
 
 
-def test_observer_tells_by_the_clock_and_not_by_the_iterate(clock: Clock) -> None:
-    told: list[tuple[str, int, float, float]] = []
-    observer = Observer(lambda *seen: told.append(seen), "shi")
+def test_observer_reports_by_the_clock_and_not_by_the_iterate(clock: Clock) -> None:
+    reports: list[tuple[str, int, float, float]] = []
+    observer = Observer(lambda *seen: reports.append(seen), "shi")
     for k in range(1000):
         clock.now = k * INTERVAL / 100
-        observer.saw("shi", k, 1.0 / (k + 1))
-    assert 9 <= len(told) <= 10
-    assert all(later[3] - earlier[3] >= 0.999 * INTERVAL for earlier, later in itertools.pairwise(told))
-    method, k, level, seconds = told[0]
+        observer.note("shi", k, 1.0 / (k + 1))
+    assert 9 <= len(reports) <= 10
+    assert all(later[3] - earlier[3] >= 0.999 * INTERVAL for earlier, later in itertools.pairwise(reports))
+    method, k, level, seconds = reports[0]
     assert (method, level) == ("shi", 1.0 / (k + 1))
     assert seconds == pytest.approx(k * INTERVAL / 100)
 
 
-def test_driver_tells_the_iterate_and_its_level(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_driver_reports_the_iterate_and_its_level(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
     def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
         for k in range(1, 4):
             clock.now = float(k)
@@ -70,9 +70,9 @@ def test_driver_tells_the_iterate_and_its_level(clock: Clock, monkeypatch: pytes
         return Finished()
 
     monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
-    told: list[tuple[str, int, float, float]] = []
-    run(Problem([[1.0]], [-1.0]), "newton", observe=lambda *seen: told.append(seen))
-    assert told == [("newton", 1, 2.0, 1.0), ("inner", 2, 1.0, 2.0), ("newton", 3, 0.5, 3.0)]
+    reports: list[tuple[str, int, float, float]] = []
+    run(Problem([[1.0]], [-1.0]), "newton", observe=lambda *seen: reports.append(seen))
+    assert reports == [("newton", 1, 2.0, 1.0), ("inner", 2, 1.0, 2.0), ("newton", 3, 0.5, 3.0)]
 
 
 def test_a_long_step_in_compiled_code_is_watched_too() -> None:

@@ -68,7 +68,7 @@ def sessions(block: str) -> list[tuple[str, str]]:
     return found
 
 
-def settled(text: str) -> list[list[str]]:
+def comparable(text: str) -> list[list[str]]:
     """Lines as cells, without times and without what `shi` computes, whose last digits depend on the machine."""
     lines, timed, method = [], False, ""
     for line in text.splitlines():
@@ -88,7 +88,7 @@ def test_commands_and_snippets_print_what_is_shown(folder: Path) -> None:
     for language, text in BLOCKS:
         if language == "console":
             for command, shown in sessions(text):
-                assert settled(shell(command, folder)) == settled(shown), command
+                assert comparable(shell(command, folder)) == comparable(shown), command
         elif language == "python":
             subprocess.run(
                 [sys.executable, "-c", text], check=True, cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}

@@ -1,4 +1,4 @@
-"""What is written is read back exactly, whatever the format."""
+"""What is written is read back exactly, in every format."""
 
 from __future__ import annotations
 

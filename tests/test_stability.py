@@ -60,7 +60,7 @@ def test_sensitivity_is_what_perturbed_data_show(seed: int) -> None:
     assert largest == pytest.approx(size * predicted, rel=1e-3)
 
 
-def test_inverse_is_exact_where_doubles_could_not_tell() -> None:
+def test_inverse_is_exact_where_doubles_are_not_enough() -> None:
     n = 14
     M = np.array([[float(Fraction(1, i + j + 1)) for j in range(n)] for i in range(n)])
     z = np.ones(n)

@@ -22,7 +22,7 @@ def shell(script: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("command", [f"solve {EXAMPLE}", "compare --format json", "--help"])
-def test_full_device_is_told_in_one_line(command: str) -> None:
+def test_full_device_is_reported_in_one_line(command: str) -> None:
     done = shell(f"$LCP {command} > /dev/full")
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1

@@ -1,4 +1,4 @@
-"""An unknown word is answered with the likely one, whatever it was to name, and by any version of click."""
+"""An unknown word is answered with the likely one, for every kind of word and any version of click."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def misspelt(word: str) -> Iterable[str]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_slip_of_the_finger_is_mended(kind: str) -> None:
+def test_a_slip_of_the_finger_is_corrected(kind: str) -> None:
     known = KINDS[kind]
     for word in known:
         if len(set(word)) >= 4:  # --x0 is as near to --z0
@@ -63,7 +63,7 @@ def test_capitals_and_beginnings_are_understood() -> None:
 
 
 @pytest.mark.parametrize("name", program.lcp.commands)
-def test_every_command_mends_its_options(name: str, lcp: Callable[..., Outcome]) -> None:
+def test_every_command_suggests_the_likely_option(name: str, lcp: Callable[..., Outcome]) -> None:
     outcome = lcp(name, "--hepl")
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert "no option '--hepl'; did you mean --help?" in outcome.err

@@ -123,7 +123,7 @@ def test_unsolved_run_says_why_and_exits_with_one(lcp: Lcp) -> None:
     assert outcome.out.splitlines()[5].startswith("try --method auto, or --scale ")
 
 
-def test_quiet_prints_nothing_and_the_exit_code_tells(lcp: Lcp) -> None:
+def test_quiet_prints_nothing_and_the_exit_code_gives_the_outcome(lcp: Lcp) -> None:
     assert (lcp("solve", EXAMPLE, "-q").code, lcp("solve", EXAMPLE, "-q").out) == (0, "")
     failed = lcp("solve", EXAMPLE, "-q", "--max-iterations", "1")
     assert (failed.code, failed.out, failed.err) == (1, "", "")

@@ -127,7 +127,7 @@ def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path: Path) -> 
     assert (tmp_path / "problem.mtx").read_text() == "old"
 
 
-def test_a_result_that_cannot_be_written_is_told_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
+def test_a_result_that_cannot_be_written_is_reported_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
     (tmp_path / "problem.json").write_text(JSON)
     with refused_rename(OSError(errno.EIO, "Input/output error")):
         outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", str(tmp_path / "result.json"))
@@ -146,7 +146,7 @@ def test_a_device_is_written_to_and_not_replaced(lcp: Callable[..., Outcome], tm
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
-def test_a_full_device_is_told_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
+def test_a_full_device_is_reported_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
     (tmp_path / "problem.json").write_text(JSON)
     outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", "/dev/full")
     assert outcome.err.count("\n") == 1

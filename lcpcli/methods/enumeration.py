@@ -88,7 +88,7 @@ def _point(M: Matrix, q: Vector, decided: Decisions, point: Vector | None) -> tu
 
 def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
     """Whether M_PP z_P = -q_P has no solution, or but one, which has z_P >= 0 or M_NP z_P + q_N >= 0 violated."""
-    if np.count_nonzero(P) > farkas.SIDE:
+    if np.count_nonzero(P) > farkas.LARGEST_EXACT:
         return False
     from lcpcli.rational.basis import exact_basis
 

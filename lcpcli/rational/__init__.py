@@ -1,1 +1,1 @@
-"""Exact arithmetic: rational numbers and their texts, elimination, linear systems, complementary bases."""
+"""Exact arithmetic: rational numbers as text, elimination, linear systems, complementary bases."""

@@ -1,4 +1,4 @@
-"""The solution of a complementary set in rational arithmetic, M and q taken as the exact numbers that they are."""
+"""The solution for a complementary set in rational arithmetic, with the floats M and q as exact numbers."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Basis(NamedTuple):
 
 
 def exact_basis(M: Matrix, q: Vector, P: Mask) -> Basis | None:
-    """The basis of a set P, a mask of shape (n,), for finite M, q of shape (n, n) and (n,); None if it has none.
+    """The basis of a set P, a mask of shape (n,), for finite M, q of shape (n, n) and (n,); None if there is none.
 
-    It costs k^3 operations for k indices in P, on numbers whose length grows with k.
+    The cost is k^3 operations for k indices in P, on numbers whose length grows with k.
     """
     active = np.flatnonzero(P)
     columns = matrices.dense_columns(M, active)

@@ -1,4 +1,4 @@
-"""Gaussian elimination in exact arithmetic: on whole numbers without fractions, or on rational numbers.
+"""Fraction-free Gaussian elimination on integers, in exact arithmetic.
 
 E. H. Bareiss, Sylvester's identity and multistep integer-preserving Gaussian elimination, Mathematics of Computation 22
 (1968) 565-578: after the pivots of an index set P, entry (i, j) is the minor of rows P + i and columns P + j.
@@ -15,9 +15,9 @@ Rows = list[list[int]]
 
 @dataclass(frozen=True)
 class Definiteness:
-    """Index sets of principal minors that exclude a symmetric matrix from being definite or semidefinite.
+    """Index sets of principal minors that prove a symmetric matrix not to be positive definite or semidefinite.
 
-    zero : a set whose minor is zero. negative : one whose minor is negative. None where there is none.
+    zero : a set whose minor is zero. negative : one whose minor is negative. None if there is none.
     """
 
     zero: tuple[int, ...] | None
@@ -25,7 +25,7 @@ class Definiteness:
 
 
 def eliminated(A: Rows, k: int, previous: int) -> Rows:
-    """The matrix after pivot k, which is A[k][k] != 0, without its row and column; previous is the pivot before."""
+    """The matrix after pivot k, which is A[k][k] != 0, without its row and column; previous : the preceding pivot."""
     pivot, top = A[k][k], A[k]
     result = []
     for i, row in enumerate(A):
@@ -38,7 +38,7 @@ def eliminated(A: Rows, k: int, previous: int) -> Rows:
 
 
 def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
-    """Whether the symmetric A is positive definite (no set) or semidefinite (no negative one), pivot by pivot.
+    """Whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by pivot.
 
     `check` is called before each pivot and may raise.
     """
@@ -75,7 +75,7 @@ def first_nonpositive(A: Rows, check: Callable[[], None]) -> int | None:
 
 
 def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Every principal minor with its index set, by Schur complements that share what they have in common.
+    """Every principal minor with its index set, by Schur complements with shared elimination steps.
 
     M. J. Tsatsomeros and L. Li, A recursive test for P-matrices, BIT Numerical Mathematics 40 (2000) 410-414. There are
     2^n - 1. `check` is called before each and may raise.
@@ -99,7 +99,7 @@ def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple
 
 
 def determinant(A: Rows) -> int:
-    """The determinant of a square A of whole numbers."""
+    """The determinant of a square integer A."""
     sign, previous = 1, 1
     while len(A) > 1:
         k = next((i for i, row in enumerate(A) if row[0]), None)

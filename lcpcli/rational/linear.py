@@ -1,10 +1,10 @@
-"""Linear systems in integers, solved in rational numbers. There is no other exact solver in the program.
+"""Linear systems with integer data, solved in rational arithmetic: the only exact solver in the program.
 
 Small systems by fraction-free Gauss-Jordan elimination (E. H. Bareiss, Sylvester's identity and multistep integer-
 preserving Gaussian elimination, Mathematics of Computation 22 (1968) 565-578): n^3 operations on minors of the matrix.
-Larger ones by FLINT (https://flintlib.org), where python-flint is installed: a regular system costs n^3 operations
+Larger ones by FLINT (https://flintlib.org), where python-flint is installed: a nonsingular system costs n^3 operations
 modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of linear equations using p-adic expansions, Numerische
-Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same numbers.
+Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same results.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from lcpcli.errors import OptionError
 
-SMALL = 16  # rows up to which FLINT would not be faster
+SMALL = 16  # rows up to which FLINT is not faster
 
 Rows = Sequence[Sequence[int]]
 
@@ -23,8 +23,8 @@ Rows = Sequence[Sequence[int]]
 class Solutions(NamedTuple):
     """The solutions of a linear system.
 
-    x : one of them, in which unknowns whose columns depend on earlier ones are 0; None if there is none.
-    null_space : a basis of the solutions of A x = 0; empty where x is the only one.
+    x : one of them, with 0 for unknowns whose columns depend on earlier ones; None if there is none.
+    null_space : a basis of the solutions of A x = 0; empty if x is unique.
     """
 
     x: list[Fraction] | None
@@ -32,7 +32,7 @@ class Solutions(NamedTuple):
 
 
 def require() -> Any:
-    """The module flint, or an OptionError that says how to get it."""
+    """The module flint, or an OptionError that says how to install it."""
     flint = _flint()
     if flint is None:
         raise OptionError("--exact", "needs python-flint", "pip install 'linear-complementarity[exact]'")

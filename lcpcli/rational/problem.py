@@ -1,7 +1,7 @@
-"""An LCP whose data are rational numbers, and what holds for a z or a y on it, without rounding.
+"""An LCP with rational data, and the exact verification of a z or a y for it.
 
 Each row of [M | q] is kept multiplied by the least common denominator of its entries, as integers: the solutions z stay
-the same, and sums of products need no common divisors.
+the same, and sums of products need no gcd.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Matrix, Vector
 
-Rows = list[dict[int, Fraction]]  # of a matrix: by its column, each entry that is not 0
-WHOLE = 2**53  # up to here every integer is a double
+Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
+LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
 
 
 class ExactProblem:
     """An LCP with exact data.
 
-    problem : the same rounded to doubles.
+    problem : the same, rounded to doubles.
     rows, constants, scales : integers with rows[i][j] / scales[i] = M_ij, constants[i] / scales[i] = q_i; scales > 0.
     """
 
@@ -44,7 +44,7 @@ class ExactProblem:
 
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:
-        """The problem with its doubles taken as the rational numbers that they are."""
+        """The problem with its doubles as exact rational numbers."""
         return cls(problem, rows_of(problem.M), fractions_of(problem.q))
 
     @property
@@ -94,17 +94,17 @@ class ExactProblem:
         return (own.rows, own.constants, own.scales) == (self.rows, self.constants, self.scales)
 
     def in_integers(self) -> Problem | None:
-        """The problem with its rows times `scales`, which has the same solutions z; None if doubles cannot hold it."""
-        if any(abs(value) > WHOLE for row in self.rows for value in row.values()):
+        """The problem with its rows times `scales`, with the same solutions z; None if doubles cannot represent it."""
+        if any(abs(value) > LARGEST_INTEGER for row in self.rows for value in row.values()):
             return None
-        if any(abs(value) > WHOLE for value in self.constants):
+        if any(abs(value) > LARGEST_INTEGER for value in self.constants):
             return None
         M = _like(self.problem.M, self.rows)
         return Problem(M, np.array(self.constants, dtype=float), name=self.problem.name)
 
 
 def rows_of(M: Matrix) -> Rows:
-    """The rows of a dense or sparse matrix of doubles, which are taken as the rational numbers that they are."""
+    """The rows of a dense or sparse matrix of doubles, as exact rational numbers."""
     if not is_sparse(M):
         return [{j: Fraction(a) for j, a in enumerate(row) if a} for row in M.tolist()]
     rows: Rows = [{} for _ in range(M.shape[0])]
@@ -116,7 +116,7 @@ def rows_of(M: Matrix) -> Rows:
 
 
 def fractions_of(values: Vector) -> list[Fraction]:
-    """Doubles as the rational numbers that they are."""
+    """Doubles as exact rational numbers."""
     return [Fraction(value) for value in values.tolist()]
 
 

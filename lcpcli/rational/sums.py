@@ -1,4 +1,4 @@
-"""Exact arithmetic on floats, each taken as the rational number that it is. Nothing here rounds, nor overflows."""
+"""Exact arithmetic on floats as rational numbers, without intermediate rounding or overflow."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def sign_of_product(a: Vector, y: Vector) -> int:
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
     """a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
 
-    Where it is subnormal it is rounded away from 0, so that nothing but 0 becomes 0.
+    A subnormal result is rounded away from 0, so that only 0 becomes 0.
     """
     a_whole, a_power = _whole(np.append(a, constant))
     y_whole, y_power = _whole(np.append(y, 1.0))
@@ -64,7 +64,7 @@ def sign_of_form(M: Vector, v: Vector) -> int:
 
 
 def integers(A: Vector) -> list[list[int]]:
-    """The rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them whole."""
+    """The rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them integers."""
     whole, power = _whole(A.ravel())
     least = int(min((e for i, e in zip(whole, power.tolist(), strict=True) if i), default=0))
     shifted = [i << e - least if i else 0 for i, e in zip(whole, power.tolist(), strict=True)]
@@ -73,7 +73,7 @@ def integers(A: Vector) -> list[list[int]]:
 
 
 def row_integers(A: Vector) -> list[list[int]]:
-    """The rows of A, finite floats of shape (m, n), each multiplied by the power of two that makes it whole."""
+    """The rows of A, finite floats of shape (m, n), each times the power of two that makes its entries integers."""
     return [integers(row[np.newaxis])[0] for row in A]
 
 

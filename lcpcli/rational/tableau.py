@@ -1,4 +1,4 @@
-"""Lemke's tableau in integers: every ratio, every tie and every sign is decided without rounding.
+"""Lemke's tableau in integers: ratios, ties and signs are all decided without rounding.
 
 The rows of [I, -M, -e, q] are pivoted as in J. Edmonds, Systems of distinct representatives and linear algebra, Journal
 of Research of the National Bureau of Standards 71B (1967) 241-245: divisions have no remainder, and all numbers are
@@ -15,17 +15,17 @@ import numpy as np
 
 from lcpcli.typing import Vector
 
-Rows = Sequence[dict[int, int]]  # of a matrix: by its column, each entry that is not 0
+Rows = Sequence[dict[int, int]]  # of a matrix: each nonzero entry, by its column
 
 
 class IntegerTableau:
     """A basis of w - M z - e z_0 = q for integers M and q, with its basic solution.
 
-    Variables are numbered: w_i is i, z_i is n + i, z_0 is 2 n. Columns are in that order, q is the last one.
+    Variables are numbered: w_i is i, z_i is n + i, z_0 is 2 n. Columns are in that order, with q last.
 
     rows : the tableau times `divisor`, which is positive.
     basic : the variable of each row.
-    ray : the variable that could grow for ever, where the path has ended on a ray; else None.
+    ray : the variable that increases without bound, if the path has ended on a ray; else None.
     """
 
     def __init__(self, M: Rows, q: Sequence[int]) -> None:
@@ -37,7 +37,7 @@ class IntegerTableau:
         self.ray: int | None = None
 
     def path(self) -> Iterator[None]:
-        """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0 or a ray, a pivot at a time."""
+        """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0 or a ray, one pivot at a time."""
         n, entering, row = self.n, 2 * self.n, self._first_row()
         while row >= 0:
             leaving = self._pivot(row, entering)
@@ -53,7 +53,7 @@ class IntegerTableau:
         return min(range(self.n), key=lambda i: (self.rows[i][-1], *self.rows[i][: self.n]))
 
     def _leaving_row(self, entering: int) -> int:
-        """The row of the variable that leaves when another enters, z_0 where it ties; -1 if there is none."""
+        """The row of the variable that leaves when another enters, z_0 if it ties; -1 if there is none."""
         best = -1
         for i in range(self.n):
             if self.rows[i][entering] > 0 and (best < 0 or self._precedes(i, best, entering)):
@@ -84,7 +84,7 @@ class IntegerTableau:
         return [self.value_of(self.n + i) for i in range(self.n)]
 
     def x(self) -> Vector:
-        """(z - w) / 2 of the basic solution, rounded; 0 for the pair of which neither is basic."""
+        """(z - w) / 2 of the basic solution, rounded; 0 for a pair of which neither is basic."""
         return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
 
     def direction(self) -> Vector:

@@ -1,1 +1,1 @@
-"""A method on a problem: the one loop, its limits and clock, the result, and what is concluded from it."""
+"""Running a method on a problem: the one loop, its limits and clock, the result, and the conclusions from it."""

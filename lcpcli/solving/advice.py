@@ -1,4 +1,4 @@
-"""What to try next after a run that has not solved its problem: what is known to lead further, or nothing."""
+"""What to try next after a run that did not solve its problem; nothing if nothing is known to help."""
 
 from __future__ import annotations
 
@@ -18,56 +18,56 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
 
-ROUNDING_LEVEL = 1e-8  # a run that stalls with a relative residual below this has come as far as rounding lets it
-FINEST = 1e-14  # a tolerance below this asks for more than doubles have
-SECONDS = 60  # at least, of a longer time limit
-EXACT = 200  # unknowns that rational arithmetic settles in seconds
-DENSE = 2000  # unknowns for which definiteness is found out in passing
-DOUBT = 1e-10  # of the diagonal, that must be left over
-FEW = 1000  # iterations, of which more may be needed whatever is tried
-ENOUGH = 4  # times the iterations after which half of the digits were there
+ROUNDING_LEVEL = 1e-8  # a run that stalls with a relative residual below this has reached the limit of rounding
+SMALLEST_TOL = 1e-14  # a smaller tolerance is out of reach in double precision
+LEAST_SECONDS = 60  # the least that is suggested as a longer time limit
+MOST_EXACT = 200  # unknowns up to which rational arithmetic takes seconds
+MOST_DENSE = 2000  # unknowns up to which testing definiteness is cheap
+MARGIN = 1e-10  # relative to the diagonal, by which M must be definite
+FEW_ITERATIONS = 1000  # a limit below this may be too small for any method
+MORE = 4  # times the iterations that gave half of the digits
 
 
 def advice(result: Result) -> str:
-    """One line on what to try, in options of the command line; "" where nothing is known to help, or needed."""
-    ways, more = ways_on(result)
+    """One line on what to try, as command-line options; "" if nothing is known to help, or nothing is needed."""
+    ways, more = suggestions(result)
     return f"try {', or '.join(ways)}{f', with {more}' * bool(more)}" if ways else ""
 
 
-def ways_on(result: Result) -> tuple[list[str], str]:
-    """The ways on, the surest first, each as what to add to the command (or to put in place of what it has).
+def suggestions(result: Result) -> tuple[list[str], str]:
+    """What to try, the surest first, each as options to add to the command (or to replace those it has).
 
-    Also what each of them is to be given besides; "" if nothing.
+    Also the options that each of them needs in addition; "" if none.
     """
     status, automatic = result.status, result.method == "auto"
     if status is Status.TIME_LIMIT:
-        longer = f"--time-limit {_round(max(SECONDS, 10 * (result.seconds)))}"
+        longer = f"--time-limit {_round(max(LEAST_SECONDS, 10 * (result.seconds)))}"
         return ([longer], "") if automatic else (["--method auto"], longer)
     if status is Status.ITERATION_LIMIT:
         return _after_the_limit(result)
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):
         return [], ""
-    beyond = result.tol < FINEST
-    ways = [] if automatic or beyond else ["--method auto", *_with_additions(result)]
+    too_small = result.tol < SMALLEST_TOL
+    ways = [] if automatic or too_small else ["--method auto", *_with_additions(result)]
     if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
         ways.append(f"--tol {_round(2 * result.relative_residual)}")
-    if (automatic or beyond) and result.exact is None and result.problem.n <= EXACT:
+    if (automatic or too_small) and result.exact is None and result.problem.n <= MOST_EXACT:
         ways.append("lcp solve --exact")
     return ways, ""
 
 
 def _after_the_limit(result: Result) -> tuple[list[str], str]:
-    """With more iterations where these lead there; otherwise with what needs fewer."""
-    usual, k = int(MAX_ITERATIONS.value), result.iterations
+    """More iterations if they lead to the solution, otherwise what needs fewer."""
+    default, k = int(MAX_ITERATIONS.value), result.iterations
     if result.method == "auto":
-        return [f"--max-iterations {usual if k < usual else 10 * k}"], ""
+        return [f"--max-iterations {default if k < default else 10 * k}"], ""
     if result.relative_residual <= math.sqrt(result.tol):
-        return ([f"--max-iterations {_round(ENOUGH * k)}", "--method auto"] if k else [f"--max-iterations {usual}"]), ""
-    return ["--method auto", *_with_additions(result)], f"--max-iterations {usual}" if k < FEW else ""
+        return ([f"--max-iterations {_round(MORE * k)}", "--method auto"] if k else [f"--max-iterations {default}"]), ""
+    return ["--method auto", *_with_additions(result)], f"--max-iterations {default}" if k < FEW_ITERATIONS else ""
 
 
 def _with_additions(result: Result) -> list[str]:
-    """What a method that iterates may be given to get there itself, where M is definite: one way, or none."""
+    """Options with which an iterative method may converge after all, if M is definite: one suggestion, or none."""
     if not METHODS[result.method].iterates or result.status is Status.BREAKDOWN or not _is_definite(result.problem):
         return []
     missing = [flag(name) for name in ADDITIONS if not result.options.get(name)]
@@ -78,21 +78,21 @@ def _with_additions(result: Result) -> list[str]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _is_definite(problem: Problem) -> bool:
-    """Whether the equilibrated M is positive definite, as far as that can be told at once and without doubt."""
-    if is_sparse(problem.M) or problem.n > DENSE:
+    """Whether the equilibrated M is clearly positive definite; False if that is not cheap to test."""
+    if is_sparse(problem.M) or problem.n > MOST_DENSE:
         return False
     M = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
     if not np.isfinite(M).all():
         return False
     try:
-        np.linalg.cholesky(M + M.T - DOUBT * np.diag(np.abs(np.diag(M))))
+        np.linalg.cholesky(M + M.T - MARGIN * np.diag(np.abs(np.diag(M))))
     except np.linalg.LinAlgError:
         return False
     return True
 
 
 def _round(value: float) -> str:
-    """One significant digit, rounded upwards."""
+    """One significant digit, rounded up."""
     unit = 10.0 ** math.floor(math.log10(value))
     rounded = math.ceil(value / unit * (1 - 1e-12)) * unit
     return f"{rounded:.0f}" if rounded >= 1 else f"{rounded:.0e}"

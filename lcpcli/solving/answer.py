@@ -1,4 +1,4 @@
-"""What a result can mean for the origin of its problem: the minimum of a program, the equilibrium of a game."""
+"""What a result means for the origin of its problem: a minimum of a program, an equilibrium of a game."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from lcpcli.typing import Vector
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """What a solution of the LCP says of min x'Qx / 2 + c'x, Ax >= b, x >= 0 but for the free x_i.
+    """What a solution of the LCP says about min x'Qx / 2 + c'x, Ax >= b, x >= 0 except for the free x_i.
 
-    x, y, objective : the point, the multipliers y >= 0 of Ax >= b, and the value there; None where it is not solved.
+    x, y, objective : the point, the multipliers y >= 0 of Ax >= b, and its value; None if the LCP is not solved.
     statement : what x is, or what it means that there is no solution.
-    exact : x and y as fractions where they are proved, else None.
+    exact : x and y as fractions if they are proved, else None.
     """
 
     x: Vector | None
@@ -27,15 +27,15 @@ class Minimum:
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """What a solution of the LCP says of the game.
+    """What a solution of the LCP says about the game.
 
-    row, column : the mixed strategies, probabilities in the order of the game's rows and columns; None where it is not
-        solved, and so are the others.
-    payoffs : what the row and the column player may expect, in the game's units.
-    gains : how much more either of them would get by the best response to the other, computed from A and B; 0 where
-        that is no more than rounding.
+    row, column : the mixed strategies, probabilities in the order of the game's rows and columns; None, as
+        are the others, if the LCP is not solved.
+    payoffs : the expected payoffs of the row and the column player, in the game's units.
+    gains : how much each of them would gain by a best response to the other, computed from A and B; 0 if that is
+        only rounding.
     statement : whether the strategies are an equilibrium.
-    exact : row and column as fractions where z is proved, else None.
+    exact : row and column as fractions if z is proved, else None.
     """
 
     row: Vector | None

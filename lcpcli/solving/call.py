@@ -15,7 +15,7 @@ from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
 
-OF_ALL = ("x0", "z0", "tol", "max_iterations", "time_limit", "scale", "finish", "trace")
+COMMON_OPTIONS = ("x0", "z0", "tol", "max_iterations", "time_limit", "scale", "finish", "trace")
 
 
 def solve(
@@ -31,31 +31,31 @@ def solve(
     trace: bool = False,
     **options: Any,
 ) -> Result:
-    """Find z >= 0 with w = M z + q >= 0 and z'w = 0, by a method; the arrays given are never changed.
+    """Find z >= 0 with w = M z + q >= 0 and z'w = 0; the arrays passed in are never modified.
 
     Parameters
     ----------
     M : shape (n, n); a dense array, nested sequences, or a scipy sparse matrix or array of any format.
     q : shape (n,).
-    method : "auto", which takes whatever solves the problem first, or a published one: "shi" (El foutayeni and Khaladi
+    method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi
         2012), "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "lemke" (Lemke 1965),
         "milp" (Pardalos and Rosen 1988). Their modules in `lcpcli.methods` give the sources.
     x0, z0 : the start, as x = (z - w) / 2 or as z with w = M z + q; at most one of them, by default x0 = 0.
-    tol : the relative residual from which on z counts as a solution, 1e-10 by default.
-    max_iterations, time_limit : when to give up: after 10000 iterations by default, after no number of seconds.
+    tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
+    max_iterations, time_limit : when to give up: by default after 10000 iterations, with no time limit (in seconds).
     trace : whether the result keeps all iterates.
-    options : options of the method, as on the command line with underscores; None is "not given". For "shi" p, k_star,
-        rho, sigma and x1, for "fixed-point" omega and anderson, for both scale and finish.
+    options : options of the method, as on the command line with underscores; None means "not given". For "shi" p,
+        k_star, rho, sigma and x1, for "fixed-point" omega and anderson, for both scale and finish.
 
     Returns
     -------
-    Result : its status tells whether z is a solution; a failed one still carries the best z. It never raises an error
-        because a problem is hard or has no solution.
+    Result : its status says whether z is a solution; if it failed, z is still the best one found. A problem that is
+        hard or has no solution never raises an error.
 
     Raises
     ------
-    ProblemError : M, q or a start cannot be used.
-    OptionError : the method is unknown, or an option is unknown, out of its range or without effect on the method.
+    ProblemError : M, q or the start cannot be used.
+    OptionError : the method is unknown, or an option is unknown, out of range or without effect on the method.
 
     Examples
     --------
@@ -80,9 +80,9 @@ def solve(
 
 
 def _refuse_unknown(method: str, names: Iterable[str]) -> None:
-    """Raise OptionError for a name that is no option of any method, with what this method has."""
-    known = [name for name in methods.parameters_of(method) if name not in OF_ALL]
+    """Raise OptionError for a name that is not an option of any method, with those that this method has."""
+    known = [name for name in methods.parameters_of(method) if name not in COMMON_OPTIONS]
     for name in names:
         if name not in known and name not in methods.OPTIONS and name not in methods.ADDITIONS:
-            hint = likely(name, (*known, *OF_ALL), f"it has {', '.join((*known, *OF_ALL))}")
-            raise OptionError(name, f"is no option of {method}", hint)
+            hint = likely(name, (*known, *COMMON_OPTIONS), f"it has {', '.join((*known, *COMMON_OPTIONS))}")
+            raise OptionError(name, f"is not an option of {method}", hint)

@@ -1,4 +1,4 @@
-"""What is concluded from results once they are there, so that reports only have to format it."""
+"""Conclusions from results, so that reports only have to format them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lcpcli.verify.refinement import is_rounded_solution
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
-    """The results, all on one problem, with `advice`, and with `answer` where the problem has an origin."""
+    """The results, all on one problem, with `advice`, and with `answer` if the problem has an origin."""
     if not results or results[0].problem.origin is None:
         return [replace(result, advice=advice(result)) for result in results]
     from lcpcli.solving.meaning import answers
@@ -25,9 +25,9 @@ def concluded(results: Sequence[Result]) -> list[Result]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def verified(result: Result) -> Result:
-    """The result with `verified`: the relative residual of z computed once more, or else exact arithmetic."""
+    """The result with `verified`: by the relative residual of z, recomputed, or else by exact arithmetic."""
     if not result.solved:
         return result
     accuracy = Accuracy(result.problem, result.tol)
-    small = accuracy.relative_residual(result.z, accuracy.w(result.z)) <= result.tol
-    return replace(result, verified=small or is_rounded_solution(result.problem, result.z))
+    within_tol = accuracy.relative_residual(result.z, accuracy.w(result.z)) <= result.tol
+    return replace(result, verified=within_tol or is_rounded_solution(result.problem, result.z))

@@ -1,4 +1,4 @@
-"""Lemke's method in rational arithmetic, for small problems whose rounding hides the right complementary set."""
+"""Lemke's method in rational arithmetic, for small problems where rounding obscures the right complementary set."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from fractions import Fraction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tableau import IntegerTableau
 
-MOST_UNKNOWNS = 60  # unknowns: seconds at worst
+MOST_UNKNOWNS = 60  # n up to which it is tried: seconds at worst
 
 
 def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
-    """The solution where the path from z = 0 ends, or None: on a ray, for a large problem, after the deadline.
+    """The solution at the end of the path from z = 0; None on a ray, for large n, or after the deadline.
 
-    The covering vector is that of the integer rows.
+    The covering vector is e for the integer rows.
     """
     if data.n > MOST_UNKNOWNS:
         return None

@@ -1,9 +1,9 @@
 """From a point near a solution to the exact solution of its complementary basis.
 
-With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational numbers, and signs are checked. Wrong ones, of a set that
-is not quite right, are turned as in block principal pivoting, and one by one, least index first, where that does not
-help: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its Applications
-21 (1978) 207-215. Where M_PP is singular, a vertex of the solutions of that set is looked for by an LP.
+With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs are checked. If P is not quite
+right, indices that violate them are flipped as in block principal pivoting or, where that does not help, one at a time,
+least index first: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its
+Applications 21 (1978) 207-215. Where M_PP is singular, an LP finds a vertex of the solutions with that set.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.farkas import ACTIVE
 
-STEPS = 30  # of exact pivoting from one set
-MOST_POSITIVE = 700  # unknowns z_P that are solved for exactly: a minute at worst
+MOST_STEPS = 30  # of exact pivoting, for each initial set
+MOST_POSITIVE = 700  # components that are solved for exactly: a minute at worst
 
 
 def from_point(
     data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_POSITIVE
 ) -> list[Fraction] | None:
-    """The exact solution that lies at a z nearly right, or None where none was found until the deadline.
+    """The exact solution near an approximate z; None if none was found before the deadline.
 
-    z : shape (n,). The solution has the complementary basis of z or, where that one has wrong signs, of a set near it.
+    z : shape (n,). The solution has the complementary basis of z or, if its signs are wrong, one near it.
     deadline : by time.perf_counter().
-    most : components of z that are solved for, at most.
+    most : the largest number of components that are solved for.
     """
-    for P in _starts(data.problem, z):
-        found = _pivoted(data, P, deadline, most)
+    for P in _active_sets(data.problem, z):
+        found = _by_pivoting(data, P, deadline, most)
         if found is None and np.count_nonzero(P) <= most and time.perf_counter() < deadline:
             found = _at_vertex(data, P)
         if found is not None and data.is_solution(found):
@@ -46,8 +46,8 @@ def from_point(
     return None
 
 
-def _starts(problem: Problem, z: Vector) -> Iterator[Mask]:
-    """The sets P that z may stand for: all z_i > 0, those that are larger than w_i, and those that are not tiny."""
+def _active_sets(problem: Problem, z: Vector) -> Iterator[Mask]:
+    """Active sets P suggested by z: all z_i > 0, those larger than w_i, and those that are not tiny."""
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
         scaled, w = z / C, R * problem.w(z)
@@ -57,9 +57,9 @@ def _starts(problem: Problem, z: Vector) -> Iterator[Mask]:
             yield P
 
 
-def _pivoted(data: ExactProblem, P: Mask, deadline: float, most: int) -> list[Fraction] | None:
+def _by_pivoting(data: ExactProblem, P: Mask, deadline: float, most: int) -> list[Fraction] | None:
     fewest = data.n + 1
-    for _ in range(STEPS):
+    for _ in range(MOST_STEPS):
         if np.count_nonzero(P) > most or time.perf_counter() >= deadline:
             return None
         active = np.flatnonzero(P)
@@ -67,18 +67,18 @@ def _pivoted(data: ExactProblem, P: Mask, deadline: float, most: int) -> list[Fr
         if z is None:
             return None
         w = data.w(z)
-        wrong = [i for i in range(data.n) if (z[i] if P[i] else w[i]) < 0]
-        if not wrong:
+        violated = [i for i in range(data.n) if (z[i] if P[i] else w[i]) < 0]
+        if not violated:
             return z
-        flipped = wrong if len(wrong) < fewest else wrong[:1]
-        fewest = min(fewest, len(wrong))
+        flipped = violated if len(violated) < fewest else violated[:1]
+        fewest = min(fewest, len(violated))
         P = P.copy()
         P[flipped] ^= True
     return None
 
 
 def _solved(data: ExactProblem, rows: Indices, columns: Indices) -> list[Fraction] | None:
-    """z, 0 but in those columns, with w = 0 in those rows; None if there is none."""
+    """z, 0 except in those columns, with w = 0 in those rows; None if there is none."""
     z = [Fraction(0)] * data.n
     if not rows.size or not columns.size:
         return z
@@ -92,7 +92,7 @@ def _solved(data: ExactProblem, rows: Indices, columns: Indices) -> list[Fractio
 
 
 def _at_vertex(data: ExactProblem, P: Mask) -> list[Fraction] | None:
-    """A vertex of all z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, itself from these, exactly."""
+    """A vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then itself exactly."""
     active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
     if not active.size:
         return None

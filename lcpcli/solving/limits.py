@@ -1,4 +1,4 @@
-"""When a run gives up, and what it must reach."""
+"""When a run gives up, and the tolerance it has to reach."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lcpcli.options import LIMITS, MAX_ITERATIONS, TIME_LIMIT, TOL
 class Limits:
     """When to stop: at a relative residual of tol, after max_iterations, after time_limit seconds.
 
-    Raises OptionError where one is out of its range.
+    Raises OptionError if one is out of range.
 
     >>> from lcpcli import Limits
     >>> Limits(time_limit=60)

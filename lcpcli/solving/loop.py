@@ -1,4 +1,4 @@
-"""The only loop: it takes iterates from a method, times it, measures them and says how it ended."""
+"""The one loop: it takes iterates from a method, times it, measures them and reports how it ended."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.refinement import is_rounded_solution
 
-NEAR = 100  # how many tolerances the bound of the residual may be when the residual itself is computed
-ROUNDED = "z is the exact solution but for the rounding of its last digits"
-EXTRA = 3  # iterations after the tolerance is reached, where the method knows that signs are still wrong
-DIVERGED = 1e100  # how many times its first value the bound of the residual may grow
-FINISHED = "the method has ended here, its equation is solved to rounding"
-REFUTED = "the certificate of infeasibility failed exact verification"
+MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
+ROUNDED = "z is the exact solution up to rounding of its last digits"
+EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
+GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
+FINISHED = "the method has terminated, as its equation is solved to rounding level"
+UNVERIFIED = "the certificate of infeasibility failed exact verification"
 
 
 class Loop:
-    """One pass of the loop, with what it has seen so far.
+    """The state of one run.
 
-    The residual bound of an iterate is a bound of its relative residual that comes free with F, or else that residual.
+    The residual bound of an iterate is a bound on its relative residual that F gives for free, or else that residual.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Loop:
         self._measured: tuple[Vector | None, float] = None, math.inf
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
-        """The start, then the iterates of the method that `begin` sets up; how that ended, and why."""
+        """Take the start, then the iterates of the method that `begin` sets up; returns how that ended, and why."""
         try:
             status = self._take(self.start)
             if status:
@@ -72,7 +72,7 @@ class Loop:
                 step = self._next(stage)
                 if not isinstance(step, Iterate):
                     return self._ended(step)
-                self._takes_part(step.method)
+                self._note_method(step.method)
                 status = self._take(step)
                 if status:
                     return status, ""
@@ -85,7 +85,7 @@ class Loop:
 
     @contextmanager
     def setting_up(self) -> Iterator[None]:
-        """What is done here is set-up of the method."""
+        """Count the time spent inside as set-up of the method."""
         began = self.clock()
         try:
             yield
@@ -93,7 +93,7 @@ class Loop:
             self.setup_seconds += self.clock() - began
 
     def _next(self, stage: Stage) -> Iterate | Ending:
-        """The next iterate or the ending, with the time that it took added to the solve."""
+        """The next iterate or the ending; its time is added to the solve time."""
         began = self.clock()
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
@@ -102,7 +102,7 @@ class Loop:
             self.solve_seconds += self.clock() - began
 
     def _take(self, iterate: Iterate) -> Status | None:
-        """Keep what is to be kept of an iterate, and say whether the run ends with it."""
+        """Record an iterate; returns the status if the run ends with it."""
         self.k += 1
         self.evaluations = iterate.evaluations
         in_range = bool(np.abs(iterate.x).max() <= LARGEST_X)
@@ -115,54 +115,54 @@ class Loop:
         if not self.first_bound < math.inf:
             self.first_bound = bound
         if self.observer:
-            self.observer.saw(iterate.method or self.method, self.k, bound)
+            self.observer.note(iterate.method or self.method, self.k, bound)
         if in_range and self._worth_measuring(bound) and self._passes(iterate.x):
             self.best = iterate.x
             self.extra += 1
-            if iterate.signs_final or self.extra > EXTRA:
+            if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
                 return Status.SOLVED
-        if METHODS[self.method].iterates and not bound <= DIVERGED * self.first_bound:
+        if METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound:
             return Status.DIVERGED
         if self.k >= self.limits.max_iterations:
             return Status.ITERATION_LIMIT
-        return Status.TIME_LIMIT if self._late() else None
+        return Status.TIME_LIMIT if self._time_is_up() else None
 
     def _ended(self, ending: Ending) -> tuple[Status, str]:
-        """The status and the reason of a method's own ending."""
-        self._takes_part(ending.method)
+        """The status and the reason when the method itself ends."""
+        self._note_method(ending.method)
         if isinstance(ending, NoSolution):
             return self._without_solution(ending.certificate)
         if isinstance(ending, Finished):
             return Status.STALLED, FINISHED
         if isinstance(ending, Breakdown):
             return Status.BREAKDOWN, ending.reason
-        late = isinstance(ending, OutOfTime) or self._late()
-        return (Status.TIME_LIMIT if late else Status.STALLED), ending.reason
+        time_is_up = isinstance(ending, OutOfTime) or self._time_is_up()
+        return (Status.TIME_LIMIT if time_is_up else Status.STALLED), ending.reason
 
     def _without_solution(self, certificate: Certificate) -> tuple[Status, str]:
-        """The status that a certificate justifies; a Farkas vector is checked against M and q here, not believed."""
+        """The status that a certificate justifies; a Farkas vector is first checked against M and q."""
         if certificate.kind == "farkas":
             if certificate.vector is None or not proves_infeasible(self.problem, certificate.vector):
-                return Status.STALLED, REFUTED
+                return Status.STALLED, UNVERIFIED
             self.certificate = certificate
             return Status.INFEASIBLE, certificate.statement
         self.certificate = certificate
         return Status.RAY if certificate.kind == "ray" else Status.UNSOLVABLE, certificate.statement
 
-    def _takes_part(self, method: str) -> None:
-        """Note that a method has taken part; "" is the one that was asked for."""
+    def _note_method(self, method: str) -> None:
+        """Add a method to the route; "" is the one that was asked for."""
         method = method or self.method
         if method not in self.route:
             self.route.append(method)
 
-    def _late(self) -> bool:
-        """Whether the time is up, to which measuring counts too: nobody waits for the method alone."""
+    def _time_is_up(self) -> bool:
+        """Whether the time is up; measuring the iterates counts too, as the user waits for that as well."""
         return self.clock() - self.began >= self.limits.time_limit
 
     def _worth_measuring(self, bound: float) -> bool:
-        """Whether to compute the residual, which costs a product with M: where the bound has come near the tolerance,
-        and at k = 0, 1, 2, 4, 8, ..., in case that the bound never comes down although the residual does."""
-        return bound <= NEAR * self.limits.tol or self.k & (self.k - 1) == 0
+        """Whether to compute the residual, which costs a product with M: if the bound is near the tolerance, and at
+        k = 0, 1, 2, 4, 8, ..., in case the bound never decreases although the residual does."""
+        return bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
 
     def _residual_bound(self, iterate: Iterate) -> float:
         return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
@@ -174,7 +174,7 @@ class Loop:
         return self.accuracy.passes(z_of(x), self.limits.tol)
 
     def _relative_residual(self, x: Vector) -> float:
-        """The relative residual at x; that of the x asked for last is remembered."""
+        """The relative residual at x; the last one is cached."""
         if x is not self._measured[0]:
             z = z_of(x)
             self._measured = x, self.accuracy.relative_residual(z, self.accuracy.w(z))

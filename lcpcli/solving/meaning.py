@@ -1,6 +1,6 @@
 """What results mean for the quadratic program or the game that their problem comes from.
 
-That a program without a minimum is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic programming,
+A program without a minimum is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic programming,
 Naval Res. Logist. Quart. 3 (1956) 95-110.
 """
 
@@ -22,12 +22,12 @@ from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import alternative
 
-SECONDS = 1.0  # for finding out whether Q is positive semidefinite
+SECONDS = 1.0  # for deciding whether Q is positive semidefinite
 UNBOUNDED = "the program is unbounded below"
 
 
 def answers(results: Sequence[Result]) -> list[Answer | None]:
-    """What each of the results on one problem means for its origin; None where it has none."""
+    """What each of the results on one problem means for its origin; None if it has none."""
     problem = results[0].problem
     origin = problem.origin
     if isinstance(origin, QuadraticProgram):
@@ -39,7 +39,7 @@ def answers(results: Sequence[Result]) -> list[Answer | None]:
 
 
 def _minimum(result: Result, program: QuadraticProgram, solved: str) -> Minimum:
-    """x, y and the objective of a result, where it is solved, and what the result means."""
+    """x, y and the objective if the result is solved, and what it means."""
     if not result.solved:
         return Minimum(None, None, None, _without_minimum(result, program))
     k, M, q = program.variables, result.problem.M, result.problem.q
@@ -54,7 +54,7 @@ def _minimum(result: Result, program: QuadraticProgram, solved: str) -> Minimum:
 
 
 def _kind_of_minimum(problem: Problem, program: QuadraticProgram) -> str:
-    """What a solution of the first-order conditions is, by what is proved of Q, the first rows and columns of M."""
+    """What a solution of the first-order conditions is, from what is proved about Q, the leading block of M."""
     k = program.variables
     verdicts = classify(problem.M[:k, :k], SECONDS, last="positive_semidefinite")
     if verdicts["positive_definite"].word == YES:
@@ -63,28 +63,28 @@ def _kind_of_minimum(problem: Problem, program: QuadraticProgram) -> str:
     if word == YES:
         return "x is a minimizer, as Q is positive semidefinite"
     if word == NO:
-        return "x meets the first-order conditions only, and need not be a minimizer: Q is not positive semidefinite"
-    return "x meets the first-order conditions; whether Q is positive semidefinite, and x a minimizer, is not decided"
+        return "x satisfies the first-order conditions but need not be a minimizer: Q is not positive semidefinite"
+    return "x satisfies the first-order conditions; whether Q is positive semidefinite and x a minimizer is not decided"
 
 
 def _without_minimum(result: Result, program: QuadraticProgram) -> str:
     if result.status not in (Status.INFEASIBLE, Status.UNSOLVABLE):
-        return "not solved, so that there is no x"
+        return "not solved, so there is no x"
     K, M, q = program.split, result.problem.M, result.problem.q
     if (q[K:] >= 0).all():  # x = 0 is feasible
         return UNBOUNDED
     point, proof = alternative(M[K:, :K], q[K:], SECONDS)
     if proof is not None:
-        return "the program is infeasible: no x meets its constraints"
+        return "the program is infeasible: no x satisfies its constraints"
     if point is not None:
         return f"{UNBOUNDED}: an LP finds its constraints feasible, to its tolerance"
     return "the program has no minimum: it is infeasible or unbounded below"
 
 
 def _equilibrium(result: Result, game: Game) -> Equilibrium:
-    """Strategies, payoffs and gains of a result that is solved, and whether that is an equilibrium."""
+    """Strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
     if not result.solved:
-        return Equilibrium(None, None, None, None, "not solved, so that there are no strategies")
+        return Equilibrium(None, None, None, None, "not solved, so there are no strategies")
     x, y = (part / part.sum() for part in game.parts(result.z))
     exact = None
     if result.exact is not None and result.exact.z is not None:
@@ -97,12 +97,12 @@ def _equilibrium(result: Result, game: Game) -> Equilibrium:
     small = all(
         gain <= allowed * (float(np.ptp(own)) or 1.0) for gain, own in zip(gains, (game.A, game.B), strict=True)
     )
-    found = "an equilibrium" if small else "no equilibrium to the tolerance"
+    found = "an equilibrium" if small else "not an equilibrium to the tolerance"
     by = f"by a best response the row player would gain {gains[0]:.1g}, the column player {gains[1]:.1g}"
     return Equilibrium(x, y, payoffs, gains, f"{found}: {by}", exact)
 
 
 def _gain(replies: Vector, payoff: float, payoffs: Vector) -> float:
-    """What the best of the replies gets beyond the payoff; 0 where that is no more than rounding of the payoffs."""
+    """What the best reply gains over the payoff; 0 if that is only rounding."""
     gain = float(replies.max()) - payoff
     return gain if gain > ROW_ROUNDING * float(np.abs(payoffs).max()) else 0.0

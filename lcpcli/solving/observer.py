@@ -1,4 +1,4 @@
-"""Somebody looks on while a method runs: what it has come to is told by the clock, not by the iterate."""
+"""Reports the progress of a run to an observer, at intervals of time rather than of iterates."""
 
 from __future__ import annotations
 
@@ -6,32 +6,32 @@ import math
 import time
 from collections.abc import Callable
 
-INTERVAL = 0.2  # seconds between two tellings
+INTERVAL = 0.2  # seconds between two reports
 
 Observe = Callable[[str, int, float, float], None]
 
 
 class Observer:
-    """Passes on how a run goes, at most every INTERVAL seconds.
+    """Reports how a run is going, at most every INTERVAL seconds.
 
-    tell : called with the method at work, the number k of the last iterate, the bound of its relative residual that
-        the driver goes by, infinite where there is none yet, and the seconds since the observer was made.
+    report : called with the method at work, the number k of the last iterate, the bound on its relative residual that
+        the loop uses, infinite if there is none yet, and the seconds since the observer was made.
     """
 
-    def __init__(self, tell: Observe, method: str) -> None:
-        self._tell = tell
+    def __init__(self, report: Observe, method: str) -> None:
+        self._report = report
         self._seen = method, 0, math.inf
         self._began = time.monotonic()
         self._due = self._began + INTERVAL
 
-    def saw(self, method: str, k: int, bound: float) -> None:
-        """Take note of one more iterate."""
+    def note(self, method: str, k: int, bound: float) -> None:
+        """Note one more iterate."""
         self._seen = method, k, bound
-        self.look()
+        self.report_if_due()
 
-    def look(self) -> None:
-        """Tell what was seen last, if it is time; called also while a long step is going on."""
+    def report_if_due(self) -> None:
+        """Report what was noted last, if it is time; also called during a long step."""
         now = time.monotonic()
         if now >= self._due:
             self._due = now + INTERVAL
-            self._tell(*self._seen, now - self._began)
+            self._report(*self._seen, now - self._began)

@@ -1,10 +1,10 @@
 """From a result in floating point to one that is proved for the exact data.
 
-What the run has found is only a hint. Its active set is solved for and checked in rational arithmetic, or else, for a
-small problem, Lemke's method is done exactly; its Farkas vector is made a rational one that stands up to the exact
-data, and a proof by exhaustion counts if it was about these very data. Where the data are decimals, whose rounding may
-have misled the run, the rows are multiplied by their denominators and the problem is run once more in integers, which
-doubles hold exactly.
+The result of the run is only a guess. The system of its active set is solved and checked in rational arithmetic or, for
+a small problem, Lemke's method is run exactly; its Farkas vector is turned into a rational one that is a proof for the
+exact data, and a proof by exhaustion counts if it was about exactly these data. If the data are decimals, whose
+rounding may have misled the run, the rows are multiplied by their denominators and the method is run once more on
+integers, which doubles represent exactly.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ UNPROVED = "no exact proof was found for the numbers as written"
 
 
 def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> Result:
-    """The result of a run on data.problem with `exact` filled in, and all else as far as the proof says otherwise.
+    """The result of a run on data.problem with `exact` filled in, and the rest corrected by the proof.
 
-    Proved to be solved: z is the exact solution rounded, and its measures are those of this z. If nothing is proved,
-    the result stays what it was, and its message says so. time_limit is in seconds and counts from here on; it is
-    looked at between steps. Raises OptionError without python-flint.
+    If it is proved to be solved, z is the exact solution rounded, and all measures are of this z. If nothing is proved,
+    the result stays as it was, and its message says so. time_limit is in seconds from the call; it is checked between
+    steps. Raises OptionError without python-flint.
     """
     require()
     if result.interrupted:
         return _unproved(result)
     deadline = time.perf_counter() + time_limit
     try:
-        for run, own in _runs(data, result, deadline):
-            exact = _exact(data, run, own, deadline)
+        for run, is_exact in _runs(data, result, deadline):
+            exact = _exact(data, run, is_exact, deadline)
             if exact is not None and exact.status is not None:
                 return _proved(data, result, exact, exact.status)
     except KeyboardInterrupt:
@@ -58,33 +58,33 @@ def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> R
 
 
 def _runs(data: ExactProblem, result: Result, deadline: float) -> Iterator[tuple[Result, bool]]:
-    """The result, and one in integers, each with whether it is about the exact data and not about rounded ones."""
-    own = data.are_floats()
-    yield result, own
+    """The result, and one for integer data, each with whether its data are exact rather than rounded."""
+    is_exact = data.are_floats()
+    yield result, is_exact
     seconds = deadline - time.perf_counter()
-    whole = None if own or seconds <= 0 else data.in_integers()
+    whole = None if is_exact or seconds <= 0 else data.in_integers()
     if whole is not None:
         yield driver.run(whole, "auto", z0=_finite(result.z), limits=Limits(time_limit=seconds), conclude=False), True
 
 
-def _exact(data: ExactProblem, run: Result, own: bool, deadline: float) -> Exact | None:
-    """What a run leads to a proof of, if anything."""
+def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> Exact | None:
+    """What can be proved starting from a run, if anything."""
     certificate = run.certificate
     if certificate is not None and certificate.kind == "farkas" and certificate.vector is not None:
         y = certificate.vector
-        if run.problem is not data.problem:  # in integers, where rows are larger by their denominators
-            largest = max(data.scales)  # any positive multiple of y will do: one that is finite
+        if run.problem is not data.problem:  # in integers: rows are multiplied by their denominators
+            largest = max(data.scales)  # of the positive multiples of y, a finite one
             y = y * rounded(Fraction(scale, largest) for scale in data.scales)
         found = exact_proof(data, y)
         if found is not None:
             return Exact(Status.INFEASIBLE, INFEASIBLE, y=found)
-    if own and run.status is Status.UNSOLVABLE:
+    if is_exact and run.status is Status.UNSOLVABLE:
         return Exact(Status.UNSOLVABLE, UNSOLVABLE)
     z = from_point(data, _finite(run.z), deadline) or exact_lemke.solve(data, deadline)
     return Exact(Status.SOLVED, SOLVED, z=z, w=data.w(z)) if z is not None and data.is_solution(z) else None
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
+@np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
 def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) -> Result:
     result = replace(
         result, status=status, message=f"{status.value}: {exact.proof}", certificate=_certificate(exact), exact=exact

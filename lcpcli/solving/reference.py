@@ -1,7 +1,6 @@
-"""A solution to measure errors against, where the problem does not bring one: solved once, and then made exact.
+"""A reference solution to measure errors against, if the problem does not come with one.
 
-That is exact where n is small. Else auto's solution is made right to its last digits by `refinement.refined`, as far as
-that can be.
+For small n it is exact. Otherwise it is auto's, refined to its last digits by `refinement.refined` if possible.
 """
 
 from __future__ import annotations
@@ -21,16 +20,15 @@ from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.refinement import refined
 
-SECONDS = 10.0  # that the search for a solution may take
-MOST_UNKNOWNS = 200  # n up to which a solution is made exact, in a second
-MOST_POSITIVE = 64  # components that are then solved for exactly
+SECONDS = 10.0  # limit on the search for a solution
+MOST_UNKNOWNS = 200  # n up to which an exact solution is computed, in a second
+MOST_POSITIVE = 64  # components up to which they are solved for exactly
 
 
 def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
-    """The problem with a computed solution, or as it is where it brings one or none is found in that many seconds.
+    """The problem with a computed solution; unchanged if it comes with one or none is found in that many seconds.
 
-    The solution is verified like any other result, on the original data. Where the problem has several solutions it
-    is one of them.
+    The solution is verified like any other result, on the original data. If there are several, it is one of them.
 
     Raises
     ------
@@ -53,7 +51,7 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
 
 
 def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
-    """An exact solution, rounded, of a small problem with few positive components: near z, or Lemke's."""
+    """An exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's method."""
     if problem.n > MOST_UNKNOWNS:
         return None
     from lcpcli.rational import numbers
@@ -68,9 +66,9 @@ def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
 
 
 def near(problem: Problem, size: float) -> Vector:
-    """A start x, shape (n,), off the problem's first solution by normal noise of `size` times its largest component.
+    """A start x, shape (n,): the problem's first solution plus normal noise of `size` times its largest component.
 
-    The same for the same problem. Raises OptionError where the problem has no solution.
+    Deterministic. Raises OptionError if the problem has no known solution.
     """
     if not problem.solutions:
         where = f"{problem.name}: " * bool(problem.name)

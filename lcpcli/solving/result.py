@@ -1,4 +1,4 @@
-"""What a solve comes to: its status, its numbers and, where it was asked for, its trace."""
+"""The result of a solve: its status, its numbers and, if requested, its trace."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 class Status(Enum):
-    """How a solve ended. The value is what the user reads; `word` is what JSON and scripts read.
+    """How a solve ended. The value is for users; `word` is for JSON and scripts.
 
     SOLVED : the relative residual, recomputed from M and q, is at most the tolerance.
     ITERATION_LIMIT, TIME_LIMIT : stopped by a limit.
     STALLED : the method makes no further progress in double precision.
-    DIVERGED : the iterates run off.
-    BREAKDOWN : the method cannot go on, for instance as a matrix is singular.
+    DIVERGED : the iterates diverge.
+    BREAKDOWN : the method cannot continue, for instance because a matrix is singular.
     INFEASIBLE : proved to have no z >= 0 with M z + q >= 0; the certificate holds the Farkas vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.
@@ -44,12 +44,12 @@ class Status(Enum):
     BREAKDOWN = "broke down"
     INFEASIBLE = "proved to have no solution, not even z >= 0 with Mz + q >= 0"
     UNSOLVABLE = "proved to have no solution"
-    RAY = "ended in a ray"
+    RAY = "ended on a ray"
     INTERRUPTED = "interrupted"
 
     @property
     def word(self) -> str:
-        """The name in small letters, as in JSON."""
+        """The name in lower case, as in JSON."""
         return self.name.lower()
 
     @property
@@ -60,12 +60,12 @@ class Status(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Exact:
-    """What rational arithmetic says of a problem whose decimals are taken as they are written.
+    """What rational arithmetic proves about a problem whose decimals are taken as written.
 
-    status : solved, infeasible or unsolvable; None where nothing was proved.
+    status : solved, infeasible or unsolvable; None if nothing was proved.
     proof : how it is proved, as a clause for the user.
-    z, w : the solution and w = M z + q, each of length n, where it is solved; else None.
-    y : of length n, a Farkas vector, where it is infeasible; else None.
+    z, w : the solution and w = M z + q, each of length n, if it is solved; else None.
+    y : of length n, a Farkas vector, if it is infeasible; else None.
     """
 
     status: Status | None
@@ -83,24 +83,24 @@ class Result:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
     iterations, evaluations : iterations done; evaluations of F, or of its smoothed form, in them.
     residual, relative_residual, error : as defined in `accuracy.Accuracy`, recomputed from M and q; error is None
-        where no solution is known.
+        if no solution is known.
     setup_seconds, solve_seconds : until the first iterate, and from there to the last.
     tol : the tolerance for the relative residual.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
-    trace : the rows kept, or None if none were asked for.
-    curve : a second trace, kept for figures and milestones where that was asked for; else None.
+    trace : the rows kept, or None if not requested.
+    curve : a second trace, for figures and milestones; None if not requested.
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
-    exact : what has been proved exactly, or None if that was not asked for.
-    bound : what is proved about |z - z*|_inf, with an infinite value where nothing is; None where that was not asked.
+    exact : what has been proved exactly, or None if not requested.
+    bound : what is proved about |z - z*|_inf, with an infinite value if nothing is; None if not requested.
 
-    What is concluded from these, by `conclusions.concluded`:
+    Conclusions from these, by `conclusions.concluded`:
 
-    advice : what to try next where this has not solved the problem; "" where nothing is known to help, or needed.
+    advice : what to try next if the problem is not solved; "" if nothing is known to help, or nothing is needed.
     answer : what it means for the quadratic program or the game that the problem comes from; None if from neither.
-    verified : whether a claim to have solved the problem holds when the residual is computed once more, from the
-        original data; None where there is no such claim, or that was not asked.
+    verified : whether a claim to have solved the problem holds when the residual is recomputed from the original
+        data; None if there is no such claim, or if not requested.
 
     >>> import lcpcli
     >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -140,7 +140,7 @@ class Result:
 
     @property
     def exit_code(self) -> int:
-        """That of the status, but 1 where an exact proof was asked for and not found."""
+        """That of the status, but 1 if an exact proof was requested and not found."""
         unproved = self.exact is not None and self.exact.status is None
         return 1 if unproved and not self.interrupted else self.status.exit_code
 
@@ -151,7 +151,7 @@ class Result:
 
     @property
     def solved(self) -> bool:
-        """Whether z is a solution, to the tolerance; never said but of a residual recomputed from M and q."""
+        """Whether z is a solution: by its residual, recomputed from M and q, or by exact arithmetic."""
         return self.status is Status.SOLVED
 
     @property

@@ -1,4 +1,4 @@
-"""A method on a problem: what is asked for is found consistent, set up, and run through the loop."""
+"""Running a method on a problem: the options are checked, the method is set up and run through the loop."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what overflows is judged as infinite
+@np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
 def run(
     problem: Problem,
     method: str,
@@ -51,14 +51,14 @@ def run(
 ) -> Result:
     """Run a method on a problem from x0, or from z0 (by default the problem's own start, else the origin).
 
-    "solved" is said only if the relative residual, recomputed from the original M and q, is at most limits.tol, or if
-    exact arithmetic shows that z is the solution but for its last digits.
-    `scale` has an iterative method work on the equilibrated problem, `finish` has it end on its active set as soon as
-    that leads to the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace`
-    and `curve` keep iterates, each what it was made for. `conclude` is whether to find out what the result means: its
-    `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is told now and then
-    how the run goes, as in `observer.Observer`. Seconds are those of the method's own work alone; the time limit counts
-    all that happens.
+    The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
+    or if exact arithmetic shows that z is the solution up to its last digits.
+    `scale` makes an iterative method work on the equilibrated problem, `finish` makes it stop as soon as its active set
+    yields the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace` and
+    `curve` keep iterates, each as it was set up to. `conclude` is whether to add what the result means: its `advice`,
+    and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals with the
+    progress, as in `observer.Observer`. Reported times are of the method's own work alone; the time limit counts
+    everything.
 
     >>> from lcpcli import Limits, Problem, run
     >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
@@ -76,7 +76,7 @@ def run(
     with loop.setting_up():
         units = scaled.scale(problem) if scale else None
         in_force = methods.options_in_force(method, units.problem if units else problem, chosen)
-    with within(limits.time_limit, observer.look if observer else None):
+    with within(limits.time_limit, observer.report_if_due if observer else None):
         begin = partial(_stage, methods.load(method), problem, units, start, in_force, clock if finish else None)
         status, reason = loop.run(begin)
     result = loop.result(in_force | additions, status, reason)
@@ -84,7 +84,7 @@ def run(
 
 
 def _additions(method: str, **wanted: bool) -> dict[str, bool]:
-    """The additions that are wanted; OptionError if the method has none."""
+    """The additions that are requested; OptionError if the method takes none."""
     additions = {name: True for name, yes in wanted.items() if yes}
     for name in additions:
         if not methods.declared(method).iterates:
@@ -93,8 +93,8 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
 
 
 def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Limits, displaced: bool) -> None:
-    """Add to the options what the method takes and is not given: the time limit, and the problem's own x1 unless its
-    start is displaced by another."""
+    """Add options that the method takes and that were not given: the time limit, and the problem's own x1 unless
+    another start replaces the problem's."""
     declared = methods.declared(method)
     if "x1" in declared.vectors and problem.x1 is not None and not displaced:
         chosen.setdefault("x1", problem.x1)
@@ -112,7 +112,7 @@ def _stage(
     in_force: dict[str, Any],
     finishing_clock: Callable[[], float] | None,
 ) -> Stage:
-    """The method at work, set up: in these units if there are any, finished on its active set if there is a clock."""
+    """The method, set up: in these units if there are any, with the finish on its active set if there is a clock."""
     if units is not None:
         problem, start = units.problem, units.start(start)
         in_force = in_force | {name: units.start(x) for name, x in in_force.items() if name == "x1" and x is not None}

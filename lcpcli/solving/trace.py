@@ -1,4 +1,4 @@
-"""What is kept of the iterates while a method runs: rows for tables and curves, and when an error was first reached."""
+"""What is kept of the iterates of a run: rows for tables and curves, and when each error was first reached."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lcpcli.model.modulus import z_of
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.accuracy import Accuracy
 
-BLOCK = 1 << 21  # numbers: as many iterates as fit are measured together, which reads M once for all of them
+BLOCK = 1 << 21  # numbers: as many iterates as fit are measured together, so that M is read once for all
 MOST_TOGETHER = 64
 
 
@@ -21,11 +21,11 @@ class TraceRow:
     """One iterate in a trace.
 
     k : its number; the start is 0.
-    z : its z = |x| + x, shape (n,), or the components that the trace was asked to keep.
-    residual, error : as in Result; None where they were not asked for, or no solution is known.
-    rounding : whether the residual is no more than rounding leaves, as by `accuracy.Accuracy.is_rounding`.
-    seconds : time that the method took from the end of its set-up to this iterate, nothing else counted.
-    step : the step of the published algorithm that made it; "" if the method has but one.
+    z : its z = |x| + x, shape (n,), or the components that the trace keeps.
+    residual, error : as in Result; None if not requested, or if no solution is known.
+    rounding : whether the residual is at rounding level, as defined by `accuracy.Accuracy.is_rounding`.
+    seconds : time that the method alone took from the end of its set-up to this iterate.
+    step : the step of the published algorithm that made it; "" if the method has only one.
     method : the method that made it.
     """
 
@@ -50,7 +50,7 @@ class Milestone:
 
 @dataclass(frozen=True, eq=False)
 class PendingRow:
-    """An iterate that may yet leave the trace, and has not been measured: its number, x, seconds, step and method."""
+    """An iterate that is not yet measured and may still be dropped: its number, x, seconds, step and method."""
 
     k: int
     x: Vector
@@ -61,13 +61,13 @@ class PendingRow:
 
 @dataclass
 class Trace:
-    """Which iterates to keep and what of them; it fills while the method runs, and holds its rows in order.
+    """Which iterates to keep, and which of their data; filled during the run, with its rows in order.
 
-    every : keep the start, the first, every so-many-th and the last three iterates.
-    most : where that comes to more rows than this, at least 5, `every` is doubled, and again; None sets no limit.
+    every : keep the start, the first iterate, every `every`-th one and the last three.
+    most : the largest number of rows, at least 5; `every` is doubled when there would be more. None sets no limit.
     components : indices of the components of z to keep; None keeps them all.
-    residuals : whether each row's residual is read by anybody; each costs one product with M.
-    levels : errors, falling, relative to the largest component of the solution, to note when they are first reached.
+    residuals : whether to compute each row's residual; each costs one product with M.
+    levels : errors in decreasing order, relative to the solution's largest component, whose first attainment is noted.
     rows, milestones : what has been kept.
 
     >>> import lcpcli
@@ -88,28 +88,28 @@ class Trace:
     _waiting: list[PendingRow] = field(default_factory=list)
 
     def add(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
-        """Take one more iterate; one that is no longer among the last three is measured if it stays."""
+        """Add an iterate; one that is no longer among the last three is dropped, or measured and kept."""
         self._note_milestones(pending_row, accuracy)
         self._last.append(pending_row)
         if len(self._last) > 3:
             leaving = self._last.pop(0)
-            if self._stays(leaving.k):
+            if self._is_kept(leaving.k):
                 self._waiting.append(leaving)
         if self.most is not None and len(self.rows) + len(self._waiting) + 3 > self.most:
             self.every *= 2
-            self.rows = [row for row in self.rows if self._stays(row.k)]
-            self._waiting = [waiting for waiting in self._waiting if self._stays(waiting.k)]
+            self.rows = [row for row in self.rows if self._is_kept(row.k)]
+            self._waiting = [waiting for waiting in self._waiting if self._is_kept(waiting.k)]
         if len(self._waiting) >= max(1, min(MOST_TOGETHER, BLOCK // pending_row.x.size)):
             self._measure(accuracy)
 
     def close(self, accuracy: Accuracy) -> None:
-        """The run has ended: the last three stay."""
+        """Keep the last three iterates, as the run has ended."""
         self._waiting += self._last
         self._last.clear()
         if self._waiting:
             self._measure(accuracy)
 
-    def _stays(self, k: int) -> bool:
+    def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
 
     def _note_milestones(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
@@ -120,7 +120,7 @@ class Trace:
             self.milestones += [Milestone(level, pending_row.k, pending_row.seconds) for level in reached]
 
     def _measure(self, accuracy: Accuracy) -> None:
-        """Turn what waits into rows, measured as far as is asked for."""
+        """Turn the pending iterates into rows, measured as requested."""
         problem, waiting = accuracy.problem, self._waiting
         Z = np.array([z_of(pending_row.x) for pending_row in waiting])
         residuals: Sequence[float | None] = [None] * len(waiting)
@@ -129,8 +129,10 @@ class Trace:
             W = product(problem.M, Z.T).T + problem.q
             residuals = [accuracy.natural_residual(z, w) for z, w in zip(Z, W, strict=True)]
             rounding = [accuracy.is_rounding(z, w) for z, w in zip(Z, W, strict=True)]
-        for pending_row, z, residual, no_more in zip(waiting, Z, residuals, rounding, strict=True):
+        for pending_row, z, residual, is_rounding in zip(waiting, Z, residuals, rounding, strict=True):
             kept = z.copy() if self.components is None else z[self.components]
             seconds, step, method = pending_row.seconds, pending_row.step, pending_row.method
-            self.rows.append(TraceRow(pending_row.k, kept, residual, accuracy.error(z), seconds, step, method, no_more))
+            self.rows.append(
+                TraceRow(pending_row.k, kept, residual, accuracy.error(z), seconds, step, method, is_rounding)
+            )
         self._waiting = []

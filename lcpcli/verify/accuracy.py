@@ -1,4 +1,4 @@
-"""How good a z is, always measured on the original M and q."""
+"""How accurate a z is, always measured on the original M and q."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-FLOOR = 1e-5  # of the problem's scale: what is smaller than that in a row is still measured against it
-SMALLEST = -1074  # the power of two of the smallest number: what an underflow may lose
+SCALE_FLOOR = 1e-5  # relative to the problem's scale: the least scale of a row
+SMALLEST = -1074  # the power of two of the smallest number: the loss by an underflow
 LARGEST_POWER = 1000  # of two, in one factor
-PRECISION = 1e-13  # the smallest relative residual that is told from rounding
-HARMLESS = 0.1  # a share of the tolerance, or of what is wrong anyway: rounding that is not worth a second look
+PRECISION = 1e-13  # the smallest relative residual that is distinguishable from rounding
+NEGLIGIBLE = 0.1  # the fraction of the tolerance, or of the certain residual, up to which rounding is ignored
 
 
 class Accuracy:
-    """The measures of one problem. All are maxima over components; NaN and overflow come out as infinity.
+    """The measures of one problem. All are maxima over components; NaN and overflow count as infinity.
 
     natural residual : |min(z, w)|_inf with w = M z + q, in the problem's own units; zero exactly at the solutions.
-    relative residual : the largest |min(z / C, R w)|_i / s_i with the diagonals R, C of `scaling.equilibrate`. s_i is
-        the scale of row i, max(|R q|_i, (R |M| z)_i), but at most s and at least FLOOR s, where s is the scaled
-        residual of z = 0 (largest |R q|_i if z = 0 solves the problem). So neither a large entry of q in another row
-        nor a z that runs off to infinity makes a wrong row look right. Scaled numbers are held in units of the power
-        of two next above s: nothing over- or underflows that matters beside it.
+    relative residual : the largest |min(z / C, R w)|_i / s_i with the diagonals R, C of `equilibrate`. s_i is the scale
+        of row i, max(|R q|_i, (R |M| z)_i), but at most s and at least SCALE_FLOOR s, where s is the scaled residual of
+        z = 0 (largest |R q|_i if z = 0 solves the problem). So neither a large entry of q in another row nor a z that
+        tends to infinity hides the residual of a row. Scaled numbers are in units of the power of two next above s, so
+        that no overflow or underflow matters.
     error : |z - z*|_inf to the nearest of the problem's solutions.
     size : `size_of_solutions`.
 
-    tol is the relative residual that makes the difference between a solution and none, to which `w` is right.
+    tol is the largest relative residual of a solution; `w` is accurate enough to decide it.
     """
 
     def __init__(self, problem: Problem, tol: float = 1e-10) -> None:
@@ -51,19 +51,19 @@ class Accuracy:
     @np.errstate(over="ignore", invalid="ignore")
     def w(self, z: Vector) -> Vector:
         """w = M z + q for finite z of shape (n,), rounded only once in rows where rounding errors could matter."""
-        return self._settled(z, self.problem.w(z))
+        return self._recomputed(z, self.problem.w(z))
 
-    def _settled(self, z: Vector, w: Vector) -> Vector:
-        """w, in whose doubtful rows rounding is made good."""
+    def _recomputed(self, z: Vector, w: Vector) -> Vector:
+        """w with its doubtful rows recomputed and rounded only once."""
         doubtful = self._doubtful(z, w)
         if doubtful.size:
             w[doubtful] = _rounded_once(self.problem, z, doubtful)
         return w
 
     def _doubtful(self, z: Vector, w: Vector) -> Indices:
-        """Rows of w whose rounding errors could decide: near the tolerance, and not outweighed by what is wrong anyway.
+        """Rows of w whose rounding errors could matter: near the tolerance, and not dominated by a certain residual.
 
-        These are rows with |M| z far above s, as where M is ill-conditioned, and with numbers out of range.
+        These are rows with |M| z far above s, as for ill-conditioned M, and with numbers out of range.
         """
         if not z.any():
             return np.empty(0, dtype=np.intp)
@@ -74,26 +74,26 @@ class Accuracy:
         residual = np.abs(np.minimum(inner, outer))
         largest = _largest(residual)
         bound = 3 * ROW_ROUNDING * max(1.0, 2 * float(np.abs(inner).sum()) / s)  # as no entry of R |M| C is above 2
-        if bound + self._underflow / (FLOOR * s) <= HARMLESS * max(self.tol, PRECISION, largest / s) < math.inf:
+        if bound + self._underflow / (SCALE_FLOOR * s) <= NEGLIGIBLE * max(self.tol, PRECISION, largest / s) < math.inf:
             return np.empty(0, dtype=np.intp)
         terms = _times(products.absolute_product(self.problem.M, np.abs(z)), self._to_rows)
-        lost, own = ROW_ROUNDING * (terms + self._Rq) + self._underflow, self._own(terms)
-        certain = float(np.nan_to_num((residual - lost) / own, nan=0.0, posinf=0.0).max())
-        harmless = (lost <= HARMLESS * max(self.tol, PRECISION, certain) * own) | (outer - lost >= inner)
-        return np.flatnonzero(~harmless)
+        lost, scales = ROW_ROUNDING * (terms + self._Rq) + self._underflow, self._row_scales(terms)
+        certain = float(np.nan_to_num((residual - lost) / scales, nan=0.0, posinf=0.0).max())
+        negligible = (lost <= NEGLIGIBLE * max(self.tol, PRECISION, certain) * scales) | (outer - lost >= inner)
+        return np.flatnonzero(~negligible)
 
-    def _own(self, terms: Vector) -> Vector:
+    def _row_scales(self, terms: Vector) -> Vector:
         """s_i for |M| z in the units of the rows."""
-        own: Vector = np.minimum(np.maximum(np.maximum(self._Rq, terms), FLOOR * self._scale), self._scale)
-        return own
+        scales: Vector = np.minimum(np.maximum(np.maximum(self._Rq, terms), SCALE_FLOOR * self._scale), self._scale)
+        return scales
 
     def natural_residual(self, z: Vector, w: Vector) -> float:
         return _largest(np.minimum(z, w))
 
     def scaled_residual(self, z: Vector, w: Vector) -> float:
-        """The largest |min(z / C, R w)|_i / s: as the relative residual, but all rows measured against one scale s.
+        """The largest |min(z / C, R w)|_i / s: like the relative residual, but with the same scale s for all rows.
 
-        At most the relative residual; what solvers with one tolerance for all rows can be asked for.
+        At most the relative residual; what solvers with a single tolerance can be asked for.
         """
         return _largest(self._scaled(z, w)) / (self._scale or math.inf)
 
@@ -104,32 +104,32 @@ class Accuracy:
         return _largest(self.relative_residuals(z, w))
 
     def relative_residuals(self, z: Vector, w: Vector) -> Vector:
-        """The relative residual of each component, of which the largest one is that of z."""
+        """The relative residual of each component; the largest is that of z."""
         residual = self._scaled(z, w) if self._scale else np.minimum(z, w)
         if not residual.any():
             return residual
         if not self._scale or not np.isfinite(residual).all():
             return np.where(residual == 0, 0.0, math.inf)
         terms = _times(products.absolute_product(self.problem.M, z), self._to_rows)
-        ratios: Vector = residual / self._own(terms)
+        ratios: Vector = residual / self._row_scales(terms)
         return ratios
 
     def passes(self, z: Vector, tol: float) -> bool:
-        """Whether the relative residual of z is at most tol; without the products with |M| where it clearly is not."""
+        """Whether the relative residual of z is at most tol; skips the product with |M| if it clearly is not."""
         w = self.problem.w(z)
         if self.scaled_residual(z, w) > tol:
             return False
-        return self.relative_residual(z, self._settled(z, w)) <= tol
+        return self.relative_residual(z, self._recomputed(z, w)) <= tol
 
     def is_rounding(self, z: Vector, w: Vector) -> bool:
-        """Whether the relative residual is no more than rounding leaves, so that its digits are those of a machine."""
+        """Whether the relative residual is at rounding level, so that its digits depend on the machine."""
         return self.scaled_residual(z, w) <= ROW_ROUNDING and self.relative_residual(z, w) <= ROW_ROUNDING
 
     def bound(self, F: Vector) -> float:
-        """A measure of F(x) = M z - w' + q with z = |x| + x and complementary w' >= 0, relative to the problem's scale.
+        """The size of F(x) = M z - w' + q, with z = |x| + x and complementary w' >= 0, relative to the problem's scale.
 
         min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise, scaled or not:
-        where it is small, the relative residual is at most 1 / FLOOR times as large.
+        if this is small, the relative residual is at most 1 / SCALE_FLOOR times as large.
         """
         if not F.any():
             return 0.0
@@ -140,7 +140,7 @@ class Accuracy:
 
 
 def size_of_solutions(problem: Problem) -> float:
-    """The largest component of the problem's solutions, 1 where all are 0: what errors are compared with."""
+    """The largest component of the problem's solutions, 1 if all are 0: the unit of errors."""
     return max((_largest(solution) for solution in problem.solutions), default=0.0) or 1.0
 
 
@@ -150,7 +150,7 @@ def _largest(v: Vector) -> float:
 
 
 def _factors(powers: Indices) -> tuple[Vector, ...]:
-    """The powers of two as factors, all above or all below 1, each of which is in range."""
+    """Each power of two as a product of factors in range, all at least 1 or all at most 1."""
     if max(int(powers.max()), -int(powers.min())) <= LARGEST_POWER:
         return (np.ldexp(1.0, powers),)
     within = np.clip(powers, -LARGEST_POWER, LARGEST_POWER)
@@ -164,7 +164,7 @@ def _times(v: Vector, factors: tuple[Vector, ...]) -> Vector:
 
 
 def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> list[float]:
-    """(M z + q)_i for some rows, computed exactly and then rounded; infinite where it is beyond the largest number."""
+    """(M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
     from lcpcli.rational import sums
 
     M = problem.M[rows]

@@ -1,4 +1,4 @@
-"""Proofs that a problem has no solution, each checked against the original M and q before it is believed."""
+"""Proofs that a problem has no solution, each checked against the original M and q before it is accepted."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Certificate:
     """Why there is no solution, or why a method gives up.
 
     kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. (y is rounded to floats:
-           where M'y is 0, what is computed from y may be above 0 by rounding; see `farkas.refutes`.)
-           "exhaustion", every complementary basis is excluded, by branch and bound or one by one; no vector.
-           "ray", Lemke's method has ended on a ray of direction vector, which proves nothing by itself.
+           where M'y is 0, its computed value may be positive; see `farkas.refutes`.)
+           "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
+           "ray", Lemke's method has ended on a ray with direction vector, which alone proves nothing.
     statement : what it proves, as a clause for the user.
     vector : shape (n,), or None.
     """
@@ -35,17 +35,17 @@ class Certificate:
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
     """Whether y, of shape (n,), proves that no z >= 0 has M z + q >= 0: `farkas.refutes` on the original M and q.
 
-    Exact: it never says yes about a problem that is feasible, however nearly infeasible it is.
+    Exact: it is never true for a feasible problem, however nearly infeasible.
     """
     return refutes(problem.M, problem.q, y)
 
 
 def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
-    """y of shape (n,) that proves the problem infeasible, or None; it costs one LP, or two, of that many seconds each.
+    """y of shape (n,) that proves the problem infeasible, or None; it costs one or two LPs of so many seconds each.
 
-    The LP is solved on the equilibrated problem R M C, R q, from whose proof y' comes y = R y'. The largest entry of y
-    lies between 1 and 2: R and the divisor are powers of two, so that nothing is rounded. None means that the problem
-    is feasible, to the tolerance of the LP solver, or that no proof has stood up to exact arithmetic.
+    The LP is solved on the equilibrated problem R M C, R q, whose proof y' gives y = R y'. The largest entry of y
+    lies between 1 and 2: R and the divisor are powers of two, so nothing is rounded. None means that the problem
+    is feasible, to the tolerance of the LP solver, or that no proof passed the check in exact arithmetic.
     """
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
@@ -55,7 +55,7 @@ def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
 
 
 def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:
-    """A proof y of the infeasibility of the problem with rows scaled by R, powers of two, as one in its own units."""
+    """The proof in original units, from a proof y of infeasibility for rows scaled by R, powers of two."""
     with np.errstate(all="ignore"):
         y = R * y
         y = np.ldexp(y, 1 - int(np.frexp(y.max())[1]))

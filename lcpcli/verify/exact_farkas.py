@@ -1,4 +1,4 @@
-"""From a Farkas vector in doubles to one that is a proof for the exact data (see `lcpcli.farkas`)."""
+"""From a Farkas vector in doubles to one that is a proof for the exact data (see `farkas`)."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE
 
-SIMPLE = (100, 10**6)  # denominators of the simple fractions that are tried first
+SIMPLE_DENOMINATORS = (100, 10**6)  # denominators of the simple fractions that are tried first
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
-    """A rational vector near y, finite doubles of shape (n,), that proves the problem infeasible; None if none is seen.
+    """A rational vector near y, finite doubles of shape (n,), that proves the problem infeasible; None if not found.
 
-    Simple fractions are tried, y itself, and y changed so that the columns with M'y nearly 0 are 0.
+    It tries simple fractions, y itself, and y changed so that components of M'y that are nearly 0 become 0.
     """
     if not (np.isfinite(y).all() and (y >= 0).all() and y.any()):
         return None
@@ -30,7 +30,7 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
 def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
     exact = fractions_of(y)
     for unit in (max(exact), min(value for value in exact if value)):
-        for largest in SIMPLE:
+        for largest in SIMPLE_DENOMINATORS:
             yield [(value / unit).limit_denominator(largest) for value in exact]
     yield exact
     corrected = _corrected(data, exact)
@@ -39,8 +39,8 @@ def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
 
 
 def _corrected(data: ExactProblem, y: list[Fraction]) -> list[Fraction] | None:
-    """y changed on its support so that the components of M'y that are small for their terms vanish."""
-    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -y[i])  # large entries bear a correction best
+    """y changed on its support so that components of M'y that are small relative to their terms vanish."""
+    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -y[i])  # large entries best absorb a correction
     columns, _ = data.with_transpose(y)
     floats = rounded(y)
     with np.errstate(all="ignore"):

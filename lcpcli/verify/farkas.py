@@ -2,7 +2,7 @@
 
 J. Farkas, Theorie der einfachen Ungleichungen, Journal für die reine und angewandte Mathematik 124 (1902) 1-27: either
 there is such a z, or there is y >= 0 with A'y <= 0 and b'y < 0, and never both, as 0 <= y'(A z + b) = (A'y)'z + b'y.
-A proof found in floats is believed only after it has been checked without rounding, as in D. Applegate, W. Cook,
+A proof found in floats is accepted only after a check without rounding, as in D. Applegate, W. Cook,
 S. Dash and D. Espinoza, Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699.
 """
 
@@ -23,16 +23,16 @@ from lcpcli.typing import Indices, Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-ACTIVE = 1e-8  # a column with |A'y| below this times |A|'y is taken for one with A'y = 0
-SNAP = 1e-9  # entries of y below this times the largest one are taken for 0
-GRID = 2.0**20  # the steps to which entries of y, relative to the largest, are rounded in one try
-SIDE = 48  # largest exact linear system: about a second for the worst one
+ACTIVE = 1e-8  # a column with |A'y| below this times |A|'y counts as one with A'y = 0
+SNAP = 1e-9  # entries of y below this times the largest one count as 0
+GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
+LARGEST_EXACT = 48  # largest linear system solved exactly: about a second at worst
 
 
 class Alternative(NamedTuple):
-    """One of Farkas' alternatives; both None where neither could be established.
+    """One of Farkas' alternatives; both None if neither was established.
 
-    point : z with A z + b >= 0, z >= 0 to the tolerance of the LP solver; no proof of anything.
+    point : z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves nothing.
     proof : y for which `refutes` holds.
     """
 
@@ -43,17 +43,17 @@ class Alternative(NamedTuple):
 def refutes(A: Matrix, b: Vector, y: Vector) -> bool:
     """Whether y proves that no z >= 0 has A z + b >= 0; A of shape (m, n), b and y of shape (m,), all finite.
 
-    It says yes only to a proof that holds without rounding, so never to a system that has a solution:
+    True only for a proof that holds without rounding, so never for a system that has a solution:
 
     - y >= 0, and the exact b'y is negative;
-    - each column's exact A'y is not positive. That is known from floats alone where the computed value is below minus
-      a bound of its rounding error, (m + 2) EPS |A|'y and underflow, several times over; the other columns are summed
-      in integers. A margin instead would not do: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
-    - Where only that last test fails, by rounding of y (columns with A'y = 0, which no y in floats may fit), the proof
-      is y corrected in rational arithmetic: an exact solution of A'y = 0 on those columns, on the support of y, has to
-      pass all the tests. y itself is then that proof rounded. Only for up to SIDE such columns and rows.
+    - each column's exact A'y is not positive. Floats alone show this where the computed value is below minus several
+      times a bound on its rounding error, (m + 2) EPS |A|'y and underflow; the other columns are summed in integers.
+      A margin would not do instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
+    - If only that last test fails, by rounding of y (columns with A'y = 0, which possibly no y in floats satisfies),
+      the proof is y corrected in rational arithmetic: an exact solution of A'y = 0 in those columns, on the support of
+      y, has to pass all the tests. y itself is then that proof rounded. For at most LARGEST_EXACT of each.
 
-    A proof refused means nothing.
+    False proves nothing.
     """
     if not (np.isfinite(y).all() and (y >= 0).all() and y.any()):
         return False
@@ -79,10 +79,10 @@ def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool
     from lcpcli.rational import linear, sums
 
     support = np.flatnonzero(y)
-    support = support[np.argsort(-y[support], kind="stable")]  # large entries bear a correction best
+    support = support[np.argsort(-y[support], kind="stable")]  # large entries best absorb a correction
     part = matrices.dense(A[support][:, active])
     part = part[:, part.any(axis=0)]
-    if not part.size or max(part.shape) > SIDE or not np.isfinite(part).all():
+    if not part.size or max(part.shape) > LARGEST_EXACT or not np.isfinite(part).all():
         return False
     exact = [Fraction(value) for value in y[support].tolist()]
     rows = [[*map(Fraction, column.tolist()), -sums.product(column, exact)] for column in part.T]
@@ -95,7 +95,7 @@ def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool
 
 
 def _holds(A: Matrix, b: Vector, support: Indices, y: list[Fraction]) -> bool:
-    """Whether the rational y on a support is a proof, all in exact arithmetic."""
+    """Whether the rational y on a support is a proof, in exact arithmetic."""
     from lcpcli.rational import sums
 
     if min(y) < 0 or sums.product(b[support], y) >= 0:
@@ -105,12 +105,12 @@ def _holds(A: Matrix, b: Vector, support: Indices, y: list[Fraction]) -> bool:
 
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
-    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one LP, or two; A should be equilibrated.
+    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one or two LPs; A should be equilibrated.
 
-    A of shape (m, n), dense or sparse, b of shape (m,); where they are not finite, nothing is established. The LP is to
-    minimise b'y subject to A'y <= 0, y >= 0 and b'y >= -1: its minimum is -1 or 0, and its multipliers at 0 are a
-    point. A second one then seeks y with as many columns of A'y as possible negative by a margin, where a vertex y has
-    many at 0 but for rounding. Each LP may take that many seconds.
+    A of shape (m, n), dense or sparse, b of shape (m,); if they are not finite, nothing is established. The LP
+    minimises b'y subject to A'y <= 0, y >= 0 and b'y >= -1: its minimum is -1 or 0, and if it is 0, its multipliers are
+    a point. A second LP then seeks y with as many components of A'y as possible negative by a margin, as a vertex y has
+    many that are 0 up to rounding. Each LP may take that many seconds.
     """
     power, n = math.frexp(np.abs(b).max())[1], A.shape[1]
     b = np.ldexp(b, -power)
@@ -125,7 +125,7 @@ def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
 
 
 def _candidates(A: Matrix, b: Vector, y: Vector, seconds: float) -> Iterator[Vector]:
-    """Vectors that may be a proof, from a solution of the first LP, the cheapest first."""
+    """Vectors that may be proofs, from a solution of the first LP, the cheapest first."""
     yield from _snapped(y)
     m, n = A.shape
     system = stack([[A.T, np.eye(n)], [b[np.newaxis], np.zeros((1, n))]])
@@ -140,7 +140,7 @@ def _snapped(y: Vector) -> Iterator[Vector]:
     y = np.maximum(y, 0.0)
     snapped = np.where(y < SNAP * y.max(), 0.0, y)
     yield snapped
-    if snapped.any():  # small whole multiples of one number, as the structure of M often makes them: exact after all
+    if snapped.any():  # entries are often small integer multiples of one number, by the structure of M: then exact
         yield np.rint(GRID * (snapped / y.max())) / GRID
         yield np.rint(snapped / snapped[snapped > 0].min())
     if not np.array_equal(snapped, y):

@@ -1,9 +1,9 @@
-"""Solutions that are right to the last digit, however badly conditioned M is: how to get one, and how to know one.
+"""Solutions that are correct to the last digit for ill-conditioned M: how to compute and how to recognize them.
 
-A complementary basis is solved with iterative refinement, whose residuals are computed as if in twice the precision
-(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1): its solution is then
-right to its last digits as long as its condition number is below about 1e15. Even so rounding z may leave a residual
-that is not small at all. That such a z is the solution, rounded, is then shown in rational arithmetic, or not said.
+The system of a complementary basis is solved with iterative refinement, with residuals as if in twice the precision
+(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1): its solution is
+then correct to its last digits as long as the condition number is below about 1e15. Even so, rounding z may leave a
+residual that is not small. That such a z is the rounded solution is then proved in rational arithmetic, or not claimed.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from lcpcli.verify import farkas
 from lcpcli.verify.accuracy import Accuracy
 
 REFINEMENTS = 10
-NEARLY = 1e-6  # of the terms of a row: what is worth refining
+NEAR_SOLUTION = 1e-6  # relative to the terms of a row: a residual worth refining
 LAST_DIGITS = 4 * EPS
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
-    """The solution of the complementary basis of z, right to its last digits; z where that is no better.
+    """The solution of the complementary basis of z, correct to its last digits; z if that is not better.
 
     problem, z : n unknowns, and an approximate solution of shape (n,).
-    P : the basis, shape (n,); by default where z is larger than w in units in which M is equilibrated.
+    P : the basis, shape (n,); by default where z is larger than w when M is equilibrated.
     """
     units = scaled.scale(problem)
     within = units.problem
@@ -65,26 +65,26 @@ def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
 
 
 def _at_rounding(problem: Problem, z: Vector) -> bool:
-    """Whether what is left of min(z, w) is what rounding z to double precision leaves."""
+    """Whether min(z, w) is as small as rounding z to double precision allows."""
     size = products.absolute_product(problem.M, z) + np.abs(problem.q)
     return bool((np.abs(np.minimum(z, problem.w(z))) <= 4 * EPS * size).all())
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def is_near(problem: Problem, z: Vector) -> bool:
-    """Whether z >= 0, of shape (n,), solves a problem with nearly the numbers of M and q: worth a closer look."""
+    """Whether z >= 0, of shape (n,), solves a problem with data close to M and q: worth a closer look."""
     w, size = problem.w(z), products.absolute_product(problem.M, z) + np.abs(problem.q)
-    return bool(z.any() and (np.where(z > 0, np.abs(w), -w) <= NEARLY * size).all())
+    return bool(z.any() and (np.where(z > 0, np.abs(w), -w) <= NEAR_SOLUTION * size).all())
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
-    """Whether z, of shape (n,), is a solution but for its last digits, as rational arithmetic shows.
+    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic.
 
     The exact solution z* of M_PP z*_P = -q_P for P = {z_i > 0} is positive and has w* >= 0, and no component of z
-    differs from it by more than LAST_DIGITS of itself. So it never says yes of a problem that has no solution. It says
-    no where P is larger than `farkas.SIDE`, or M_PP is singular.
+    differs from it by more than LAST_DIGITS of itself. So it is never true for a problem that has no solution. It is
+    false if P is larger than `farkas.LARGEST_EXACT`, or M_PP is singular.
     """
-    if np.count_nonzero(z > 0) > farkas.SIDE or not np.isfinite(z).all() or not is_near(problem, z):
+    if np.count_nonzero(z > 0) > farkas.LARGEST_EXACT or not np.isfinite(z).all() or not is_near(problem, z):
         return False
     from fractions import Fraction
 

@@ -1,8 +1,8 @@
-"""How far a solution moves when every number of M and q is changed by up to eps of itself.
+"""How far a solution moves under relative changes of up to eps in every entry of M and q.
 
 With A = M_PP for P = {i : z_i > 0 or w_i = 0}, changes |dM| <= eps |M|, |dq| <= eps |q| move z_P by at most
 eps |A^-1| (|A| z_P + |q_P|) to first order (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM
-2002, section 7.2). No method that works on rounded data can be expected to do better, whatever its residual.
+2002, section 7.2). No method that works on rounded data can be expected to do better, however small its residual.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Indices, Matrix, Vector
 
-MOST_INVERTED = 400  # of P, for which an inverse is formed
+MOST_INVERTED = 400  # the size of P up to which the inverse is formed
 MOST_EXACT = 64  # the same in rational arithmetic
-BELIEVED = 1e-3 / EPS  # condition up to which an inverse in doubles has correct digits
+LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in doubles has correct digits
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def sensitivity(problem: Problem, z: Vector) -> float | None:
     """The largest component of |A^-1| (|A| z_P + |q_P|) at the solution z, shape (n,), in units of z.
 
-    Times eps it is the error that rounding the data alone may cause. None where M_PP is singular or too large, or too
-    large for rational arithmetic and too badly conditioned for doubles.
+    Times eps, it is the error that may result from rounding the data alone. None if M_PP is singular or too large, or
+    too large for rational arithmetic and too ill-conditioned for doubles.
     """
     w = problem.w(z)
     terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
@@ -56,7 +56,7 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
         return None
     units = scaled.scale(problem)
     A = _block(units.problem.M, P)
-    inverse = _exact_inverse(A) if P.size <= MOST_EXACT else _believed_inverse(A)
+    inverse = _exact_inverse(A) if P.size <= MOST_EXACT else _floating_inverse(A)
     return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
 
 
@@ -66,11 +66,11 @@ def _exact_inverse(A: Matrix) -> Matrix | None:
     return None if found is None else np.array([rounded(unit * value for value in row) for row in found])
 
 
-def _believed_inverse(A: Matrix) -> Matrix | None:
-    """The inverse in doubles, where it has correct digits."""
+def _floating_inverse(A: Matrix) -> Matrix | None:
+    """The inverse in doubles; None if it has no correct digits."""
     try:
         inverse = np.linalg.inv(A)
     except np.linalg.LinAlgError:
         return None
     condition = np.linalg.norm(A, 1) * np.linalg.norm(inverse, 1)
-    return inverse if condition < BELIEVED else None
+    return inverse if condition < LARGEST_CONDITION else None

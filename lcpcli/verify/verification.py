@@ -1,11 +1,11 @@
 """How far a z is from being a solution, and whether a vector proves that there is none.
 
 The componentwise backward error of z is the smallest omega for which z solves an LCP with data M + dM, q + dq such that
-|dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can become anything between w_i - omega s_i and w_i +
-omega s_i, where s = |M| |z| + |q|, each component by itself: this is the theorem of W. Oettli and W. Prager,
+|dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value between w_i - omega s_i and w_i +
+omega s_i, where s = |M| |z| + |q|, each independently: this is the theorem of W. Oettli and W. Prager,
 Compatibility of approximate solution of linear equations with given error bounds for coefficients and right-hand sides,
 Numerische Mathematik 6 (1964) 405-409. Where z_i > 0 it has to become 0, where z_i = 0 it has to become nonnegative,
-and no change repairs a z_i < 0. So omega is the largest of |w_i| / s_i, max(-w_i, 0) / s_i and infinity in these cases.
+and no change helps where z_i < 0. So omega is the largest of |w_i| / s_i, max(-w_i, 0) / s_i and infinity, in turn.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import proves_infeasible
 
-BOUNDED = 300  # unknowns up to which an error bound is proved unasked: it may take a second
-MOST = 10  # violations that a verification lists
+MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
+MOST_LISTED = 10  # violations that a verification lists
 
 Number = TypeVar("Number", float, Fraction)
 
@@ -49,17 +49,17 @@ class Violation(Generic[Number]):
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """What is true of an answer.
+    """The verification of an answer.
 
-    kind : "solution", a z was judged; "farkas", a vector y.
-    exact : whether it was judged without rounding, on the decimals as they are written.
-    accepted, message : whether it stands, and why, as a sentence.
-    residual, relative_residual, error : as in `accuracy.Accuracy`; None for a vector y; error None where no solution is
+    kind : "solution" for a z, "farkas" for a vector y.
+    exact : whether it was verified without rounding, on the decimals as written.
+    accepted, message : whether the answer is accepted, and why, as a sentence.
+    residual, relative_residual, error : as in `accuracy.Accuracy`; None for a vector y; error None if no solution is
         known.
-    backward_error : the componentwise backward error; infinity where some z_i < 0, None for a vector y.
-    bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None for what is judged
-        exactly, for a vector y, beyond BOUNDED unknowns and where M is of no class for which a bound is known.
-    violations, violated : the worst of the components that were found wrong, and how many there are.
+    backward_error : the componentwise backward error; infinity if some z_i < 0, None for a vector y.
+    bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None in exact
+        arithmetic, for a vector y, beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
+    violations, violated : the worst violations, and how many components violate a condition.
     """
 
     problem: Problem
@@ -77,13 +77,13 @@ class Verification:
 
     @property
     def exit_code(self) -> int:
-        """0 if the answer stands, else 1."""
+        """0 if the answer is accepted, else 1."""
         return 0 if self.accepted else 1
 
 
-@np.errstate(all="ignore")  # what overflows is judged as infinite
+@np.errstate(all="ignore")  # overflow counts as infinite
 def verify(problem: Problem, z: Vector, tol: float) -> Verification:
-    """Judge z, finite and of shape (n,), in doubles: it is accepted if its relative residual is at most tol.
+    """Verify z, finite and of shape (n,), in doubles: it is accepted if its relative residual is at most tol.
 
     Violations are those components whose own relative residual is above tol, the largest first.
     """
@@ -93,7 +93,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     relative = accuracy.relative_residual(z, w)
     accepted = relative <= tol
     verdict = "solves the problem" if accepted else "does not solve the problem"
-    wrong = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol]
+    violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol]
     return Verification(
         problem,
         "solution",
@@ -104,80 +104,80 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
         relative_residual=relative,
         error=accuracy.error(z),
         backward_error=_backward_error(z, w, products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)),
-        bound=error_bound(problem, z) if problem.n <= BOUNDED else None,
-        violations=[_violation(i, float(z[i]), float(w[i])) for i in wrong[:MOST]],
-        violated=len(wrong),
+        bound=error_bound(problem, z) if problem.n <= MOST_BOUNDED else None,
+        violations=[_violation(i, float(z[i]), float(w[i])) for i in violating[:MOST_LISTED]],
+        violated=len(violating),
     )
 
 
 @np.errstate(all="ignore")
 def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None) -> Verification:
-    """Judge z, of length n, in rational arithmetic: it stands if it is a solution. Only the measures are rounded.
+    """Verify z, of length n, in rational arithmetic: it is accepted if it is a solution. Only the measures are rounded.
 
-    given_w : what is said to be M z + q, of length n; z stands only if it is.
+    given_w : a claimed M z + q, of length n; z is accepted only if it is correct.
 
     Violations are those components with min(z_i, w_i) not 0, the largest first.
     """
     w = data.w(z)
     each = [min(pair) for pair in zip(z, w, strict=True)]
-    wrong = sorted((i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i]))
-    fault = _false_w(w, given_w)
-    if wrong:
-        fault = f"z is no exact solution: {count(len(wrong), 'component')} of it fail{'s' * (len(wrong) == 1)}"
-    accuracy, near, near_w = Accuracy(data.problem), rounded(z), rounded(w)
-    residual = abs(each[wrong[0]]) if wrong else Fraction(0)
+    violating = sorted((i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i]))
+    failure = _w_mismatch(w, given_w)
+    if violating:
+        failure = f"z is not an exact solution: {count(len(violating), 'component')} fail{'s' * (len(violating) == 1)}"
+    accuracy, doubles, doubles_w = Accuracy(data.problem), rounded(z), rounded(w)
+    residual = abs(each[violating[0]]) if violating else Fraction(0)
     return Verification(
         data.problem,
         "solution",
         exact=True,
-        accepted=not fault,
-        message=fault or "z is an exact solution: z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic",
+        accepted=not failure,
+        message=failure or "z is an exact solution: z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic",
         residual=float(rounded([residual])[0]),
-        relative_residual=accuracy.relative_residual(near, near_w) if wrong else 0.0,
-        error=accuracy.error(near),
+        relative_residual=accuracy.relative_residual(doubles, doubles_w) if violating else 0.0,
+        error=accuracy.error(doubles),
         backward_error=_exact_backward_error(z, w, data.sizes(z)),
-        violations=[_violation(i, z[i], w[i]) for i in wrong[:MOST]],
-        violated=len(wrong),
+        violations=[_violation(i, z[i], w[i]) for i in violating[:MOST_LISTED]],
+        violated=len(violating),
     )
 
 
 def verify_farkas(problem: Problem, y: list[Fraction]) -> Verification:
-    """Judge a proof y, of length n, that no z >= 0 has M z + q >= 0, for the doubles M and q.
+    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0, for the doubles M and q.
 
-    It stands where it does as it is, or rounded to doubles as `certificate.proves_infeasible` says.
+    It is accepted as it is, or rounded to doubles by `certificate.proves_infeasible`.
     """
     if proves_infeasible(problem, rounded(y)):
-        return _of_farkas(problem, "", exact=False)
-    return _of_farkas(problem, _fault_of_farkas(ExactProblem.of_floats(problem), y), exact=False)
+        return _farkas_verification(problem, "", exact=False)
+    return _farkas_verification(problem, _failed_condition(ExactProblem.of_floats(problem), y), exact=False)
 
 
 def verify_farkas_exactly(data: ExactProblem, y: list[Fraction], is_rounded: bool) -> Verification:
-    """Judge such a proof for the exact data; one that is known to be rounded may be corrected by what was cut off."""
-    fault = _fault_of_farkas(data, y)
-    if fault and is_rounded:
+    """Verify such a proof for the exact data; one that is known to be rounded may be corrected."""
+    failure = _failed_condition(data, y)
+    if failure and is_rounded:
         from lcpcli.verify.exact_farkas import exact_proof
 
-        fault = fault if exact_proof(data, rounded(y)) is None else ""
-    return _of_farkas(data.problem, fault, exact=True)
+        failure = failure if exact_proof(data, rounded(y)) is None else ""
+    return _farkas_verification(data.problem, failure, exact=True)
 
 
-def _false_w(w: list[Fraction], given: list[Fraction] | None) -> str:
-    """Where a w that is given is not w; "" if nowhere."""
+def _w_mismatch(w: list[Fraction], given: list[Fraction] | None) -> str:
+    """Where the given w differs from w; "" if nowhere."""
     i = None if given is None else next((i for i, value in enumerate(w) if given[i] != value), None)
     if given is None or i is None:
         return ""
     return f"the given w is not Mz + q: component {i + 1} is {brief(w[i])}, not {brief(given[i])}"
 
 
-def _of_farkas(problem: Problem, fault: str, exact: bool) -> Verification:
+def _farkas_verification(problem: Problem, failure: str, exact: bool) -> Verification:
     message = "proved infeasible: y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0"
-    if fault:
-        message = f"y proves nothing: {fault}"
-    return Verification(problem, "farkas", exact=exact, accepted=not fault, message=message)
+    if failure:
+        message = f"y proves nothing: {failure}"
+    return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
 
 
-def _fault_of_farkas(data: ExactProblem, y: list[Fraction]) -> str:
-    """The first thing that is wrong with a proof; "" if it stands."""
+def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
+    """The first condition that a proof violates; "" if none."""
     i = min(range(data.n), key=lambda i: y[i])
     if y[i] < 0:
         return f"y{i + 1} = {brief(y[i])} is negative"
