@@ -1,6 +1,6 @@
 """What a numeric option is, and the options that belong to no method: defaults, ranges and meanings, written once.
 
-The methods' own are in `methods.registry`. Nothing heavy is imported, so that help and completion are instant.
+Those of the methods are in `methods.registry`. Nothing heavy is imported, so that help and completion are instant.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 from lcpcli.errors import OptionError
 
-INSPECTION_SECONDS = 2.0  # after which an inspection begins nothing further, unless told otherwise
+INSPECTION_SECONDS = 2.0  # after which an inspection starts no further step, by default
 AUTO = "auto"  # the value of an option that is to be derived from the problem
 
 
@@ -28,12 +28,12 @@ class Option:
 
     name : as in Python; the command line writes it with dashes.
     kind : int or float.
-    default : the value when nothing is said; None where it follows from the problem.
+    default : the value if none is given; None if it is derived from the problem.
     range : the admissible values, as the user reads them.
     admits : whether a value lies in that range (never called with NaN).
     meaning : one sentence for help.
     auto : whether the word "auto" stands for a value derived from the problem.
-    derived : the function (problem) -> value, in the method's module, for a default that follows from the problem.
+    derived : the function (problem) -> value, in the method's module, for a default that depends on the problem.
     above : the option of the same method whose value this one must exceed; "" if there is none.
     """
 
@@ -115,7 +115,7 @@ WARM = Option(
     None,
     "0 < size < infinity",
     lambda size: 0 < size < math.inf,
-    "Run each method once more from a solution disturbed by that much of its largest component.",
+    "Run each method once more from a solution perturbed by this fraction of its largest component.",
 )
 ACCEPT = Option(
     "accept",
@@ -123,7 +123,7 @@ ACCEPT = Option(
     1e-6,
     "0 < accept < 1",
     lambda level: 0 < level < 1,
-    "A claimed solution counts where its residual, recomputed and scaled, is at most this.",
+    "A claimed solution counts if its residual, recomputed and scaled, is at most this.",
 )
 BUDGET = Option(
     "budget",
@@ -131,7 +131,7 @@ BUDGET = Option(
     None,
     "seconds >= 0",
     lambda seconds: 0 <= seconds < math.inf,
-    "Repeat a measurement until its median is known or these are spent; by default as the suite says.",
+    "Repeat a measurement until its median is known or this time is spent; by default the suite's.",
 )
 EVERY = Option(
     "every",

@@ -135,7 +135,7 @@ def test_no_more_time_is_spent_than_the_method_has_taken() -> None:
         return original(mask)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lcpcli.methods.finish.NEARLY", 1.0)
+        patch.setattr("lcpcli.methods.finish.MAX_CHANGE", 1.0)
         patch.setattr(np, "flatnonzero", slow)
         for _ in finish(problem, None, scripted(iterates()), clock):
             pass

@@ -235,11 +235,11 @@ def test_sparse_and_dense_matrices_give_the_same_path() -> None:
 
 
 def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do() -> None:
-    n = module.MOST_UNKNOWNS + 1
+    n = module.MAX_UNKNOWNS + 1
     identity = diags_array([np.ones(n)], offsets=[0])
     refused = run(Problem(identity, -np.ones(n)), "lemke")
     assert refused.status is Status.BREAKDOWN
-    assert str(module.MOST_UNKNOWNS) in refused.message
+    assert str(module.MAX_UNKNOWNS) in refused.message
     assert run(Problem(identity, np.ones(n)), "lemke", -np.ones(n)).solved
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
 
-SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see enumeration.NODES
+SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see enumeration.MAX_NODES
 
 Classes = dict[str, Verdict]
 
@@ -45,8 +45,8 @@ def guarantees(classes: Classes, n: int, largest: float) -> dict[str, Guarantee]
 
 
 def _guarantee(method: Method, classes: Classes, n: int, largest: float) -> Guarantee:
-    if method.most is not None and n > method.most:
-        return Guarantee(NO, f"it is limited to {method.most} unknowns")
+    if method.max_unknowns is not None and n > method.max_unknowns:
+        return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:
         incomplete = f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
         return Guarantee(YES, method.guaranteed[ANY] + incomplete * (n > SETTLED))

@@ -58,7 +58,7 @@ def rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
-    """As published, with omega = 1, and with `spectrum.best_omega`, for which a symmetric M must be affordable."""
+    """As published, with omega = 1, and with `fixed_point.best_omega`, for which a symmetric M must be affordable."""
     published = rate(M, OMEGA.value, ends)
     omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
     return published, rate(M, omega, ends) if omega < math.inf else None

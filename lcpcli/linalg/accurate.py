@@ -1,4 +1,4 @@
-"""Residuals of linear systems as if in twice the precision: exact sums, rounded once."""
+"""Residuals of linear systems as if in doubled precision: exact sums, rounded once."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 
 def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
-    """Two lists that add up to -a_i x_i, entry by entry and without an error."""
+    """Two lists that add up to -a_i x_i, entry by entry, without error."""
     terms = a * x
     a_high, a_low = _split(a)
     x_high, x_low = _split(x)

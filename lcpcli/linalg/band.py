@@ -1,8 +1,8 @@
-"""How wide the band of a sparse matrix is after reordering, which bounds what a factorization of it may cost.
+"""The bandwidth of a sparse matrix after reordering, which bounds the cost of factorizing it.
 
 E. Cuthill and J. McKee, Reducing the bandwidth of sparse symmetric matrices, Proceedings of the 24th ACM National
-Conference (1969) 157-172, reversed after A. George (1971). Elimination without row exchanges fills nothing outside
-the band.
+Conference (1969) 157-172, reversed after A. George (1971). Elimination without row exchanges causes no fill-in
+outside the band.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
 
-DENSE = 5000  # n up to which a dense matrix may be factorized in passing
-MOST_ENTRIES = 150_000_000  # of a band, that may be factorized in passing
-MOST_OPERATIONS = 100_000_000_000
+LARGEST_DENSE = 5000  # n up to which factorizing a dense matrix is affordable
+MAX_ENTRIES = 150_000_000  # of a band whose factorization is affordable
+MAX_OPERATIONS = 100_000_000_000
 
 
 def affordable(M: Matrix) -> bool:
-    """Whether M may be factorized in passing."""
-    return Band(M).affordable if is_sparse(M) else M.shape[0] <= DENSE
+    """Whether a factorization of M costs little enough to be a side computation."""
+    return Band(M).affordable if is_sparse(M) else M.shape[0] <= LARGEST_DENSE
 
 
 class Band:
@@ -37,22 +37,22 @@ class Band:
 
         symmetric = (abs(self._M) + abs(self._M.T)).tocsr()
         order = reverse_cuthill_mckee(symmetric, symmetric_mode=True)
-        place = np.empty(order.size, dtype=np.int64)
-        place[order] = np.arange(order.size)
-        rows = np.repeat(place, np.diff(symmetric.indptr))
-        return int(np.abs(rows - place[symmetric.indices]).max(initial=0))
+        position = np.empty(order.size, dtype=np.int64)
+        position[order] = np.arange(order.size)
+        rows = np.repeat(position, np.diff(symmetric.indptr))
+        return int(np.abs(rows - position[symmetric.indices]).max(initial=0))
 
     @property
     def entries(self) -> int:
-        """Entries of both triangular factors, at most, if each stays in the band."""
+        """An upper bound on the entries of both triangular factors, if each stays in the band."""
         return int(self._M.shape[0] * (2 * self.width + 1))
 
     @property
     def operations(self) -> int:
-        """Multiplications and additions of the elimination within the band, at most."""
+        """An upper bound on the multiplications and additions of the elimination within the band."""
         return int(2 * self._M.shape[0] * self.width * (self.width + 1) + self._M.shape[0])
 
     @property
     def affordable(self) -> bool:
-        """Whether a factorization may be made in passing. Better orders than this one usually save most of it."""
-        return self.entries <= MOST_ENTRIES and self.operations <= MOST_OPERATIONS
+        """Whether a factorization is affordable. Better orderings than this one usually save most of its cost."""
+        return self.entries <= MAX_ENTRIES and self.operations <= MAX_OPERATIONS

@@ -1,7 +1,7 @@
-"""Equilibration: units for rows and columns in which every problem looks alike.
+"""Equilibration: scaling of rows and columns that makes results independent of their units.
 
-For positive diagonals R and C the solutions of LCP(R M C, R q) are z / C with w scaled by R. With R and C from the
-matrix itself, what is measured in scaled units hardly depends on the units in which rows and columns were given.
+For positive diagonals R and C the solutions of LCP(R M C, R q) are z / C with w scaled by R. With R and C computed
+from the matrix itself, what is measured in scaled units hardly depends on the units in which the data were given.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from lcpcli.typing import Matrix, Vector
 
 SWEEPS = 30
 BALANCING_SWEEPS = 200
-SETTLED = 1e-3  # of a power of two: changes that no rounding to whole powers sees any more
-FAR = 40.0  # the power of two between units from which on logarithms are balanced before largest entries are
-LARGEST_POWER = 1000.0  # of two: R and C, and what they divide, stay finite
+CONVERGED = 1e-3  # changes of the exponents that rounding to integers hides
+FAR_APART = 40.0  # exponent of the ratio of units above which logarithms are balanced first, then the largest entries
+LARGEST_POWER = 1000.0  # exponents are limited to this, so that R, C and what they divide stay finite
 
 
 def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
     """Diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
 
-    Rows and columns are divided at once by the roots of their largest entries (D. Ruiz, A scaling algorithm to
-    equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), again and again until every largest entry
-    lies between 1/2 and 2, at most SWEEPS times. The divisors are powers of two, so that scaling rounds nothing, and
-    stay finite. A symmetric M stays symmetric: R = C. A row of zeros is scaled until its entry of q is as large as the
-    largest other one; a column of zeros, which has no scale, not at all. Blocks of M that do not touch each other keep
-    what units they have in common.
+    Rows and columns are divided simultaneously by the square roots of their largest entries (D. Ruiz, A scaling
+    algorithm to equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), repeatedly until every largest
+    entry lies between 1/2 and 2, at most SWEEPS times. The divisors are powers of two, so that scaling is exact, and
+    stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled until its entry of q is as large as the
+    largest other one; a zero column, which has no scale, is left unscaled. Uncoupled blocks of M keep the units that
+    they have in common.
     """
     row_power, column_power = np.zeros(q.size), np.zeros(q.size)
     for sweep in range(SWEEPS):
@@ -51,39 +51,39 @@ def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
 
 
 def _are_far_apart(sizes: Vector) -> bool:
-    """Whether sizes differ by more than those of units in common use do."""
+    """Whether sizes differ by more than units in common use do."""
     used = sizes[sizes > 0]
-    return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > FAR)
+    return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > FAR_APART)
 
 
 def _balance(M: Matrix, q: Vector) -> Vector:
-    """Powers of two for rows and columns, shape (2, n): the logarithms of all entries of M and q become least squares.
+    """Exponents of two for rows and columns, shape (2, n), that minimise the sum of squared log |M_ij|, log |q_i|.
 
     A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
-    Mathematics 10 (1972) 118-124, with q for one more column. Largest entries alone can be brought to 1 in many ways,
-    of which units far apart lead to bad ones; least squares have one end, wherever one begins.
+    Mathematics 10 (1972) 118-124, with q as one more column. Many scalings bring the largest entries to 1, some
+    of them bad if units are far apart; the least-squares solution does not depend on the starting point.
     """
-    n, loads = q.size, np.flatnonzero(q)
-    (rows, columns), own = M.nonzero(), np.full(loads.size, q.size)
-    entries = [np.asarray(M[rows, columns]).ravel(), q[loads]]
-    rows, columns = np.append(rows, loads), np.append(columns, own)
-    if matrices.is_symmetric(M):  # with q for a row as well, so that it stays so
-        entries.append(q[loads])
-        rows, columns = np.append(rows, own), np.append(columns, loads)
+    n, nonzero = q.size, np.flatnonzero(q)
+    (rows, columns), last = M.nonzero(), np.full(nonzero.size, q.size)
+    entries = [np.asarray(M[rows, columns]).ravel(), q[nonzero]]
+    rows, columns = np.append(rows, nonzero), np.append(columns, last)
+    if matrices.is_symmetric(M):  # with q as a row too, to preserve symmetry
+        entries.append(q[nonzero])
+        rows, columns = np.append(rows, last), np.append(columns, nonzero)
     sizes = np.log2(np.abs(np.concatenate(entries)))
-    ends = ((0, rows), (1, columns))
-    counts = [np.maximum(np.bincount(indices, minlength=n + 1), 1) for _, indices in ends]
+    axes = ((0, rows), (1, columns))
+    counts = [np.maximum(np.bincount(indices, minlength=n + 1), 1) for _, indices in axes]
     powers = np.zeros((2, n + 1))
     for _ in range(BALANCING_SWEEPS):
-        changes = [np.bincount(indices, sizes, n + 1) / (2 * counts[k]) for k, indices in ends]
+        changes = [np.bincount(indices, sizes, n + 1) / (2 * counts[k]) for k, indices in axes]
         powers -= changes
         sizes -= changes[0][rows] + changes[1][columns]
-        if max(float(np.abs(change).max()) for change in changes) < SETTLED:
+        if max(float(np.abs(change).max()) for change in changes) < CONVERGED:
             break
     return np.clip(np.rint(powers[:, :n]), -LARGEST_POWER, LARGEST_POWER)
 
 
 def _half_power(sizes: Vector) -> Vector:
-    """Half the binary exponent of each size, rounded to a whole number; 0 where the size is 0."""
+    """Half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
     half: Vector = np.rint(0.5 * np.log2(sizes, where=sizes > 0, out=np.zeros_like(sizes)))
     return half

@@ -1,6 +1,6 @@
-"""Factorizations of dense and sparse matrices: each gives a solver, or says that the matrix is singular.
+"""Factorizations of dense and sparse matrices: each gives a solver, or reports that the matrix is singular.
 
-scipy is imported only where it is needed: for sparse or large matrices.
+scipy is imported only when needed: for sparse or large matrices.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from lcpcli.linalg.products import product
 from lcpcli.typing import Matrix, Vector
 
 SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
-QUICK = 10_000  # entries up to which a sparse factorization is not worth a thread that can be left
+QUICK = 10_000  # entries up to which a sparse factorization is too fast to need an interruptible thread
 Solve = Callable[[Vector], Vector]
 
 
 class SingularMatrix(Exception):
-    """The matrix is singular, or so close to it that a solve has no correct digit."""
+    """The matrix is singular, or so nearly singular that solutions have no correct digit."""
 
 
 def prepare(M: Matrix) -> None:
-    """Import what a factorization of a matrix like M takes."""
+    """Import what factorizing a matrix like M requires."""
     if is_sparse(M):
         import scipy.sparse.csgraph
         import scipy.sparse.linalg
@@ -34,11 +34,11 @@ def prepare(M: Matrix) -> None:
 
 
 def factorizer(M: Matrix) -> Callable[[float], Solve]:
-    """What factorizes shift I + M for a given shift, with all that it needs imported: importing is not solving time.
+    """A function that factorizes shift I + M, with its imports done: importing is not counted as solving time.
 
     It returns a solver x = solve(b) of (shift I + M) x = b, and raises SingularMatrix if that matrix is singular to
-    working precision. That is found out by solving a system whose solution is known: no digit comes back. Unlike a
-    condition number, that is not upset by rows and columns in different units.
+    working precision. This is tested by solving a system with known solution: no digit is recovered. Unlike a
+    condition number, the test is insensitive to the units of rows and columns.
     """
     factorize = _sparse_factorizer(M) if is_sparse(M) else _dense_factorizer(M)
 
@@ -47,8 +47,8 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
         ones = np.ones(M.shape[0])
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             known = 1 / np.maximum(row_and_column_maxima(M, ones, ones)[1], shift)
-            back = solve(product(M, known) + shift * known)
-            if not np.max(np.abs(back / known - 1)) < 0.5:
+            computed = solve(product(M, known) + shift * known)
+            if not np.max(np.abs(computed / known - 1)) < 0.5:
                 raise SingularMatrix
         return solve
 
@@ -69,12 +69,12 @@ def _sparse_factorizer(M: Matrix) -> Callable[[float], Solve]:
 
 
 def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
-    """scipy's splu of a csr_array, raising SingularMatrix; with pivots on the diagonal where M is symmetric.
+    """scipy's splu of a csr_array, raising SingularMatrix; with diagonal pivots if M is symmetric.
 
-    An ordering of M + M' in the place of one of M'M halves the fill-in of symmetric matrices. Diagonal pivots are safe
-    for positive definite ones; the solve of a known system in `factorizer` or refinement finds out where they are not.
-    SuperLU must not see a structurally singular matrix: on some it hands BLAS negative sizes, which print to standard
-    output, and fails with other errors.
+    Ordering M + M' instead of M'M halves the fill-in for symmetric matrices. Diagonal pivots are safe for positive
+    definite ones; otherwise the known system in `factorizer`, or refinement, detects failure.
+    SuperLU must not see a structurally singular matrix: for some it passes negative sizes to BLAS, which prints to
+    standard output, and fails with other errors.
     """
     from scipy.sparse.csgraph import structural_rank
     from scipy.sparse.linalg import splu
@@ -102,7 +102,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
 
 
 def positive_pivots(lu: Any) -> bool:
-    """Whether elimination went down the diagonal and met positive pivots only, as it does for definite matrices."""
+    """Whether all pivots are diagonal and positive, as they are for positive definite matrices."""
     return bool(np.array_equal(lu.perm_r, lu.perm_c) and lu.U.diagonal().min() > 0)
 
 

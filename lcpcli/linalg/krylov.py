@@ -1,10 +1,10 @@
-"""Krylov methods for sparse systems: conjugate gradients and BiCGSTAB, preconditioned, from a start to a residual.
+"""Krylov methods for sparse systems: conjugate gradients and BiCGSTAB, preconditioned, down to a given residual.
 
 M. R. Hestenes and E. Stiefel, Methods of conjugate gradients for solving linear systems, Journal of Research of the
 National Bureau of Standards 49 (1952) 409-436; H. A. van der Vorst, Bi-CGSTAB: a fast and smoothly converging variant
 of Bi-CG, SIAM Journal on Scientific and Statistical Computing 13 (1992) 631-644. scipy has both, but takes its inner
-products from the BLAS, whose threads wait for each other at every one of them: on a busy machine of two cores that made
-a run ten times slower (measured, 90,000 unknowns). Here they are summed by one thread, as products with a sparse M are.
+products from the BLAS, whose threads synchronize at each of them: on a busy two-core machine that made a run ten times
+slower (measured, 90,000 unknowns). Here they are computed by one thread, as products with a sparse M are.
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ def norm(v: Vector) -> float:
 
 
 def conjugate_gradients(
-    A: Operator, b: Vector, x: Vector, target: float, most: int, precondition: Operator
+    A: Operator, b: Vector, x: Vector, target: float, max_iterations: int, precondition: Operator
 ) -> tuple[Vector, float]:
     """Solve A x = b for symmetric positive definite A from x, shape (n,), until |b - A x|_2 <= target.
 
-    A, precondition : products with A and with an approximate inverse, symmetric positive definite; they return fresh
+    A, precondition : products with A and with a symmetric positive definite approximate inverse; they return new
         arrays, or precondition its argument itself.
-    most : of iterations. Returns the last x, and the norm of its residual as the recursion has it.
+    Returns the last x, and the norm of its residual by the recursion.
     """
     x = x.copy()
     r = b - A(x)
     size = norm(r)
     direction, rho = np.zeros(b.size), 1.0
-    for _ in range(most):
+    for _ in range(max_iterations):
         if not size > target:
             break
         y = precondition(r)
-        rho, before = dot(r, y), rho
-        direction *= rho / before
+        rho, previous = dot(r, y), rho
+        direction *= rho / previous
         direction += y
         image = A(direction)
         curvature = dot(direction, image)
@@ -62,34 +62,34 @@ def conjugate_gradients(
 
 
 def bicgstab(
-    A: Operator, b: Vector, x: Vector, target: float, most: int, precondition: Operator
+    A: Operator, b: Vector, x: Vector, target: float, max_iterations: int, precondition: Operator
 ) -> tuple[Vector, float]:
-    """Solve A x = b for any nonsingular A, as `conjugate_gradients` does; two products with A an iteration."""
+    """Solve A x = b for any nonsingular A, as `conjugate_gradients` does; two products with A per iteration."""
     x = x.copy()
     r = b - A(x)
     shadow, size = r.copy(), norm(r)
     direction, image = np.zeros(b.size), np.zeros(b.size)
     rho = alpha = omega = 1.0
-    for _ in range(most):
+    for _ in range(max_iterations):
         if not size > target:
             break
-        rho, before = dot(shadow, r), rho
+        rho, previous = dot(shadow, r), rho
         direction -= omega * image
-        direction *= rho / before * (alpha / omega)
+        direction *= rho / previous * (alpha / omega)
         direction += r
-        ahead = precondition(direction)
-        image = A(ahead)
+        preconditioned = precondition(direction)
+        image = A(preconditioned)
         curvature = dot(shadow, image)
         if curvature == 0 or rho == 0:
             break
         alpha = rho / curvature
         r -= alpha * image
-        x += alpha * ahead
-        ahead = precondition(r)
-        change = A(ahead)
+        x += alpha * preconditioned
+        preconditioned = precondition(r)
+        change = A(preconditioned)
         square = dot(change, change)
         omega = dot(change, r) / square if square > 0 else 0.0
-        x += omega * ahead
+        x += omega * preconditioned
         r -= omega * change
         size = norm(r)
         if omega == 0:

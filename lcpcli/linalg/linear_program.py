@@ -1,17 +1,14 @@
-"""Linear programs, by HiGHS in scipy: kept from printing, and from holding up Ctrl-C and time limits."""
+"""Linear programs, by HiGHS in scipy: it can neither print nor delay Ctrl-C and time limits."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.interrupts import interruptibly, silence
 from lcpcli.typing import Matrix, Vector
-
-if TYPE_CHECKING:
-    pass
 
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
@@ -34,6 +31,6 @@ def linprog(
         with np.errstate(all="ignore"):
             return solve(objective, A, b, *equal, bounds=bounds, method="highs-ds", options=options)
 
-    with silence():  # the solver prints where numbers are far from 1
+    with silence():  # the solver prints if numbers are far from 1
         found = interruptibly(solved)
     return found if found.status == 0 else None

@@ -1,4 +1,4 @@
-"""Where dense and sparse matrices differ. scipy is imported only where it is needed: for sparse or large matrices.
+"""Operations in which dense and sparse matrices differ. scipy is imported only when needed: for sparse matrices.
 
 Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n).
 """
@@ -14,11 +14,11 @@ from lcpcli.linalg.doubles import LARGEST
 from lcpcli.typing import Indices, Matrix, Vector
 
 BLOCK_BYTES = 1 << 20
-MODERATE = 2.0**100  # factors between this and its inverse over- or underflow only with what is out of range anyway
+MODERATE = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
 
 
 def is_sparse(M: Any) -> bool:
-    """Whether M is a scipy sparse matrix or array, found out without importing scipy."""
+    """Whether M is a scipy sparse matrix or array, determined without importing scipy."""
     return type(M).__module__.startswith("scipy.sparse")
 
 
@@ -47,7 +47,7 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
 
 
 def dense(A: Matrix) -> Matrix:
-    """A as a dense array, itself where it is one."""
+    """A as a dense array; A itself if it is one."""
     return A.toarray() if is_sparse(A) else A
 
 
@@ -74,9 +74,9 @@ def row_maxima(M: Matrix) -> Vector:
 
 
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
-    """R M C for diagonals R, C > 0 of shape (n,), as a new matrix; rounds nothing if they are powers of two.
+    """R M C for diagonals R, C > 0 of shape (n,), as a new matrix; exact if they are powers of two.
 
-    Entries underflow only where R M C itself does, and are the largest number where that is larger.
+    Entries underflow only where R M C itself does; where it overflows they are the largest finite number.
     """
     if not is_sparse(M):
         return _scaler(R, C)(M, R[:, np.newaxis], C)
@@ -86,9 +86,9 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
 
 
 def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
-    """What multiplies entries by their R and C, given as arrays, so that no part of the product leaves the range.
+    """A function that multiplies entries by their R and C, given as arrays, without intermediate over- or underflow.
 
-    Where the product itself is beyond the largest number, that stands in its place.
+    Where the product itself overflows, the result is the largest finite number.
     """
     if min(R.min(), C.min()) >= 1 / MODERATE and max(R.max(), C.max()) <= MODERATE:
         return _plain_product
@@ -109,7 +109,7 @@ def _plain_product(entries: Vector, left: Vector, right: Vector) -> Vector:
 
 
 def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
-    """|M| a few rows at a time, so that no second matrix is needed."""
+    """|M| a few rows at a time, so that no second matrix is formed."""
     for part in _parts(M):
         yield part, np.abs(M[part])
 
@@ -121,7 +121,7 @@ def _parts(M: Matrix) -> Iterator[slice]:
 
 
 def column_reader(M: Matrix) -> Callable[[int], Vector]:
-    """What returns column j of M, dense, for a given j."""
+    """A function that returns column j of M, dense."""
     if not is_sparse(M):
         return lambda j: M[:, j]
     by_columns = M.tocsc()
@@ -144,14 +144,14 @@ def is_symmetric(M: Matrix) -> bool:
     """Whether M equals its transpose exactly."""
     if not is_sparse(M):
         return all(np.array_equal(M[part], M[:, part].T) for part in _parts(M))
-    if M.has_canonical_format and M.data.all():  # of a zero that is stored the mirrored one need not be
+    if M.has_canonical_format and M.data.all():  # the mirror image of a stored zero need not be stored
         columns = M.T.tocsr()
         return all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))
     return bool((M != M.T).nnz == 0)
 
 
 def stack(blocks: list[list[Matrix]]) -> Matrix:
-    """The matrix of these blocks, sparse if the first block is."""
+    """The block matrix, sparse if the first block is."""
     if not is_sparse(blocks[0][0]):
         return np.block(blocks)
     from scipy.sparse import block_array, csr_array

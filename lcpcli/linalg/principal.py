@@ -1,4 +1,4 @@
-"""Linear systems with M and its principal submatrices, dense and sparse, with what positive definiteness saves."""
+"""Linear systems with M and its principal submatrices, dense and sparse, exploiting positive definiteness."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lcpcli.typing import Indices, Matrix, Vector
 
 
 def definite_solver(M: Matrix) -> Solve | None:
-    """A solver of M x = b where M is symmetric positive definite to working precision; None where it is not."""
+    """A solver of M x = b if M is symmetric positive definite to working precision, else None."""
     if not matrices.is_symmetric(M) or not M.diagonal().min() > 0:
         return None
     try:
@@ -27,8 +27,8 @@ def definite_solver(M: Matrix) -> Solve | None:
 class PrincipalSolver:
     """Solves M_PP z_P = b for one set of indices P after another, each with one step of iterative refinement.
 
-    Blocks of a symmetric M are taken for positive definite until one turns out not to be: Cholesky for dense ones,
-    pivots on the diagonal for sparse ones. All that is needed is imported when the solver is made.
+    Blocks of a symmetric M are assumed positive definite until one is found not to be: Cholesky for dense ones,
+    diagonal pivots for sparse ones. All imports are done when the solver is created.
     """
 
     def __init__(self, M: Matrix) -> None:
@@ -66,7 +66,7 @@ class PrincipalSolver:
 
 
 class _DenseFactors:
-    """LAPACK's factorizations of dense matrices, which it copies. Raises SingularMatrix."""
+    """LAPACK's factorizations of copies of dense matrices. Raises SingularMatrix."""
 
     def __init__(self) -> None:
         from scipy.linalg import get_lapack_funcs
@@ -87,7 +87,7 @@ class _DenseFactors:
 
 
 def _small_cholesky(A: Matrix) -> Solve:
-    """A solver of A x = b without scipy, once Cholesky's factorization has shown that A is positive definite."""
+    """A solver of A x = b without scipy, after Cholesky's factorization has shown that A is positive definite."""
     try:
         np.linalg.cholesky(A)
     except np.linalg.LinAlgError:

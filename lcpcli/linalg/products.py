@@ -1,9 +1,9 @@
-"""Products with a matrix, by the one BLAS that the process works with.
+"""Products with a matrix, all by the same BLAS.
 
-numpy and scipy each bring a BLAS with threads of its own, which keep spinning for a while after their work. Where both
-are used in turn they take the processors from each other: a factorization by scipy between products by numpy was seen
-to take three to fifteen times as long. So once scipy.linalg is loaded, its BLAS does the products of large dense
-matrices too.
+numpy and scipy each have a BLAS with its own threads, which keep spinning for a while after each call. When both are
+used in turn they compete for the processors: a factorization by scipy between products by numpy was observed to take
+three to fifteen times as long. So once scipy.linalg is loaded, its BLAS computes the products with large dense matrices
+too.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.linalg.matrices import is_sparse, row_blocks
 from lcpcli.typing import Matrix, Vector
 
-THREADED = 64  # rows from which on a BLAS may use threads
+THREADED = 64  # rows from which a BLAS may use threads
 
 
 def product(M: Matrix, v: Vector) -> Vector:
@@ -38,7 +38,7 @@ def transposed_product(M: Matrix, v: Vector) -> Vector:
 
 
 def _blas(M: Matrix) -> Any:
-    """scipy's BLAS where it is loaded and M is a large dense matrix in one piece; else None."""
+    """scipy's BLAS if it is loaded and M is a large, contiguous dense matrix; else None."""
     flags = getattr(M, "flags", None)
     if flags is None or M.shape[0] < THREADED or not flags.forc:
         return None
@@ -46,7 +46,7 @@ def _blas(M: Matrix) -> Any:
 
 
 def absolute_product(M: Matrix, z: Vector) -> Vector:
-    """|M| z, by parts, so that |M| is never formed."""
+    """|M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
         result: Vector = abs(M) @ z
         return result

@@ -1,4 +1,4 @@
-"""The ends of the spectrum of M, roughly, and the parameter of the modulus iteration that follows from them."""
+"""Rough extreme eigenvalues of symmetric positive definite matrices."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STEPS = 8  # of power or inverse iteration from a random vector: enough for a fa
 
 
 def ends(M: Matrix) -> tuple[float, float] | None:
-    """Roughly the smallest and the largest eigenvalue of a symmetric positive definite M; None of any other M."""
+    """Rough smallest and largest eigenvalues of a symmetric positive definite M; None for any other M."""
     solve = principal.definite_solver(M)
     if solve is None:
         return None

@@ -13,19 +13,19 @@ import numpy as np
 from lcpcli.linalg.krylov import norm
 from lcpcli.typing import Vector
 
-RUNAWAY = 2.0  # how far the change |g - x| may rise above its smallest before the memory is dropped
-RIDGE = 1e-14  # added to the Gram matrix, relative to its trace: nearly dependent differences do no harm
+RESTART_GROWTH = 2.0  # growth of |g - x| over its minimum at which the memory is cleared
+RIDGE = 1e-14  # added to the Gram matrix, relative to its trace, against nearly dependent differences
 
 
 class Anderson:
     """The accelerated sequence of x -> g(x): call next(x, g(x)) for the next x.
 
-    It takes g - sum gamma_i (g_(i+1) - g_i) over the last `memory` pairs, where gamma makes |f - sum gamma_i
-    (f_(i+1) - f_i)|_2 least for f = g - x. When |f|_2 is more than RUNAWAY times its smallest since the last restart,
-    the point with the smallest is taken again, with a plain step and an empty memory; so a contraction is never made
-    to diverge. It keeps 2 memory + 4 vectors, and costs two products with memory x n arrays a step.
+    It takes g - sum gamma_i (g_(i+1) - g_i) over the last `memory` pairs, where gamma minimises |f - sum gamma_i
+    (f_(i+1) - f_i)|_2 for f = g - x. When |f|_2 exceeds RESTART_GROWTH times its minimum since the last
+    restart, the iteration restarts with a plain step from the minimum and an empty memory; so a contraction is never
+    made to diverge. It keeps 2 memory + 4 vectors, and costs two products with memory x n arrays per step.
 
-    memory : how many pairs are kept, >= 1.
+    memory : number of pairs kept, >= 1.
     n : length of x.
     """
 
@@ -38,20 +38,20 @@ class Anderson:
     def _restart(self) -> None:
         self._kept = self._slot = 0
         self._last: tuple[Vector, Vector] | None = None
-        self._least, self._best = math.inf, np.empty(0)
+        self._smallest, self._best = math.inf, np.empty(0)
 
     def next(self, x: Vector, g: Vector) -> Vector:
-        """The x to go on with; a fresh array, or g itself."""
+        """The next x; a new array, or g itself."""
         f = g - x
         size = norm(f)
-        if size > RUNAWAY * self._least:
+        if size > RESTART_GROWTH * self._smallest:
             best = self._best
             self._restart()
             return best
         if not size < np.inf:
             return g
-        if size < self._least:
-            self._least, self._best = size, g
+        if size < self._smallest:
+            self._smallest, self._best = size, g
         if self._last is not None:
             self._remember(f, g, *self._last)
         self._last = f, g
@@ -65,7 +65,7 @@ class Anderson:
         return accelerated
 
     def _remember(self, f: Vector, g: Vector, last_f: Vector, last_g: Vector) -> None:
-        """Put the newest differences in the place of the oldest, and their products into the Gram matrix."""
+        """Replace the oldest differences by the newest, and update the Gram matrix."""
         slot = self._slot
         np.subtract(f, last_f, out=self._df[slot])
         np.subtract(g, last_g, out=self._dg[slot])

@@ -31,28 +31,28 @@ def fixed_point(
 ) -> Stage:
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
 
-    For symmetric positive definite M it converges linearly for every omega > 0, by the contraction factor
+    For symmetric positive definite M it converges linearly for every omega > 0, with contraction factor
     max |omega - lambda| / |omega + lambda| over the eigenvalues lambda of M (van Bokhoven 1981; Schäfer 2004, who
     treats classes of H-matrices too); elsewhere it may diverge. It costs one factorization, then one product with M
-    and one solve an iteration; a second product when accelerated.
+    and one solve per iteration, and a second product if accelerated.
 
     Parameters
     ----------
     problem : the LCP, n unknowns.
     x0 : starting point, shape (n,), in the units of z.
-    omega : modulus parameter in units of M, omega > 0; 1 is the published method. "auto" takes `spectrum.best_omega`,
-        for one more factorization.
-    anderson : how many pairs of vectors Anderson acceleration keeps; 0 is the published method. Accelerated, x_(k+1)
-        is made as above, but from a combination of the last iterates in the place of x_k.
+    omega : modulus parameter in units of M, omega > 0; 1 is the published method. "auto" takes `best_omega`, at the
+        cost of one more factorization.
+    anderson : pairs of vectors kept by Anderson acceleration; 0 is the published method. If accelerated, x_(k+1)
+        is computed as above, but from a combination of the last iterates instead of x_k.
 
     Yields
     ------
-    Iterate : x1, x2, ... with F(x) = M z - w + q, which costs nothing: F(x_k) is the change of (omega I - M) |x| from
+    Iterate : x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of (omega I - M) |x| from
         x_(k-1) to x_k.
 
     Returns
     -------
-    Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is found out at once.
+    Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is detected at once.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def _iterates(problem: Problem, x: Vector, omega: float, anderson: int, solve: f
 
 
 def _image(M: Matrix, omega: float, x: Vector) -> Vector:
-    """(omega I - M) |x|, by one product with M."""
+    """(omega I - M) |x|, with one product with M."""
     distance = np.abs(x)
     image = product(M, distance)
     distance *= omega
@@ -97,17 +97,17 @@ def _image(M: Matrix, omega: float, x: Vector) -> Vector:
 
 
 def best_omega(M: Matrix) -> float:
-    """The omega > 0 by which the modulus iteration (omega I + M) x' = (omega I - M) |x| - q does best, roughly.
+    """A nearly optimal omega > 0 for the modulus iteration (omega I + M) x' = (omega I - M) |x| - q.
 
     M symmetric positive definite: sqrt(lambda_min lambda_max) minimises the contraction factor
-    max |omega - lambda| / |omega + lambda|; both ends by a few steps of power and of inverse iteration, for which M is
-    factorized. Rough ends do: the factor is flat around its minimum.
-    Any other M: the largest diagonal entry, the least scalar omega for which Bai (2010) proves
+    max |omega - lambda| / |omega + lambda|; both are estimated by a few steps of power and inverse iteration, for which
+    M is factorized. Rough estimates suffice: the factor is flat around its minimum.
+    Any other M: the largest diagonal entry, the smallest scalar omega for which Bai (2010) proves
     convergence for H-matrices with positive diagonal; if no diagonal entry is positive, the largest row sum of |M|.
     """
-    found = ends(M)
-    if found is not None:
-        omega = float(np.sqrt(found[0]) * np.sqrt(found[1]))
+    eigenvalues = ends(M)
+    if eigenvalues is not None:
+        omega = float(np.sqrt(eigenvalues[0]) * np.sqrt(eigenvalues[1]))
         if 0 < omega < np.inf:
             return omega
     diagonal = float(M.diagonal().max())

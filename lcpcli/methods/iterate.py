@@ -1,4 +1,4 @@
-"""What a method hands to the loop: its iterates one after the other, and in the end how it ended."""
+"""What a method hands to the loop: its iterates one by one, and finally how it ended."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from lcpcli.verify.certificate import Certificate
 class Iterate:
     """One iterate of a method that works on F(x) = M z - w + q with z = |x| + x.
 
-    x : shape (n,), an array of its own that the method never changes again.
-    F : shape (n,) or None; F or its smoothed form at x if the method has it anyway. Where it is F itself,
-        |min(z, M z + q)| <= |F| componentwise, so that the loop need not compute the residual of every iterate.
-    step : the step of the published algorithm that made this iterate, as numbered there; "" if it has but one.
+    x : shape (n,), a separate array that the method never modifies again.
+    F : shape (n,) or None; F or its smoothed form at x if the method has computed it. If it is F itself,
+        |min(z, M z + q)| <= |F| componentwise, which saves the loop computing the residual of every iterate.
+    step : the step of the published algorithm that produced this iterate, as numbered there; "" if it has only one.
     evaluations : evaluations of F (or of its smoothed form) so far; principal systems solved for pivoting methods.
-    method : which method made it, where several take turns; "" if there is but one.
-    signs_final : False where the method knows that a next step would correct signs that are wrong beyond rounding: an
-        iterate within the tolerance may then not be the solution to the last digits.
+    method : which method produced it, if several take turns; "" if there is only one.
+    signs_final : False if the method knows that a next step would correct signs that are violated beyond rounding: an
+        iterate within the tolerance may then not be accurate to the last digits.
     """
 
     x: Vector
@@ -34,9 +34,9 @@ class Iterate:
 
 @dataclass(frozen=True)
 class Finished:
-    """The method has come to its end: what its last iterate leaves of its equation is rounding.
+    """The method is complete: its last iterate satisfies its equation up to rounding.
 
-    method : of this and the other endings, which method ended, where several take turns; "" if there is but one.
+    method : which method ended, if several take turns, here and below; "" if there is only one.
     """
 
     method: str = ""
@@ -44,7 +44,7 @@ class Finished:
 
 @dataclass(frozen=True)
 class Stalled:
-    """The method makes no further progress in double precision, for a reason, a clause for the user."""
+    """The method makes no further progress in double precision; the reason is a clause for the user."""
 
     reason: str
     method: str = ""
@@ -52,7 +52,7 @@ class Stalled:
 
 @dataclass(frozen=True)
 class OutOfTime:
-    """The method has used up the time that it was given; the reason says what it has not settled."""
+    """The method has used up its time; the reason says what is left undecided."""
 
     reason: str
     method: str = ""
@@ -60,7 +60,7 @@ class OutOfTime:
 
 @dataclass(frozen=True)
 class Breakdown:
-    """The method cannot go on, for a reason, a clause for the user."""
+    """The method cannot continue; the reason is a clause for the user."""
 
     reason: str
     method: str = ""
@@ -68,7 +68,7 @@ class Breakdown:
 
 @dataclass(frozen=True)
 class NoSolution:
-    """The method has found that there is no solution, or where it must give up, as the certificate says."""
+    """The method has found that there is no solution, or has to give up, as the certificate says."""
 
     certificate: Certificate
     method: str = ""
@@ -76,7 +76,7 @@ class NoSolution:
 
 Ending: TypeAlias = Finished | Stalled | OutOfTime | Breakdown | NoSolution
 Stage: TypeAlias = Generator[Iterate, None, Ending]
-"""A method at work: a generator of the iterates after the start, which returns how it ended."""
+"""A running method: a generator of the iterates after the start, which returns how it ended."""
 
 
 Item = TypeVar("Item")
@@ -98,11 +98,11 @@ def ended(ending: Ending) -> Stage:
     yield
 
 
-def limited(stage: Stage, most: int) -> Stage:
-    """A stage that stalls after so many iterates."""
-    for _ in range(most):
+def limited(stage: Stage, max_iterations: int) -> Stage:
+    """The stage, stalled after max_iterations iterates."""
+    for _ in range(max_iterations):
         step = advance(stage)
         if not isinstance(step, Iterate):
             return step
         yield step
-    return Stalled(f"{most} iterations have not been enough")
+    return Stalled(f"{max_iterations} iterations were not enough")

@@ -21,49 +21,49 @@ from lcpcli.rational.tableau import IntegerTableau
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 
-MOST_UNKNOWNS = METHODS["lemke"].most or 0  # as the inverse of the basis is dense
-MOST_IN_INTEGERS = 13  # unknowns up to which integers are pivoted as such: 2^14 pivots are beyond the usual limit
+MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the inverse of the basis is dense
+MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
 LARGEST_INTEGER = 2**20
-RAY = "this proves the problem infeasible where M is copositive-plus or row sufficient; elsewhere it proves nothing"
+RAY = "this proves the problem infeasible if M is copositive-plus or row sufficient; otherwise it proves nothing"
 
 
-def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as every method has it)
+def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
     """Follow the path of almost complementary basic solutions of w = M z + e z_0 + q from a large z_0 down to z_0 = 0.
 
-    For every M it ends after finitely many pivots, at a solution or on a ray. Where M is copositive-plus (Lemke 1965)
+    For every M it ends after finitely many pivots, at a solution or on a ray. If M is copositive-plus (Lemke 1965)
     or row sufficient, or has nonnegative principal minors and a solution for every feasible q (M. Aganagić and R. W.
     Cottle, A constructive characterization of Q0-matrices with nonnegative principal minors, Mathematical Programming
-    37 (1987) 223-231), a ray means that the problem is infeasible; elsewhere it means nothing. The number of pivots is
-    usually of the order of n, at worst exponential.
+    37 (1987) 223-231), a ray means that the problem is infeasible; otherwise it means nothing. The number of pivots is
+    usually of order n, at worst exponential.
 
-    With k of the z basic, a pivot costs a few passes over the k columns of the n-by-n inverse that are no unit
-    vectors. They are dense, however sparse M is. Where M and q are integers up to 2^20 and n <= MOST_IN_INTEGERS, all
-    is done in integers, so that the path is the same on every machine, ties or not.
+    With k of the z basic, a pivot costs a few passes over the k columns of the n-by-n inverse that are not unit
+    vectors. They are dense, however sparse M is. If M and q are integers up to 2^20 and n <= MAX_INTEGER_UNKNOWNS, all
+    pivoting is in integers, so that the path is the same on every machine, even with ties.
 
     Parameters
     ----------
     problem : the LCP, n <= 5000 unknowns.
-    x0 : not used: the method starts where it must, from z = 0.
+    x0 : not used: the method starts from z = 0.
 
     Yields
     ------
-    Iterate : (z - w) / 2 after every pivot, with F = M z - w + q = -z_0 e, which costs nothing. The last one is
-        computed anew from M and q. `evaluations` counts the pivots.
+    Iterate : (z - w) / 2 after every pivot, with F = M z - w + q = -z_0 e, at no cost. The last one is
+        recomputed from M and q. `evaluations` counts the pivots.
 
     Returns
     -------
-    Finished : at a solution. NoSolution : the path has ended on a ray; the certificate is "farkas" if the ray proves
+    Finished : at a solution. NoSolution : the path ended on a ray; the certificate is "farkas" if the ray proves
         that no z >= 0 has M z + q >= 0, otherwise "ray". Stalled : the last basis is complementary, but
-        ill-conditioned: its solution does not solve the problem. Breakdown : there are too many unknowns, or the
-        numbers have overflowed.
+        ill-conditioned: its solution does not solve the problem. Breakdown : there are too many unknowns, or
+        numbers overflow.
     """
     n = problem.n
     if (problem.q >= 0).all():
         yield Iterate(-0.5 * problem.q, np.zeros(n), "", 0)
         return Finished()
-    if n > MOST_UNKNOWNS:
-        return Breakdown(f"it keeps a dense inverse, for at most {MOST_UNKNOWNS} unknowns; here are {n}")
-    if n <= MOST_IN_INTEGERS and _are_small_integers(problem):
+    if n > MAX_UNKNOWNS:
+        return Breakdown(f"it keeps a dense inverse, for at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
+    if n <= MAX_INTEGER_UNKNOWNS and _are_small_integers(problem):
         return (yield from _integer_path(problem))
     return (yield from _path(problem, Tableau(problem)))
 
@@ -127,10 +127,10 @@ def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificate:
-    """What a ray proves, along which z grows by the given z, where z_0 is basic.
+    """What a ray with z_0 basic proves; z is its direction in z.
 
-    Candidates for Farkas' y are that z, which is one where M is copositive-plus, and the multipliers of the row of z_0,
-    which are one where z_0 is at its minimum over all z, w, z_0 >= 0.
+    Candidates for Farkas' y are this z, which is one if M is copositive-plus, and the multipliers of the row of z_0,
+    which are one if z_0 is at its minimum over all z, w, z_0 >= 0.
     """
     for y in (z, np.maximum(multipliers, 0.0)):
         if proves_infeasible(problem, y):

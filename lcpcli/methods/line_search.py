@@ -1,14 +1,14 @@
-"""A step length that meets the two conditions of step 2.7, the weak Wolfe conditions, in finitely many trials.
+"""A step length that satisfies the two conditions of step 2.7, the weak Wolfe conditions, in finitely many trials.
 
 With f along the direction s from x, d = -grad f(x) and D = <d, s> > 0,
 
     f(x + gamma s) <= f(x) - gamma rho D        (sufficient decrease)
     <grad f(x + gamma s), s> >= -sigma D        (curvature).
 
-A trial is accepted or becomes an end of the bracket: the upper one if it misses the decrease, the lower one if it has
-the decrease but misses the curvature. The bracket expands while it has no upper end; from then on each pair of trials
-at least halves it. Between the halvings the minimiser of the parabola through what is known of f is tried, which is
-exact where f is quadratic (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the decrease holds.
+A trial is accepted or becomes an end of the bracket: the upper one if it violates the decrease, the lower one if it
+satisfies the decrease but not the curvature. The bracket expands while it has no upper end; from then on each pair of
+trials at least halves it. Between the halvings the minimiser of a parabola that interpolates f is tried, which is exact
+if f is quadratic (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the decrease holds.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from lcpcli.methods.smoothing import Point, Smoothed
 from lcpcli.typing import Vector
 
 MAX_TRIALS = 200
-SHORT_STEP = 1e-6  # from this share of the first trial length on, it is worth looking whether a trial changes x at all
+SHORT_STEP = 1e-6  # relative to the first trial length: for shorter trials, whether x changes at all is checked
 
 
 @dataclass
 class Bracket:
-    """Lengths low < high between which both conditions can be met; f and its slope at low, f at high."""
+    """Lengths low < high between which both conditions can be satisfied; f and its slope at low, f at high."""
 
     low: float
     f_low: float
@@ -58,7 +58,7 @@ class Bracket:
 
 
 class Step(NamedTuple):
-    """Where a step leads, and the gradient of f there; trials is how many lengths were tried."""
+    """The end of a step, the gradient of f there, and the number of lengths tried."""
 
     point: Point
     gradient: Vector
@@ -68,9 +68,9 @@ class Step(NamedTuple):
 def search(
     smoothed: Smoothed, start: Point, s: Vector, slope: float, gamma: float, rho: float, sigma: float
 ) -> Step | int:
-    """The step from start along s, where f has the slope <grad f, s> < 0, found from the first trial length gamma > 0.
+    """The step from start along s, where f has the slope <grad f, s> < 0, with first trial length gamma > 0.
 
-    Just the number of trials where these have come down to lengths that change nothing: the decrease is below rounding.
+    Only the number of trials if their lengths have become too short to change x: the decrease is below rounding.
     """
     bracket, first = Bracket(0.0, start.f, slope), gamma
     for trial in range(1, MAX_TRIALS + 1):

@@ -1,9 +1,9 @@
-"""The LCP as a mixed-integer linear program: for any M, and the one method that can say "feasible, yet no solution".
+"""The LCP as a mixed-integer linear program: for any M, and the only method that can prove "feasible, but unsolvable".
 
 P. M. Pardalos and J. B. Rosen, Global optimization approach to the linear complementarity problem, SIAM Journal on
 Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximise alpha subject to 0 <= M y + alpha q <= e - b,
 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
-max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z has to be guessed.
+max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.certificate import Certificate, proof_in_units
 
-GAP = 1e3  # any alpha > 0 will do: the solver may stop at one that is 1 / GAP of the largest
+GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
 NO_POINT = "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate"
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
-UNSETTLED = "no solution is found, and none is excluded"
+UNDECIDED = "neither a solution nor a proof that there is none was found"
 
 
-def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (as every method has it)
-    """Solve one mixed-integer program, and from its active set one linear system. x0 has no influence.
+def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (every method has it)
+    """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
 
-    It works on R M C, R q with the powers of two of `equilibration.equilibrate`, which rounds nothing, as alpha is
-    about 1 / max(z, w) in those units and the solver sees no alpha below 1e-6. In order: a proof that the problem is
-    infeasible, by an LP; the program, for half the time limit at most, and the solution on each active set that it
-    suggests; branch and bound over complementary sets, in which exact arithmetic has the last word (`enumeration`).
+    It works on R M C, R q with the powers of two of `equilibration.equilibrate`, which is exact, as alpha is about
+    1 / max(z, w) in those units and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
+    infeasible, by an LP; the program, for at most half the time limit, and the solution on each active set that it
+    suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`enumeration`).
     Exponential in n at worst.
 
     Parameters
@@ -51,15 +51,15 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 
     Yields
     ------
-    Iterate : (z - w) / 2 for the solution of each complementary set that looks as if it had one. In `step`, "program"
-        or "tree", where the set comes from. Those that are solutions to rounding come at once; those that are one to
-        the LP solver's tolerance only come last, unless it is proved that there is none.
+    Iterate : (z - w) / 2 for the solution of each complementary set that appears to have one. `step` is "program" or
+        "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance
+        come last, unless it is proved that there is none.
 
     Returns
     -------
-    NoSolution : with a Farkas proof, or after the exhaustion of all complementary sets. Neither rests on rounding or
-        tolerances: what alpha = 0 says is never a proof, as a tiny alpha may hide a large solution.
-    Stalled, OutOfTime : the size of the tree or rounding, or the time limit, keeps it from a solution or a proof.
+    NoSolution : with a Farkas proof, or after the exhaustion of all complementary sets. Neither depends on rounding or
+        tolerances: alpha = 0 is never taken as a proof, as a tiny alpha may hide a large solution.
+    Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a solution or a proof.
     """
     deadline = time.perf_counter() + time_limit
     with np.errstate(all="ignore"):
@@ -89,14 +89,14 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
             rough.append(Iterate(x, None, step, len(tried)))
     if not isinstance(found, Finished):
         yield from rough
-        return type(found)(f"{UNSETTLED}: {found.reason}")
+        return type(found)(f"{UNDECIDED}: {found.reason}")
     if not _is_exact(problem, units, s, q):
-        return Stalled("no solution is found, and equilibration underflows, so that there is no proof either")
+        return Stalled("no solution was found, and equilibration underflows, so that there is no proof either")
     return NoSolution(Certificate("exhaustion", EXHAUSTED))
 
 
 def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]:
-    """Complementary sets that may have a solution, the likeliest first, with the step that suggests them."""
+    """Complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
     if time.perf_counter() >= deadline:
         return OutOfTime("the time limit is reached")
     for P in _program(M, q, deadline):
@@ -108,7 +108,7 @@ def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], 
 
 
 def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
-    """The active sets at the best (y, b, alpha) that is found by the deadline; none if alpha is 0."""
+    """The active sets at the best (y, b, alpha) found by the deadline; none if alpha is 0."""
     from scipy.optimize import LinearConstraint, milp
 
     n = q.size
@@ -139,10 +139,10 @@ def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
 
 def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]:
     """z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, None if there is none to the LP solver's tolerance, and whether
-    that is a solution to rounding, row by row."""
+    it is a solution up to rounding, row by row."""
     best, active = None, np.flatnonzero(P)
     with np.errstate(all="ignore"):
-        for solve in (_regular, _singular):
+        for solve in (_nonsingular, _singular):
             z = np.zeros(q.size)
             z_P = solve(M, q, P)
             if z_P is None:
@@ -152,28 +152,28 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
             if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE * max(z.max(), 1.0):
                 continue
             best = z
-            wrong = np.where(P, np.abs(w), -w)
+            violation = np.where(P, np.abs(w), -w)
             rounding = 4 * (w.size + 2) * EPS * (abs(M) @ z + np.abs(q))
-            if np.isfinite(z).all() and (wrong <= rounding).all():
+            if np.isfinite(z).all() and (violation <= rounding).all():
                 return z, True
     return best, False
 
 
 @np.errstate(all="ignore")
 def _in_units(units: Scaled, s: float, w: Vector, z: Vector, P: Mask) -> Vector | None:
-    """x = (z - w) / 2 in the problem's own units; None where it overflows."""
+    """x = (z - w) / 2 in the problem's own units; None if it overflows."""
     x: Vector = (units.C * z - np.where(P, 0.0, np.maximum(w, 0.0)) / units.R) / (2 * s)
     return x if np.isfinite(x).all() else None
 
 
 @np.errstate(all="ignore")
 def _is_exact(problem: Problem, units: Scaled, s: float, q: Vector) -> bool:
-    """Whether equilibration has rounded nothing."""
+    """Whether equilibration is exact."""
     back = matrices.scaled(units.problem.M, 1 / units.R, 1 / units.C) - problem.M
     return bool(abs(back).max() == 0 and np.array_equal(q / s / units.R, problem.q))
 
 
-def _regular(M: Matrix, q: Vector, P: Mask) -> Vector | None:
+def _nonsingular(M: Matrix, q: Vector, P: Mask) -> Vector | None:
     """z_P with M_PP z_P = -q_P, by one solve and one step of refinement; None if M_PP is singular."""
     active = np.flatnonzero(P)
     A = _block(M, active, active)

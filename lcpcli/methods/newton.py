@@ -1,7 +1,7 @@
-"""Generalized Newton on F(x) = 0, which is block principal pivoting, with the safeguard that makes it finite.
+"""Generalized Newton on F(x) = 0, which is block principal pivoting, with a safeguard that makes it finite.
 
 Where x has no zero, F is linear, and the Newton step from x leads to the basic solution of the complementary set
-P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Its negative entries change sides.
+P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative entries are exchanged.
 M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its Applications 21
 (1978) 207-215. The safeguard: J. J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale
 strictly monotone linear complementarity problems, Computers and Operations Research 21 (1994) 587-596, after
@@ -21,16 +21,16 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 LEAST_INDEX = "least index"
-FEW = 0.05  # of all signs may be wrong where it is worth asking whether that is more than rounding
-PATIENCE = 10  # steps that exchange all infeasible indices without a new least number of them, before one at a time
+FEW_VIOLATED = 0.05  # of all signs: with at most this many violated, whether all violations are rounding is checked
+PATIENCE = 10  # block steps without a new minimum of infeasible indices, before single exchanges
 
 
 def newton(problem: Problem, x0: Vector) -> Stage:
-    """Exchange all indices whose z or w is negative; after PATIENCE steps without a new minimum, the least one alone.
+    """Exchange all indices whose z or w is negative; after PATIENCE steps without a new minimum, only the least one.
 
-    Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. On
-    other matrices it may meet a singular M_PP or go on for ever. An iteration costs one factorization of M_PP and one
-    product with M.
+    Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. For
+    other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
+    with M.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Stage:
         w[active] = 0.0
         evaluations += 1
         infeasible = np.flatnonzero((z < 0) | (w < 0))
-        few = infeasible.size <= FEW * problem.n
+        few = infeasible.size <= FEW_VIOLATED * problem.n
         final = few and not (infeasible.size and _beyond_rounding(problem, z, w, infeasible))
         yield Iterate(0.5 * (z - w), None, step, evaluations, signs_final=final)
         if not infeasible.size:
@@ -78,7 +78,7 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Stage:
 
 
 def _beyond_rounding(problem: Problem, z: Vector, w: Vector, infeasible: Indices) -> bool:
-    """Whether a negative z_i or w_i is more than what rounding leaves of zero in its row."""
+    """Whether a negative z_i or w_i exceeds the rounding error of its row."""
     rows = problem.M[infeasible]
     terms = absolute_product(rows, np.abs(z)) + np.abs(problem.q[infeasible])
     sizes = matrices.row_maxima(rows)

@@ -1,8 +1,8 @@
-"""The methods, each declared once: what the command line, the library, help, completion and diagnosis read of it.
+"""The methods, each declared once, for the command line, the library, help, completion and diagnosis.
 
 To add one: a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
-checks its options, sets itself up and returns an `iterate.Stage`. It is imported when it is asked for, nothing heavy
-here.
+checks its options, sets itself up and returns an `iterate.Stage`. It is imported on request; nothing heavy is
+imported here.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from lcpcli.methods.iterate import Stage
     from lcpcli.model.problem import Problem
 
-ADDITIONS = {  # to methods that iterate
+ADDITIONS = {  # options of every method that iterates
     "scale": "Work on the equilibrated problem.",
     "finish": "Stop once the active set yields the solution.",
 }
-ANY = "any matrix"  # in the place of a class
+ANY = "any matrix"  # in place of a class
 
 P = Option(
     "p",
@@ -66,7 +66,7 @@ OMEGA = Option(
     1.0,
     "0 < omega < infinity, or auto",
     lambda omega: 0 < omega < math.inf,
-    "Modulus parameter; 1 is the published method, auto is estimated from the spectrum of M.",
+    "Modulus parameter; 1 is the published method, auto estimates it from the spectrum of M.",
     auto=True,
 )
 ANDERSON = Option(
@@ -75,7 +75,7 @@ ANDERSON = Option(
     0,
     "whole number >= 0",
     lambda memory: memory >= 0,
-    "Accelerate the iteration by that many earlier steps; 0 is the published method.",
+    "Anderson acceleration with this many earlier steps; 0 is the published method.",
 )
 
 
@@ -86,15 +86,15 @@ class Method:
     meaning : one line of help, with the source.
     options : its numeric options, keyword-only parameters of its function.
     vectors : its parameters that are vectors given like a start, with their help.
-    iterates : whether it is an iteration on x, to which ADDITIONS may be made.
-    uses_start : whether it matters where it starts.
-    timed : whether its function takes the time limit, so as to divide the time among its parts.
-    factorizes : how M is stored, "dense" or "sparse", where its set-up needs a factorization: what that takes is then
-        imported before the clock starts.
-    most : unknowns that it takes; None for no limit.
-    guaranteed : for which classes of M it ends at a solution, or with a proof that there is none, in exact arithmetic,
-        with what it does there; the first class to which M belongs counts.
-    place : the module in lcpcli.methods and the function, where these are not called as the method is.
+    iterates : whether it is an iteration on x, to which ADDITIONS apply.
+    uses_start : whether the starting point matters.
+    timed : whether its function takes the time limit, to divide the time among its parts.
+    factorizes : for which storage of M, "dense" or "sparse", its set-up needs a factorization, whose imports are then
+        done before the clock starts.
+    max_unknowns : the largest n that it accepts; None for no limit.
+    guaranteed : the classes of M for which, in exact arithmetic, it ends at a solution or with a proof that there is
+        none, with what it does for them; the first class to which M belongs counts.
+    location : the module in lcpcli.methods and the function, if they are not named like the method.
     """
 
     meaning: str
@@ -104,19 +104,19 @@ class Method:
     uses_start: bool = False
     timed: bool = False
     factorizes: tuple[str, ...] = ()
-    most: int | None = None
+    max_unknowns: int | None = None
     guaranteed: Mapping[str, str] = field(default_factory=dict)
-    place: tuple[str, str] | None = None
+    location: tuple[str, str] | None = None
 
 
 METHODS = {
     "auto": Method(
-        "whatever solves the problem first, or proves that it has no solution",
+        "the first method that solves the problem, or proves that it has no solution",
         uses_start=True,
         timed=True,
         factorizes=("dense",),
         guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
-        place=("auto.policy", "auto"),
+        location=("auto.policy", "auto"),
     ),
     "shi": Method(
         "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
@@ -142,7 +142,7 @@ METHODS = {
     ),
     "lemke": Method(
         "complementary pivoting (Lemke 1965)",
-        most=5000,
+        max_unknowns=5000,
         guaranteed={
             "p_matrix": "it finds the solution",
             "strictly_copositive": "it finds a solution",
@@ -167,7 +167,7 @@ def meanings() -> dict[str, str]:
 
 
 def declared(name: str) -> Method:
-    """The declaration of the method of that name, or an OptionError with a likely name."""
+    """The declaration of the method of that name, or an OptionError that suggests a name."""
     if name not in METHODS:
         raise OptionError("method", f"{name!r} is unknown", likely(str(name), METHODS))
     return METHODS[name]
@@ -175,13 +175,13 @@ def declared(name: str) -> Method:
 
 def load(name: str) -> Callable[..., Stage]:
     """The function of the method of that name."""
-    module, function = declared(name).place or 2 * (name.replace("-", "_"),)
+    module, function = declared(name).location or 2 * (name.replace("-", "_"),)
     loaded: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
     return loaded
 
 
 def parameters_of(name: str) -> list[str]:
-    """All that a method's function takes besides the problem and the start."""
+    """All parameters of a method's function besides the problem and the start."""
     method = declared(name)
     return [*method.vectors, *(option.name for option in method.options), *["time_limit"] * method.timed]
 
@@ -192,10 +192,10 @@ def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> 
     Raises OptionError for a chosen option that has no effect on the method.
     """
     method, known = declared(name), parameters_of(name)
-    for wrong in (given for given in chosen if given not in known):
-        if wrong not in OPTIONS:
-            raise OptionError(wrong, "is no option of a method", f"there are {', '.join(known)}")
-        raise OptionError(flag(wrong), f"has no effect with the method {name}", "leave it out")
+    for rejected in (given for given in chosen if given not in known):
+        if rejected not in OPTIONS:
+            raise OptionError(rejected, "is not an option of any method", f"the options are {', '.join(known)}")
+        raise OptionError(flag(rejected), f"has no effect with the method {name}", "leave it out")
     values: dict[str, Any] = {vector: chosen.get(vector) for vector in method.vectors}
     for option in method.options:
         value = chosen.get(option.name, option.default)

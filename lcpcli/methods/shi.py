@@ -43,8 +43,8 @@ def shi(
     """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step.
 
     In exact arithmetic, limit points of the steepest-descent steps are stationary points of f if its level sets are
-    bounded; where J is regular (for every P-matrix M) these are zeros of F~. In double precision a large p leaves
-    kinks, at one of which descent may stall. A zero of F~ solves the LCP up to the smoothing error, of which
+    bounded; where J is nonsingular (for every P-matrix M) these are zeros of F~. In double precision a large p
+    leaves kinks, at which descent may stall. A zero of F~ solves the LCP up to the smoothing error:
     |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
     with M' for each trial of sufficient decrease; nothing n-by-n is formed.
 
@@ -53,19 +53,19 @@ def shi(
     problem : the LCP, n unknowns.
     x0 : first point, shape (n,), in the units of z.
     x1 : second point, shape (n,). The paper leaves its choice open; by default a steepest-descent step from x0.
-    p : smoothing parameter in 1 / (units of z), p > 0; by default the one of `default_p`.
-    k_star : a steepest-descent step is inserted whenever k is a multiple of it, k* >= 1.
+    p : smoothing parameter in 1 / (units of z), p > 0; by default `default_p`.
+    k_star : a steepest-descent step is inserted whenever k is a multiple of k* >= 1.
     rho, sigma : line search parameters, 0 < rho < 1/2 and rho < sigma < 1.
 
     Yields
     ------
-    Iterate : x1, x2, ... with F~ and the number of the step that led there: "1" selected, "2.2" steepest descent
-        at a multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for want of a
-        direction that descends, also where the search along one of step 2.4 or 2.5 has found no step.
+    Iterate : x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent
+        at a multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a
+        descent direction, or because the line search along that of step 2.4 or 2.5 failed.
 
     Returns
     -------
-    Finished : F~ is zero. Stalled : the decrease of f is below rounding. Breakdown : f is stationary where F~ is not
+    Finished : F~ is zero. Stalled : the decrease of f is below rounding. Breakdown : f is stationary but F~ is not
         zero (J is singular), or |F~|^2 over- or underflows.
 
     Raises
@@ -102,17 +102,17 @@ def _iterates(
         if not (math.isfinite(here.f) and math.isfinite(slope)):
             return Breakdown("|F~|^2 overflows; divide q and the start by their size")
         if slope == 0:
-            return Breakdown("f = |F~|^2 / 2 is stationary at a point that is no zero of F~: J is singular there")
+            return Breakdown("f = |F~|^2 / 2 is stationary at a point that is not a zero of F~: J is singular there")
         last = here
-        first_trial = -2 * here.f / slope  # where a parabola of that slope comes down to 0
-        found = search(smoothed, here, s, slope, first_trial, rho, sigma)
-        if isinstance(found, int):
+        first_trial = -2 * here.f / slope  # where a parabola with that slope has its minimum 0
+        result = search(smoothed, here, s, slope, first_trial, rho, sigma)
+        if isinstance(result, int):
             if step in DESCENT:
                 return Stalled("no step decreases |F~| any further in double precision")
-            evaluations += found
-            step, s = STEEPEST, -g  # a kink, or rounding, lets f rise along s: no direction is left but d
+            evaluations += result
+            step, s = STEEPEST, -g  # f rises along s, by a kink or rounding: only d is left
             continue
-        here, g, trials = found
+        here, g, trials = result
         evaluations += trials
         k += 1
         yield Iterate(here.x, here.F, step, evaluations)
@@ -131,11 +131,11 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
     """Steps 2.3 to 2.6: the step that applies and its direction s, with <s, g> < 0 unless g = 0.
 
     Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1) or a positive multiple of it, y = F~(x_k) - F~(x_(k-1)) and
-    g = grad f(x_k) = -d. v and y are working space afterwards.
+    g = grad f(x_k) = -d. v and y are overwritten.
 
     Step 2.3 takes u = xi_1 F and xi_2 v with xi_1 = -|v|^2 / <v, y> and xi_2 = -<y, F> / |y|^2. As the line search
-    makes the length of s irrelevant, both may be divided by one positive number, and so neither can blow up: up to
-    that, they are mu F / |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
+    makes the length of s irrelevant, both may be divided by the same positive number, so that neither can overflow: up
+    to this, they are mu F / |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
     """
     size_F, size_v, size_y = math.sqrt(float(F @ F)), math.sqrt(float(v @ v)), math.sqrt(float(y @ y))
     if 0 in (size_F, size_v, size_y):
@@ -153,14 +153,14 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
 
 
 def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> tuple[str, float, float]:
-    """Steps 2.4 to 2.6 on unit vectors F and v of that cosine: the step, and a, b of its direction s = a F + b v.
+    """Steps 2.4 to 2.6 for unit vectors F and v with that cosine: the step, and a, b of its direction s = a F + b v.
 
-    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The greatest
-    cosine with d is that of its projection onto the plane of F and v, which is a candidate up to its length if its
+    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The largest
+    cosine with d is that of its projection onto the plane of F and v, which is a candidate up to scaling if its
     coordinates along u and nu v have a positive sum. Otherwise the cosine approaches its supremum as
     alpha -> +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the descent condition for
-    <u - nu v, d> > 0; for < 0 the inequality turns round.) Where F and v are parallel, every candidate that descends
-    has the same cosine.
+    <u - nu v, d> > 0; for < 0 the inequality is reversed.) If F and v are parallel, all descent candidates have
+    the same cosine.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):

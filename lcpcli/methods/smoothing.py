@@ -1,13 +1,13 @@
-"""The smoothed equation F~(p, x) = 0 of El foutayeni and Khaladi (2012, section 4), matrix-free and free of overflow.
+"""The smoothed equation F~(p, x) = 0 of El foutayeni and Khaladi (2012, section 4), matrix-free and without overflow.
 
 With phi(x) = ln(1 + e^(px) + e^(-px)) / p in place of |x|,
 
     F~(p, x) = (M + I) x + (M - I) phi(x) + q = M z~ - w~ + q,    z~ = phi(x) + x,    w~ = phi(x) - x.
 
 Let t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p, which lies between 0 and ln(3) / p. Then
-z~ = 2 max(x, 0) + delta, w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) / (1 + a + a^2), where nothing
-overflows and nothing cancels. Where p t > WINDOW, a is zero in double precision and phi is |x| itself, so
-exponentials are taken of the few components in that window alone.
+z~ = 2 max(x, 0) + delta, w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) / (1 + a + a^2), without
+overflow or cancellation. Where p t > WINDOW, a is zero in double precision and phi is |x| itself, so exponentials are
+taken only for the few components within that window.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Smoothed:
         self._z, self._w = np.empty(problem.n), np.empty(problem.n)
 
     def at(self, x: Vector) -> Point:
-        """F~ and f at x, by one product with M; f is infinite where it overflows."""
+        """F~ and f at x, with one product with M; f is infinite if it overflows."""
         window = split(self._p, x, self._z, self._w)
         F = product(self._problem.M, self._z)
         F -= self._w
@@ -80,7 +80,7 @@ class Smoothed:
         return Point(x, F, f, window)
 
     def gradient(self, point: Point) -> Vector:
-        """Gradient of f, J' F~ = 2 (F~ + h (y - F~)) with y = M' F~ and h = (1 + phi') / 2, by one product with M'."""
+        """Gradient of f, J' F~ = 2 (F~ + h (y - F~)), y = M' F~, h = (1 + phi') / 2, with one product with M'."""
         y = transposed_product(self._problem.M, point.F)
         y -= point.F
         inner = 0.5 * (1 + slope(self._p, point.x[point.window])) * y[point.window]

@@ -1,4 +1,4 @@
-"""Lemke's tableau in double precision, kept as the inverse of the basis, for problems of any size and numbers.
+"""Lemke's tableau in double precision, kept as the inverse of the basis, for any size and any numbers.
 
 The lexicographic rule after B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634.
 """
@@ -11,26 +11,26 @@ from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-NOISE = 2.0**-36  # an update that leaves no more than this of its terms has cancelled, ratios as close as this tie
-RECOMPUTED = 2.0**-42  # the same for sums that have just been computed from M and q
-TIE = 2.0**-30  # quotients of entries of the inverse as close as this are equal
-DOUBTFUL = 2.0**-26  # a pivot that cancellation has made so small is computed anew before it is used
-REFACTOR = 50  # pivots, at least, between two inversions of the basis from scratch
-REFACTOR_AT_TIES = 5  # the same where rows tie: there rounding can lead off the path
+NOISE = 2.0**-36  # relative to the terms: what an update leaves below is zero, and ratios this close tie
+RECOMPUTED_NOISE = 2.0**-42  # the same for sums just computed from M and q
+TIE = 2.0**-30  # relative difference up to which quotients of entries of the inverse are equal
+DOUBTFUL = 2.0**-26  # relative to its terms: a smaller pivot is recomputed before use, as cancellation spoils it
+REFACTOR = 50  # minimum number of pivots between two inversions of the basis from scratch
+REFACTOR_AT_TIES = 5  # the same if rows tie: there rounding can lead off the path
 
 
 class Tableau:
     """A basis of w - M z - e z_0 = q, the inverse of its matrix and its basic solution.
 
-    Variables are numbered: w_i is i, z_i is n + i, z_0 is 2 n. Column i of the inverse is a unit vector as long as w_i
-    is basic; the others are the rows of `inverse`. They are at the same time the columns of the tableau that started
-    as the identity, which the lexicographic rule reads.
+    Variables are numbered: w_i is i, z_i is n + i, z_0 is 2 n. Column i of the inverse is a unit vector while w_i is
+    basic; the others are the rows of `inverse`. They are also the columns of the tableau that were initially the
+    identity, which the lexicographic rule uses.
 
     basic : the variable of each row, shape (n,).
-    row_of : the row of each variable, shape (2 n + 1,), -1 where it is not basic.
+    row_of : the row of each variable, shape (2 n + 1,), -1 if it is nonbasic.
     values : the basic solution, shape (n,).
-    outside : the k indices i of the w_i that are not basic.
-    inverse : row s holds column outside[s] of the inverse, shape (n, n), of which k rows are in use.
+    nonbasic_w : the k indices i of the nonbasic w_i.
+    inverse : row s holds column nonbasic_w[s] of the inverse, shape (n, n), of which k rows are in use.
     age : pivots since the inverse was last computed from scratch.
     """
 
@@ -40,7 +40,7 @@ class Tableau:
         self.basic: Indices = np.arange(self.n)
         self.row_of: Indices = np.append(self.basic, np.full(self.n + 1, -1))
         self.values: Vector = problem.q.copy()
-        self.outside: list[int] = []
+        self.nonbasic_w: list[int] = []
         self.inverse: Vector = np.empty((self.n, self.n))
         self.work: Vector = np.empty((self.n, self.n))
         self.age = 0
@@ -50,29 +50,29 @@ class Tableau:
         return float(self.values[self.row_of[variable]])
 
     def x(self) -> Vector:
-        """(z - w) / 2 of the basic solution; 0 for the pair of which neither is basic."""
+        """(z - w) / 2 of the basic solution; 0 for the pair that is nonbasic."""
         x = np.zeros(2 * self.n + 1)
         x[self.basic] = self.values
         return 0.5 * (x[self.n : -1] - x[: self.n])
 
     def support(self, entering: int) -> Indices:
-        """The i for which z_i is basic, once `entering` is."""
+        """The i for which z_i is basic after `entering` has entered."""
         support = self.row_of[self.n : -1] >= 0
         if entering >= self.n:
             support[entering - self.n] = True
         return np.flatnonzero(support)
 
     def direction(self, column: Vector, entering: int) -> Vector:
-        """How z changes along the ray of an entering variable, of which this is the column."""
+        """The direction in z of the ray of an entering variable with this column."""
         ray = np.zeros(2 * self.n + 1)
         ray[self.basic] = np.maximum(-column, 0.0)
         ray[entering] = 1.0
         return ray[self.n : -1]
 
     def multipliers(self) -> Vector:
-        """The multipliers of the row of z_0, which is basic: that row of the inverse with its sign turned."""
+        """The multipliers of the row of z_0, which is basic: that row of the inverse, negated."""
         multipliers = np.zeros(self.n)
-        multipliers[self.outside] = -self.inverse[: len(self.outside), self.row_of[2 * self.n]]
+        multipliers[self.nonbasic_w] = -self.inverse[: len(self.nonbasic_w), self.row_of[2 * self.n]]
         return multipliers
 
     def first_pivot(self) -> tuple[Vector, int, Indices]:
@@ -83,9 +83,9 @@ class Tableau:
     def next_pivot(self, entering: int) -> tuple[Vector, int, Indices]:
         """The entering column, the row of the leaving variable (-1: there is none) and all rows that tie with it.
 
-        If z_0 is among those it is the one that leaves; else the lexicographic rule chooses.
+        If z_0 is among them it leaves; else the lexicographic rule decides.
         """
-        k = len(self.outside)
+        k = len(self.nonbasic_w)
         if self.age >= max(REFACTOR, k):
             self.invert()
         column, size = self._column(entering)
@@ -98,7 +98,7 @@ class Tableau:
         return column, row, tied
 
     def pivot(self, column: Vector, row: int, tied: Indices, entering: int) -> int:
-        """Exchange the basic variable of the row for the entering one; returns the one that leaves."""
+        """Exchange the basic variable of the row for the entering one; returns the leaving variable."""
         leaving = int(self.basic[row])
         step = self.values[row] / column[row]
         change = step * column
@@ -107,54 +107,54 @@ class Tableau:
         self.values[tied] = 0.0
         self.values[row] = step
         if leaving < self.n:
-            self.inverse[len(self.outside)] = 0.0
-            self.inverse[len(self.outside), row] = 1.0
-            self.outside.append(leaving)
+            self.inverse[len(self.nonbasic_w)] = 0.0
+            self.inverse[len(self.nonbasic_w), row] = 1.0
+            self.nonbasic_w.append(leaving)
         self._eliminate(column, row)
         self.basic[row] = entering
         self.row_of[leaving], self.row_of[entering] = -1, row
         if entering < self.n:
-            place, last = self.outside.index(entering), len(self.outside) - 1
-            self.inverse[place] = self.inverse[last]
-            self.outside[place] = self.outside[last]
-            self.outside.pop()
+            position, last = self.nonbasic_w.index(entering), len(self.nonbasic_w) - 1
+            self.inverse[position] = self.inverse[last]
+            self.nonbasic_w[position] = self.nonbasic_w[last]
+            self.nonbasic_w.pop()
         self.age += 1
         return leaving
 
     def invert(self) -> None:
-        """Compute the inverse and the basic solution from scratch; what is within rounding of zero becomes zero."""
-        others = np.flatnonzero(self.basic >= self.n)
-        variables = self.basic[others]
-        outside, basic_z = np.array(self.outside, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)
-        columns = np.full((self.n, others.size), -1.0)
-        ours = variables < 2 * self.n
-        columns[:, ours] = -matrices.dense_columns(self.problem.M, variables[ours] - self.n)
+        """Compute the inverse and the basic solution from scratch; entries within rounding of zero become zero."""
+        z_rows = np.flatnonzero(self.basic >= self.n)
+        variables = self.basic[z_rows]
+        nonbasic_w, basic_z = np.array(self.nonbasic_w, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)
+        columns = np.full((self.n, z_rows.size), -1.0)
+        from_M = variables < 2 * self.n
+        columns[:, from_M] = -matrices.dense_columns(self.problem.M, variables[from_M] - self.n)
         try:
-            block = np.linalg.inv(columns[outside])
+            block = np.linalg.inv(columns[nonbasic_w])
         except np.linalg.LinAlgError:
             return
-        size = np.abs(block) @ (np.abs(columns[outside]) @ np.abs(block))
-        block[np.abs(block) <= RECOMPUTED * size] = 0.0
+        size = np.abs(block) @ (np.abs(columns[nonbasic_w]) @ np.abs(block))
+        block[np.abs(block) <= RECOMPUTED_NOISE * size] = 0.0
         rest = -(columns[basic_z] @ block)
-        rest[np.abs(rest) <= RECOMPUTED * (np.abs(columns[basic_z]) @ size)] = 0.0
-        k, rows = others.size, self.row_of[basic_z]
-        self.inverse[:k, others], self.inverse[:k, rows] = block.T, rest.T
+        rest[np.abs(rest) <= RECOMPUTED_NOISE * (np.abs(columns[basic_z]) @ size)] = 0.0
+        k, rows = z_rows.size, self.row_of[basic_z]
+        self.inverse[:k, z_rows], self.inverse[:k, rows] = block.T, rest.T
         q = self.problem.q
-        size = np.abs(q[outside]) @ np.abs(self.inverse[:k])
+        size = np.abs(q[nonbasic_w]) @ np.abs(self.inverse[:k])
         size[rows] += np.abs(q[basic_z])
-        self.values = q[outside] @ self.inverse[:k]
+        self.values = q[nonbasic_w] @ self.inverse[:k]
         self.values[rows] += q[basic_z]
-        self.values[np.abs(self.values) <= RECOMPUTED * size] = 0.0
+        self.values[np.abs(self.values) <= RECOMPUTED_NOISE * size] = 0.0
         self.age = 0
 
     def _column(self, entering: int) -> tuple[Vector, Vector]:
-        """The column of a variable in the tableau, and the size of the terms of which its entries are sums."""
-        k = len(self.outside)
+        """The column of a variable in the tableau, and the size of the terms that its entries sum."""
+        k = len(self.nonbasic_w)
         if entering < self.n:
-            column = self.inverse[self.outside.index(entering)].copy()
+            column = self.inverse[self.nonbasic_w.index(entering)].copy()
             return column, np.abs(column)
         m = self.column_of_M(entering - self.n)
-        above, beside = -m[self.outside], -m[self.basic[self.basic < self.n]]
+        above, beside = -m[self.nonbasic_w], -m[self.basic[self.basic < self.n]]
         size = np.abs(above) @ np.abs(self.inverse[:k], out=self.work[:k])
         column = above @ self.inverse[:k]
         rows = np.flatnonzero(self.basic < self.n)
@@ -177,12 +177,12 @@ class Tableau:
         return self._lexicographic_minimum(tied, column), tied
 
     def _lexicographic_minimum(self, rows: Indices, column: Vector) -> int:
-        """Of the rows that tie, the one whose row of the inverse, divided by its entry in the column, is least."""
-        places = {i: place for place, i in enumerate(self.outside)}
+        """The tied row whose row of the inverse, divided by its entry in the column, is lexicographically least."""
+        positions = {i: position for position, i in enumerate(self.nonbasic_w)}
         units = [int(i) for i in self.basic[rows] if i < self.n]
-        for i in sorted([*places, *units]):
-            if i in places:
-                quotients = self.inverse[places[i], rows] / column[rows]
+        for i in sorted([*positions, *units]):
+            if i in positions:
+                quotients = self.inverse[positions[i], rows] / column[rows]
                 least = quotients.min()
                 rows = rows[quotients - least <= TIE * np.maximum(np.abs(quotients), abs(least))]
             else:
@@ -192,8 +192,8 @@ class Tableau:
         return int(rows[-1])
 
     def _eliminate(self, column: Vector, row: int) -> None:
-        """The inverse after a pivot on column[row], cancelled entries set to zero."""
-        k = len(self.outside)
+        """Update the inverse for a pivot on column[row]; entries that cancel become zero."""
+        k = len(self.nonbasic_w)
         inverse, change = self.inverse[:k], self.work[:k]
         quotients = inverse[:, row] / column[row]
         np.multiply(quotients[:, np.newaxis], column, out=change)

@@ -1,1 +1,1 @@
-"""The method `auto`: its policy, and the stages that no published method has by itself."""
+"""The method `auto`: its policy, and the stages that belong to no published method."""

@@ -1,6 +1,6 @@
-"""Small problems settled in exact arithmetic, one complementary set after the other, however large their numbers are.
+"""Small problems decided in exact arithmetic, one complementary set after another, however large their numbers are.
 
-Nothing is left out, so that where no set has a solution, there is none: the complementary cones of K. G. Murty, On the
+All sets are examined, so that if none has a solution, there is none: the complementary cones of K. G. Murty, On the
 number of solutions to the complementarity problem and spanning properties of complementary cones, Linear Algebra and
 its Applications 5 (1972) 65-108.
 """
@@ -20,19 +20,19 @@ from lcpcli.typing import Mask, Vector
 from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.refinement import is_rounded_solution
 
-MOST_UNKNOWNS = 8  # unknowns: 256 sets, a fraction of a second
+MAX_UNKNOWNS = 8  # 256 sets, a fraction of a second
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot hold it: its numbers are too large or too small"
-SINGULAR = "no solution is found, and none is excluded: the submatrix of one complementary set is singular"
+SINGULAR = "no solution was found, but none is excluded: the submatrix of one complementary set is singular"
 
 
 def exhaustion(problem: Problem) -> Stage:
-    """Yield (z - w) / 2 for the rounded solutions of complementary sets, for n <= MOST_UNKNOWNS.
+    """Yield (z - w) / 2 for the rounded solutions of complementary sets, for n <= MAX_UNKNOWNS.
 
     Returns
     -------
-    Finished : the last one is a solution but for rounding. NoSolution : all sets are excluded. Stalled : none of the
-        solutions could be rounded to one, or a singular set is not excluded.
+    Finished : the last one is a solution up to rounding. NoSolution : all sets are excluded. Stalled : no solution
+        remained one when rounded, or a singular set is not excluded.
     """
     singular = solvable = False
     for k, choice in enumerate(product((False, True), repeat=problem.n), 1):

@@ -3,7 +3,7 @@
 J. J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
 complementarity problems, Computers and Operations Research 21 (1994) 587-596, as a semismooth Newton method (M.
 Hintermüller, K. Ito and K. Kunisch, The primal-dual active set strategy as a semismooth Newton method, SIAM Journal on
-Optimization 13 (2003) 865-888), with inexact solves: each step only has to reduce the residual by a digit.
+Optimization 13 (2003) 865-888), with inexact solves: each step need only reduce the residual by a digit.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, 
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-REDUCTION = 0.1  # of the residual by one inexact solve
-SETTLED = 1e-3  # the same once P has not changed from the last step
-PATIENCE = 20  # products with M for a digit: more tell of an ill-conditioned M
-PATIENCE_MULTILEVEL = 120  # they cost less than a factorization even so
-REUSE = 0.03  # of P may differ from the set that the preconditioner was made for
-WAIT = 6  # pivoting steps without a new least residual, before it is said to cycle
-STAGNATION = 100 * EPS  # of the terms: a residual that has stopped falling there has reached rounding level
-COARSE = 1e-3  # residual relative to |q| to which the coarse problems are solved, in at most COARSE_STEPS steps
+REDUCTION = 0.1  # of the residual, by one inexact solve
+FINAL_REDUCTION = 1e-3  # the same once P is unchanged from the last step
+PATIENCE = 20  # products with M per digit: more indicate an ill-conditioned M
+PATIENCE_MULTILEVEL = 120  # even so they cost less than a factorization
+REUSE_CHANGE = 0.03  # of P: how far it may differ from the set for which the preconditioner was built
+MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that count as cycling
+STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
+COARSE_TOLERANCE = 1e-3  # residual of the coarse solutions relative to |q|, unless COARSE_STEPS are reached first
 COARSE_STEPS = 12
 NOT_POSITIVE = "a diagonal entry of M is not positive"
 
@@ -38,11 +38,11 @@ Preconditioner = Callable[[Indices, Matrix], Callable[[Vector], Vector]]
 
 
 def krylov(problem: Problem, x0: Vector) -> Stage:
-    """Pivot on all wrong signs at once, M_PP z_P = -q_P solved by conjugate gradients or, nonsymmetric, by BiCGSTAB.
+    """Pivot on all violated signs at once, solving M_PP z_P = -q_P by conjugate gradients or, nonsymmetric, BiCGSTAB.
 
-    M must be sparse with positive diagonal, best all ones. A solve starts from the last z and ends when its residual is
-    a tenth of what min(z, Mz + q) was, so that P is settled on the way to the last digits. No memory is needed beyond
-    some ten vectors and one submatrix.
+    M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
+    is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors and one
+    submatrix of memory.
 
     Parameters
     ----------
@@ -55,25 +55,25 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
 
     Returns
     -------
-    Finished : the residual is zero. Stalled : it has stopped falling at rounding level. Breakdown : a diagonal entry is
-        not positive, a solve has not reached its aim in PATIENCE products for a digit, or pivoting cycles; M is too ill
-        conditioned for this method, or not a P-matrix.
+    Finished : the residual is zero. Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not
+        positive, a solve takes more than PATIENCE products per digit, or pivoting cycles; M is too ill-conditioned for
+        this method, or not a P-matrix.
     """
     return _iterates(problem.M, problem.q, 2 * np.maximum(x0, 0), _Inner(is_symmetric(problem.M)))
 
 
 def multilevel(problem: Problem) -> Stage:
-    """The same for symmetric positive definite M of any condition, with `multilevel.Hierarchy` in two places.
+    """The same for symmetric positive definite M of any condition number, with `multilevel.Hierarchy` used twice.
 
-    It preconditions the conjugate gradients, and its coarse problems P'MP z + P'q, solved first and roughly, give the
-    start: block pivoting moves the boundary of the active set by one ring of neighbours a step, so that it must begin
-    near its place. Yields and returns as `krylov`.
+    It preconditions the conjugate gradients, and its coarse problems P'MP z + P'q, first solved roughly, give the
+    start: block pivoting moves the boundary of the active set by one ring of neighbours per step, so that it must start
+    close to it. Yields and returns as `krylov`.
     """
     if not problem.M.diagonal().min() > 0:
         return Breakdown(NOT_POSITIVE)
     hierarchy = Hierarchy(problem.M)
     if hierarchy.stuck:
-        return Breakdown("M has no coarse version that is much smaller")
+        return Breakdown("coarsening M does not make it much smaller")
     z = _coarse_start(hierarchy, problem.q)
     if not isinstance(z, np.ndarray):
         return z
@@ -89,14 +89,14 @@ def _iterates(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Stage:
 
 
 def _coarse_start(hierarchy: Hierarchy, q: Vector) -> Vector | Ending:
-    """z on the finest level from solutions on the coarser ones, or how one of these has failed."""
+    """z on the finest level from solutions on the coarser ones, or how one of these failed."""
     loads = [q]
     for P in hierarchy.prolongations:
         loads.append(P.T @ loads[-1])
     z = np.zeros(loads[-1].size)
     for level in range(len(loads) - 1, 0, -1):
         states = _pivot(hierarchy.matrices[level], loads[level], z, _Inner(True, _preconditioner(hierarchy, level)))
-        aim = COARSE * norm(loads[level])
+        target = COARSE_TOLERANCE * norm(loads[level])
         for step in range(COARSE_STEPS + 1):
             state = advance(states)
             if isinstance(state, Finished):
@@ -104,7 +104,7 @@ def _coarse_start(hierarchy: Hierarchy, q: Vector) -> Vector | Ending:
             if not isinstance(state, _State):
                 return state
             z = state.z
-            if state.size <= aim or step >= COARSE_STEPS:
+            if state.size <= target or step >= COARSE_STEPS:
                 break
         z = hierarchy.prolongations[level - 1] @ np.maximum(z, 0)
     return z
@@ -129,38 +129,38 @@ def _pivot(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Generator[_State, 
         return Breakdown(NOT_POSITIVE)
     w = M @ z + q
     size = least = norm(np.minimum(z * diagonal, w))
-    waited, active = 0, np.zeros(q.size, dtype=bool)
+    stagnant_steps, active = 0, np.zeros(q.size, dtype=bool)
     if size == 0:
         yield _State(z, w, z > 0, size)
         return Finished()
     while True:
         scaled = z * diagonal
-        before, active = active, scaled > w
-        unchanged = np.array_equal(before, active)
-        if not unchanged and not inner.take(M, np.flatnonzero(active)):
+        previous, active = active, scaled > w
+        unchanged = np.array_equal(previous, active)
+        if not unchanged and not inner.select(M, np.flatnonzero(active)):
             return Breakdown("a coarse version of M is singular")
-        reduction = SETTLED if unchanged else REDUCTION
+        reduction = FINAL_REDUCTION if unchanged else REDUCTION
         solved = inner.solve(-q[inner.indices], z[inner.indices], size, reduction)
         if solved is None:
-            return Breakdown(f"{inner.patience} products with M have not given a digit")
+            return Breakdown(f"{inner.patience} products with M did not gain a digit")
         z = np.zeros(q.size)
         z[inner.indices] = solved
         w = M @ z
         w += q
         size = norm(np.minimum(z * diagonal, w))
         yield _State(z, w, active, size)
-        waited = 0 if size < least else waited + 1
+        stagnant_steps = 0 if size < least else stagnant_steps + 1
         least = min(size, least)
         if size == 0:
             return Finished()
-        if waited >= WAIT:
+        if stagnant_steps >= MAX_STAGNANT_STEPS:
             if least <= STAGNATION * norm(absolute_product(M, np.abs(z)) + np.abs(q)):
                 return Stalled("the residual has stopped falling at rounding level")
             return Breakdown("block principal pivoting has stopped making progress")
 
 
 class _Inner:
-    """Solves with principal submatrices by a Krylov method, preconditioned if there is something to do it with."""
+    """Solves with principal submatrices by a Krylov method, preconditioned if a preconditioner is given."""
 
     def __init__(self, symmetric: bool, precondition: Preconditioner | None = None) -> None:
         self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
@@ -172,18 +172,18 @@ class _Inner:
         self.products = 1
         self.indices: Indices = np.zeros(0, dtype=np.intp)
 
-    def take(self, M: Matrix, indices: Indices) -> bool:
-        """Turn to the principal submatrix of these indices; whether it could be preconditioned, if that is wanted."""
+    def select(self, M: Matrix, indices: Indices) -> bool:
+        """Select the principal submatrix of these indices; False if its preconditioner cannot be built."""
         self.indices = indices
         self._block = M if indices.size == M.shape[0] else M[indices][:, indices]
         if self._precondition is None or not indices.size:
             return True
-        places = np.full(M.shape[0], -1)
-        places[self._built] = np.arange(self._built.size)
-        places = places[indices]
-        known = np.flatnonzero(places >= 0)
-        if indices.size + self._built.size - 2 * known.size <= REUSE * indices.size:
-            self._cycle = _carried_over(self._built_cycle, self._built.size, places[known], known)
+        positions = np.full(M.shape[0], -1)
+        positions[self._built] = np.arange(self._built.size)
+        positions = positions[indices]
+        known = np.flatnonzero(positions >= 0)
+        if indices.size + self._built.size - 2 * known.size <= REUSE_CHANGE * indices.size:
+            self._cycle = _carried_over(self._built_cycle, self._built.size, positions[known], known)
             return True
         try:
             self._cycle = self._built_cycle = self._precondition(indices, self._block)
@@ -193,14 +193,14 @@ class _Inner:
         return True
 
     def solve(self, b: Vector, start: Vector, residual: float, reduction: float) -> Vector | None:
-        """y with |b - A y|_2 <= reduction * residual, from a start; None if that is not reached by far."""
+        """y with |b - A y|_2 <= reduction * residual, from a start; None if it falls far short."""
         self.products += 1
         if not b.size:
             return b
-        most = int(self.patience * -np.log10(reduction)) // self._cost
+        max_iterations = int(self.patience * -np.log10(reduction)) // self._cost
         with np.errstate(all="ignore"):
-            y, left = self._method(self._product, b, start, reduction * residual, most, self._cycle)
-        return y if left <= REDUCTION * residual else None
+            y, remaining = self._method(self._product, b, start, reduction * residual, max_iterations, self._cycle)
+        return y if remaining <= REDUCTION * residual else None
 
     def _product(self, v: Vector) -> Vector:
         self.products += 1
@@ -209,7 +209,7 @@ class _Inner:
 
 
 def _carried_over(
-    cycle: Callable[[Vector], Vector], size: int, places: Indices, known: Indices
+    cycle: Callable[[Vector], Vector], size: int, positions: Indices, known: Indices
 ) -> Callable[[Vector], Vector]:
     """A preconditioner for one index set from that of another, of given size: its principal part, and the identity.
 
@@ -218,9 +218,9 @@ def _carried_over(
 
     def carried(b: Vector) -> Vector:
         old = np.zeros(size)
-        old[places] = b[known]
+        old[positions] = b[known]
         x: Vector = b.copy()
-        x[known] = cycle(old)[places]
+        x[known] = cycle(old)[positions]
         return x
 
     return carried

@@ -1,8 +1,8 @@
-"""What linear programs settle: infeasibility for any M, and the LCP itself for Z-matrices and skew-symmetric M.
+"""What linear programs decide: infeasibility for any M, and the LCP itself for Z-matrices and skew-symmetric M.
 
 O. L. Mangasarian, Linear complementarity problems solvable by a single linear program, Mathematical Programming 10
 (1976) 263-270. M a Z-matrix (no positive entry off the diagonal): if the problem is feasible it has a least feasible z,
-which solves it and minimises e'z. M skew-symmetric: z'w = q'z, so that what minimises q'z solves it.
+which solves it and minimises e'z. M skew-symmetric: z'w = q'z, so that any minimiser of q'z solves it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lcpcli.verify.certificate import Certificate, farkas
 
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
-    """End with a Farkas proof of infeasibility, or yield the solution for the two kinds of M; M sparse."""
+    """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
     proof = farkas(problem, seconds)
     if proof is not None:
         return NoSolution(Certificate("farkas", "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate", proof))

@@ -1,7 +1,7 @@
-"""Smoothed aggregation: coarse versions of a sparse symmetric positive definite matrix, and preconditioning by them.
+"""Smoothed aggregation: coarse versions of a sparse symmetric positive definite matrix, and preconditioning with them.
 
 P. Vaněk, J. Mandel and M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
-problems, Computing 56 (1996) 179-196. Aggregates around a maximal set of nodes no two of which are within distance 2:
+problems, Computing 56 (1996) 179-196. Aggregates around a maximal set of nodes at distances greater than 2:
 N. Bell, S. Dalton and L. N. Olson, Exposing fine-grained parallelism in algebraic multigrid methods, SIAM Journal on
 Scientific Computing 34 (2012) C123-C152, section 3.
 """
@@ -16,12 +16,12 @@ import numpy as np
 from lcpcli.linalg.factors import Solve, sparse_lu
 from lcpcli.typing import Indices, Matrix, Vector
 
-COARSEST = 500  # unknowns that are left to a factorization
-STRONG = 0.08  # |a_ij| / sqrt(a_ii a_jj) from which j counts as a neighbour of i; halved from level to level
-SMALLER = 0.6  # of the unknowns may be left on the next level
-FULLER = 1.5  # times the entries it may have
+COARSEST = 500  # n up to which a matrix is factorized
+STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level to level
+MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one level to the next
+MAX_ENTRIES_RATIO = 1.5  # the same for the numbers of entries
 SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
-RELAXATIONS = 10  # of the constant vector, by which it becomes what relaxation cannot remove
+RELAXATIONS = 10  # of the constant vector, which turn it into a slowly relaxing one
 
 
 @dataclass(frozen=True)
@@ -37,38 +37,38 @@ class Level:
 class Hierarchy:
     """Coarse versions P'AP of a matrix, each with the prolongation P to the next finer level.
 
-    matrices : the given one first, then ever coarser ones; scipy.sparse.csr_array.
-    prolongations : from matrices[k + 1] to matrices[k], one less.
+    matrices : from the given one to the coarsest; scipy.sparse.csr_array.
+    prolongations : from matrices[k + 1] to matrices[k], one fewer.
     """
 
     def __init__(self, A: Matrix) -> None:
         """Coarsen A, a csr_array with a positive diagonal, until COARSEST unknowns are left.
 
-        `stuck` tells whether it has not become much smaller on the way.
+        `stuck` : whether a level failed to become much smaller.
         """
         self.matrices, self.prolongations = [A], []
         self._tentative: list[Matrix] = []
         self.stuck = False
         candidate = np.ones(A.shape[0])
-        strong = STRONG
+        strength = STRENGTH
         while A.shape[0] > COARSEST:
             weights = _jacobi(A)
-            T, candidate = _tentative(A, weights, candidate, strong)
+            T, candidate = _tentative(A, weights, candidate, strength)
             P = _smoothed(T, A, weights)
             finer, A = A, (P.T @ (A @ P)).tocsr()
-            self.stuck = P.shape[1] > SMALLER * P.shape[0] or A.nnz > FULLER * finer.nnz
+            self.stuck = P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0] or A.nnz > MAX_ENTRIES_RATIO * finer.nnz
             if self.stuck:
                 return
             self.matrices.append(A)
             self.prolongations.append(P)
             self._tentative.append(T)
-            strong /= 2
+            strength /= 2
 
     def preconditioner(self, level: int, indices: Indices, block: Matrix) -> Solve:
         """One symmetric V-cycle for a principal submatrix, the block of matrices[level] at the given indices.
 
-        It keeps the aggregates, but smooths the prolongations anew by the block, for which they drop to zero at the
-        edge of the index set: cut off there instead, they take more than twice the iterations.
+        It keeps the aggregates, but smooths the prolongations anew with the block, so that they decay to zero at the
+        edge of the index set: merely truncated there, they take more than twice the iterations.
         """
         levels = []
         for k, full in enumerate(self._tentative[level:]):
@@ -105,7 +105,7 @@ def _coarse_solver(A: Matrix) -> Solve:
 
 
 def _jacobi(A: Matrix) -> Vector:
-    """The weights of damped Jacobi relaxation x += weights * (b - A x): 4/3 over a bound of the spectral radius."""
+    """The weights of damped Jacobi relaxation x += weights * (b - A x): 4/3 over a bound on the spectral radius."""
     diagonal = A.diagonal()
     inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
     radius = float((inverse * (abs(A) @ np.ones(A.shape[0]))).max()) or 1.0
@@ -113,17 +113,17 @@ def _jacobi(A: Matrix) -> Vector:
     return weights
 
 
-def _tentative(A: Matrix, weights: Vector, candidate: Vector, strong: float) -> tuple[Matrix, Vector]:
-    """The piecewise prolongation whose range holds the relaxed candidate, and its coarse version."""
+def _tentative(A: Matrix, weights: Vector, candidate: Vector, strength: float) -> tuple[Matrix, Vector]:
+    """The piecewise prolongation whose range contains the relaxed candidate, and the candidate's coarse version."""
     from scipy.sparse import csr_array
 
     n = A.shape[0]
     for _ in range(RELAXATIONS):
         candidate = candidate - weights * (A @ candidate)
     candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
-    of = _aggregates(A, strong)
-    sizes = np.sqrt(np.bincount(of, weights=candidate**2))
-    return csr_array((candidate / sizes[of], of, np.arange(n + 1)), shape=(n, sizes.size)), sizes
+    aggregate = _aggregates(A, strength)
+    sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
+    return csr_array((candidate / sizes[aggregate], aggregate, np.arange(n + 1)), shape=(n, sizes.size)), sizes
 
 
 def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
@@ -133,32 +133,32 @@ def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
     return T - change
 
 
-def _aggregates(A: Matrix, strong: float) -> Indices:
+def _aggregates(A: Matrix, strength: float) -> Indices:
     """For each unknown the number of its aggregate, shape (n,)."""
     n = A.shape[0]
-    indptr, indices = _strong_neighbours(A, strong)
+    indptr, indices = _strong_neighbours(A, strength)
 
-    def largest_around(v: Any) -> Any:
+    def neighbourhood_maximum(v: Any) -> Any:
         return np.maximum.reduceat(v[indices], indptr[:-1])
 
     rank = np.random.default_rng(0).permutation(n)
-    open_ones, root = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
-    while open_ones.any():
-        v = np.where(open_ones, rank, -1)
-        new = open_ones & (largest_around(largest_around(v)) == v)
+    unassigned, root = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
+    while unassigned.any():
+        v = np.where(unassigned, rank, -1)
+        new = unassigned & (neighbourhood_maximum(neighbourhood_maximum(v)) == v)
         root |= new
-        open_ones &= ~largest_around(largest_around(new))
-    of = np.full(n, -1)
-    of[root] = np.arange(np.count_nonzero(root))
-    of = largest_around(of)
-    aggregates: Indices = np.where(of < 0, largest_around(of), of)
+        unassigned &= ~neighbourhood_maximum(neighbourhood_maximum(new))
+    aggregate = np.full(n, -1)
+    aggregate[root] = np.arange(np.count_nonzero(root))
+    aggregate = neighbourhood_maximum(aggregate)
+    aggregates: Indices = np.where(aggregate < 0, neighbourhood_maximum(aggregate), aggregate)
     return aggregates
 
 
-def _strong_neighbours(A: Matrix, strong: float) -> tuple[Indices, Indices]:
-    """The graph of the strong connections as row pointers and column indices; everyone is a neighbour of itself."""
+def _strong_neighbours(A: Matrix, strength: float) -> tuple[Indices, Indices]:
+    """The graph of the strong connections as row pointers and column indices; every node is its own neighbour."""
     root = np.sqrt(np.maximum(A.diagonal(), 0))
     rows = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
-    keep = (np.abs(A.data) >= strong * root[rows] * root[A.indices]) | (rows == A.indices)
+    keep = (np.abs(A.data) >= strength * root[rows] * root[A.indices]) | (rows == A.indices)
     counts = np.bincount(rows[keep], minlength=A.shape[0])
     return np.concatenate(([0], np.cumsum(counts))), A.indices[keep]

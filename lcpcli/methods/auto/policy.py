@@ -1,4 +1,4 @@
-"""The policy: which method comes first, and which one next when that breaks down, stalls or has used up its budget."""
+"""The policy: which method comes first, and which one next if that breaks down, stalls or exhausts its budget."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proof_in_units
 from lcpcli.verify.refinement import is_near, is_rounded_solution, refined
 
-LEAST_INDEX_STEPS = 60  # of newton where M is dense: its block steps advance, these may need 2^n
+LEAST_INDEX_STEPS = 60  # of newton for dense M: block steps advance, these may take 2^n
 REFINED = "refined"
-LEMKE_PIVOTS = 20  # an unknown
+LEMKE_PIVOTS = 20  # per unknown
 
 
 def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:
-    """Solve any LCP, or prove that it has no solution, by what gets there first.
+    """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     Dense M: newton solves almost every problem with a P-matrix in a handful of factorizations. Sparse M: first
-    `sparse_route`, which needs products with M alone where they do, then newton, then `linear`, which proves most
-    infeasible problems to be so. Where these break down, stall or use up their budget, lemke takes over, which solves
-    what has a copositive-plus or otherwise well-behaved M, then `restarts` of it, which solve games, and then milp,
-    which settles what is left: by a solution, by a proof that there is none, or not at all within the time limit. What
-    its tolerances leave open of a small problem is settled by `exhaustion`.
+    `sparse_route`, which needs only products with M if these suffice, then newton, then `linear`, which proves most
+    infeasible problems infeasible. If these break down, stall or exhaust their budgets, lemke takes over, which solves
+    problems with copositive-plus or otherwise well-behaved M, then `restarts` of it, which solve games, and then milp,
+    which finds a solution or a proof that there is none, unless the time limit is too short. Small problems that its
+    tolerances leave undecided are decided by `exhaustion`.
 
     Parameters
     ----------
     problem : the LCP, n unknowns.
-    x0 : start, shape (n,), in the units of z; pivoting methods heed its signs only.
+    x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
 
     Yields
@@ -51,7 +51,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 
     Returns
     -------
-    NoSolution : with a Farkas proof or by exhaustion, as lemke and milp do. Else as the last method does.
+    NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
     deadline, turns = time.perf_counter() + time_limit, Turns(x0)
     for name, stage in _stages(problem, x0, deadline):
@@ -63,16 +63,16 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
             yield turns.last
             if is_rounded_solution(problem, z_of(turns.last.x)):
                 return Finished()
-    ending = yield from turns.take("milp", methods.load("milp")(problem, x0, time_limit=_left(deadline)))
-    from lcpcli.methods.auto.exhaustion import MOST_UNKNOWNS, exhaustion
+    ending = yield from turns.take("milp", methods.load("milp")(problem, x0, time_limit=_remaining(deadline)))
+    from lcpcli.methods.auto.exhaustion import MAX_UNKNOWNS, exhaustion
 
-    if isinstance(ending, Stalled) and problem.n <= MOST_UNKNOWNS:
+    if isinstance(ending, Stalled) and problem.n <= MAX_UNKNOWNS:
         ending = yield from turns.take("exhaustion", exhaustion(problem))
     return ending
 
 
 def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """The methods before milp in their order, by name, each made when it is its turn."""
+    """The methods before milp in order, by name, each created when its turn comes."""
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
     if large_and_sparse:
         from lcpcli.methods.auto.sparse_route import sparse_route
@@ -85,7 +85,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     if large_and_sparse:
         from lcpcli.methods.auto.linear import linear
 
-        yield "linear", linear(problem, _left(deadline))
+        yield "linear", linear(problem, _remaining(deadline))
     yield "lemke", limited(methods.load("lemke")(problem, x0), LEMKE_PIVOTS * problem.n)
     from lcpcli.methods.auto.restarts import restarts
 
@@ -98,11 +98,11 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
     newton = _while_blocks_advance(methods.load("newton")(units.problem, start), LEAST_INDEX_STEPS)
     yield "newton", in_original_units(units, newton)
     lemke = limited(methods.load("lemke")(units.problem, start), LEMKE_PIVOTS * problem.n)
-    yield "lemke", _proving(problem, units, in_original_units(units, lemke))
+    yield "lemke", _proof_in_own_units(problem, units, in_original_units(units, lemke))
 
 
-def _proving(problem: Problem, units: Scaled, stage: Stage) -> Stage:
-    """The stage, with a proof in which it ends in the problem's own units too."""
+def _proof_in_own_units(problem: Problem, units: Scaled, stage: Stage) -> Stage:
+    """The stage, with its final proof, if any, converted to the problem's own units."""
     ending = yield from stage
     if not isinstance(ending, NoSolution):
         return ending
@@ -112,25 +112,25 @@ def _proving(problem: Problem, units: Scaled, stage: Stage) -> Stage:
 
 
 def _while_blocks_advance(stage: Stage, patience: int) -> Stage:
-    """The iterates of newton, until it has taken more than so many steps one index at a time."""
-    alone = 0
+    """The iterates of newton, until it has taken more than `patience` least-index steps."""
+    least_index_steps = 0
     while isinstance(step := advance(stage), Iterate):
-        alone += step.step == LEAST_INDEX
-        if alone > patience:
-            return Stalled(f"{patience} steps with the least index alone have not been enough")
+        least_index_steps += step.step == LEAST_INDEX
+        if least_index_steps > patience:
+            return Stalled(f"{patience} least-index steps were not enough")
         yield step
     return step
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def _refined(problem: Problem, last: Iterate) -> Iterate:
-    """The iterate with z made right to its last digits."""
+    """The iterate with z refined to its last digits."""
     active = last.x > 0
     z = refined(problem, z_of(last.x), active)
     x = np.where(active, z, -np.maximum(problem.w(z), 0)) / 2
     return replace(last, x=x, F=None, step=REFINED, signs_final=True)
 
 
-def _left(deadline: float) -> float:
-    """The seconds that are left, but a little at least."""
+def _remaining(deadline: float) -> float:
+    """The remaining seconds, at least a millisecond."""
     return max(deadline - time.perf_counter(), 1e-3)

@@ -1,4 +1,4 @@
-"""The way to the solution for sparse matrices: products with M where they do, else one factorization and finishing."""
+"""The route for sparse matrices: only products with M if these suffice, else one factorization and finishing."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from lcpcli.model.scaled import Scaled
 from lcpcli.options import AUTO
 from lcpcli.typing import Matrix, Vector
 
-MEMORY = 10  # pairs for Anderson acceleration: more find the active set no sooner (5 to 20 measured)
-MODULUS_STEPS = 500  # ten times what it needs where it is made for the problem
-GROWTH = 1e6  # of |F| over its least value: the modulus iteration diverges
+MEMORY = 10  # pairs for Anderson acceleration: more do not find the active set sooner (measured for 5 to 20)
+MODULUS_STEPS = 500  # ten times what it needs for the matrices that it is meant for
+GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
 
 
 def sparse_route(problem: Problem, x0: Vector) -> Stage:
-    """Solve the problem in units in which M has diagonal 1: by pivoting with Krylov solves, else by modulus steps.
+    """Solve the problem in units in which M has diagonal 1: by pivoting with Krylov solves, else by modulus iteration.
 
     Well-conditioned M, however large and whatever its fill-in, needs a few dozen products and no factorization
-    (`krylov`). That gives up early where the products do not converge fast. Symmetric M then gets a hierarchy of coarse
-    versions (`multilevel`), still without a factorization but where rounding stops it short of the solution. What is
-    left is for the modulus iteration with omega from the spectrum and Anderson acceleration, which finds the active set
-    with one factorization, and for `finish`.
+    (`krylov`). It gives up early if convergence is slow. For symmetric M a hierarchy of coarse versions follows
+    (`multilevel`), still without factorizing M unless rounding stops it short of the solution. Last come the modulus
+    iteration with omega from the spectrum and Anderson acceleration, which finds the active set with one factorization,
+    and `finish`.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
 
     Returns
     -------
-    As the last part does. It is made for positive definite and H-matrices; other M may defeat it.
+    As the last part. It is meant for positive definite and H-matrices; it may fail for other M.
     """
     R, C = _units(problem.M, problem.q)
     units = Scaled(Problem(matrices.scaled(problem.M, R, C), R * problem.q), R, C)
@@ -66,7 +66,7 @@ def _parts(problem: Problem, x: Vector) -> Stage:
 
 
 def _while_bounded(stage: Stage) -> Stage:
-    """The stage, until |F| has grown by GROWTH over its least value so far."""
+    """The stage, until |F| has grown by a factor GROWTH over its minimum so far."""
     least = np.inf
     while isinstance(step := advance(stage), Iterate):
         if step.F is not None:
@@ -79,7 +79,7 @@ def _while_bounded(stage: Stage) -> Stage:
 
 
 def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
-    """Diagonals R, C of shape (n,) that make the diagonal of R M C one where it is positive, and keep symmetry."""
+    """Diagonals R, C of shape (n,) that make the diagonal of R M C one if it is positive, and preserve symmetry."""
     diagonal = M.diagonal()
     positive = bool(diagonal.min() > 0)
     if positive and matrices.is_symmetric(M):

@@ -1,4 +1,4 @@
-"""Methods that take turns on one problem: their iterates bear their names, and their evaluations add up."""
+"""Methods that take turns on one problem: iterates carry their method's name, and evaluations add up."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from lcpcli.typing import Vector
 
 
 class Turns:
-    """The turns that have been taken so far. last : the newest iterate, or the start."""
+    """The turns taken so far. last : the newest iterate, or the start."""
 
     def __init__(self, x0: Vector) -> None:
         self.last = Iterate(x0, None, "", 0)
 
     def take(self, method: str, stage: Stage) -> Stage:
-        """One turn of a method, which may itself be several that bear their own names; overflow breaks it down."""
+        """One turn of a method, which may itself consist of named methods; overflow is a breakdown."""
         done = self.last.evaluations
         while True:
             try:
