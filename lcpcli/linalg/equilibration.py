@@ -57,11 +57,11 @@ def _are_far_apart(sizes: Vector) -> bool:
 
 
 def _balance(M: Matrix, q: Vector) -> Vector:
-    """Exponents of two for rows and columns, shape (2, n), that minimise the sum of squared log |M_ij|, log |q_i|.
+    """Exponents of two for rows and columns, shape (2, n): least squares for the logarithms of the scaled M and q.
 
     A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
-    Mathematics 10 (1972) 118-124, with q as one more column. Many scalings bring the largest entries to 1, some
-    of them bad if units are far apart; the least-squares solution does not depend on the starting point.
+    Mathematics 10 (1972) 118-124, with q as one more column. Many scalings bring the largest entries to 1,
+    some of them bad if units are far apart; the least-squares solution does not depend on the starting point.
     """
     n, nonzero = q.size, np.flatnonzero(q)
     (rows, columns), last = M.nonzero(), np.full(nonzero.size, q.size)

@@ -37,8 +37,8 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
     """A function that factorizes shift I + M, with its imports done: importing is not counted as solving time.
 
     It returns a solver x = solve(b) of (shift I + M) x = b, and raises SingularMatrix if that matrix is singular to
-    working precision. This is tested by solving a system with known solution: no digit is recovered. Unlike a
-    condition number, the test is insensitive to the units of rows and columns.
+    working precision. The test is a system with known solution, of which a solve must recover a digit. Unlike a
+    condition number, this is insensitive to the units of rows and columns.
     """
     factorize = _sparse_factorizer(M) if is_sparse(M) else _dense_factorizer(M)
 

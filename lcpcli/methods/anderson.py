@@ -21,9 +21,9 @@ class Anderson:
     """The accelerated sequence of x -> g(x): call next(x, g(x)) for the next x.
 
     It takes g - sum gamma_i (g_(i+1) - g_i) over the last `memory` pairs, where gamma minimises |f - sum gamma_i
-    (f_(i+1) - f_i)|_2 for f = g - x. When |f|_2 exceeds RESTART_GROWTH times its minimum since the last
-    restart, the iteration restarts with a plain step from the minimum and an empty memory; so a contraction is never
-    made to diverge. It keeps 2 memory + 4 vectors, and costs two products with memory x n arrays per step.
+    (f_(i+1) - f_i)|_2 for f = g - x. When |f|_2 exceeds RESTART_GROWTH times its minimum since the last restart, the
+    iteration restarts from the minimum, with a plain step and an empty memory; so a contraction is never made to
+    diverge. It keeps 2 memory + 4 vectors, and costs two products with memory x n arrays per step.
 
     memory : number of pairs kept, >= 1.
     n : length of x.

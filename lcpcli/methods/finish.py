@@ -22,7 +22,7 @@ from lcpcli.typing import Mask, Vector
 
 STEP = "finish"
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt
-MAX_CHANGE = 0.004  # of n: how many indices of P may change per iterate while it counts as nearly unchanged
+MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = time.perf_counter) -> Stage:
@@ -30,7 +30,7 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[]
 
     An attempt is made when P is nearly unchanged for STABLE_ITERATES iterates, and when the stage ends; it continues
     pivoting while the number of violations decreases. All attempts together take no longer than the iterations so far,
-    as predicted from the longest pivoting step; only the attempt at the end of the stage has no time limit.
+    as far as earlier pivoting steps predict; only the attempt at the end of the stage has no time limit.
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
 

@@ -70,7 +70,7 @@ def search(
 ) -> Step | int:
     """The step from start along s, where f has the slope <grad f, s> < 0, with first trial length gamma > 0.
 
-    Only the number of trials if their lengths have become too short to change x: the decrease is below rounding.
+    Returns only the number of trials if they become too short to change x: the decrease is below rounding.
     """
     bracket, first = Bracket(0.0, start.f, slope), gamma
     for trial in range(1, MAX_TRIALS + 1):

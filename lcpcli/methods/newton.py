@@ -21,7 +21,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 LEAST_INDEX = "least index"
-FEW_VIOLATED = 0.05  # of all signs: with at most this many violated, whether all violations are rounding is checked
+FEW_VIOLATED = 0.05  # of all signs: if no more are violated, whether they are so beyond rounding is checked
 PATIENCE = 10  # block steps without a new minimum of infeasible indices, before single exchanges
 
 

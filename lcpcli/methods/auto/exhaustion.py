@@ -23,7 +23,7 @@ from lcpcli.verify.refinement import is_rounded_solution
 MAX_UNKNOWNS = 8  # 256 sets, a fraction of a second
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot hold it: its numbers are too large or too small"
-SINGULAR = "no solution was found, but none is excluded: the submatrix of one complementary set is singular"
+SINGULAR = "no solution was found or ruled out: the submatrix of one complementary set is singular"
 
 
 def exhaustion(problem: Problem) -> Stage:
@@ -31,8 +31,8 @@ def exhaustion(problem: Problem) -> Stage:
 
     Returns
     -------
-    Finished : the last one is a solution up to rounding. NoSolution : all sets are excluded. Stalled : no solution
-        remained one when rounded, or a singular set is not excluded.
+    Finished : the last one is a solution up to rounding. NoSolution : all sets are excluded. Stalled : rounding spoils
+        every solution, or a singular set is not excluded.
     """
     singular = solvable = False
     for k, choice in enumerate(product((False, True), repeat=problem.n), 1):

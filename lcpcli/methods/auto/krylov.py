@@ -90,13 +90,13 @@ def _iterates(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Stage:
 
 def _coarse_start(hierarchy: Hierarchy, q: Vector) -> Vector | Ending:
     """z on the finest level from solutions on the coarser ones, or how one of these failed."""
-    loads = [q]
+    coarse_q = [q]
     for P in hierarchy.prolongations:
-        loads.append(P.T @ loads[-1])
-    z = np.zeros(loads[-1].size)
-    for level in range(len(loads) - 1, 0, -1):
-        states = _pivot(hierarchy.matrices[level], loads[level], z, _Inner(True, _preconditioner(hierarchy, level)))
-        target = COARSE_TOLERANCE * norm(loads[level])
+        coarse_q.append(P.T @ coarse_q[-1])
+    z = np.zeros(coarse_q[-1].size)
+    for level in range(len(coarse_q) - 1, 0, -1):
+        states = _pivot(hierarchy.matrices[level], coarse_q[level], z, _Inner(True, _preconditioner(hierarchy, level)))
+        target = COARSE_TOLERANCE * norm(coarse_q[level])
         for step in range(COARSE_STEPS + 1):
             state = advance(states)
             if isinstance(state, Finished):

@@ -21,7 +21,7 @@ STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour 
 MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one level to the next
 MAX_ENTRIES_RATIO = 1.5  # the same for the numbers of entries
 SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
-RELAXATIONS = 10  # of the constant vector, which turn it into a slowly relaxing one
+RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation hardly reduces
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     `sparse_route`, which needs only products with M if these suffice, then newton, then `linear`, which proves most
     infeasible problems infeasible. If these break down, stall or exhaust their budgets, lemke takes over, which solves
     problems with copositive-plus or otherwise well-behaved M, then `restarts` of it, which solve games, and then milp,
-    which finds a solution or a proof that there is none, unless the time limit is too short. Small problems that its
+    which finds a solution or a proof that there is none, or reaches its limits. Small problems that its
     tolerances leave undecided are decided by `exhaustion`.
 
     Parameters

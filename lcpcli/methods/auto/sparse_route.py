@@ -25,7 +25,7 @@ GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
 def sparse_route(problem: Problem, x0: Vector) -> Stage:
     """Solve the problem in units in which M has diagonal 1: by pivoting with Krylov solves, else by modulus iteration.
 
-    Well-conditioned M, however large and whatever its fill-in, needs a few dozen products and no factorization
+    Well-conditioned M, however large and with any fill-in, needs a few dozen products and no factorization
     (`krylov`). It gives up early if convergence is slow. For symmetric M a hierarchy of coarse versions follows
     (`multilevel`), still without factorizing M unless rounding stops it short of the solution. Last come the modulus
     iteration with omega from the spectrum and Anderson acceleration, which finds the active set with one factorization,
