@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 
 import lcpcli
+from lcpcli.classes.classify import CLASSES
+from lcpcli.methods.registry import ANY, METHODS, OPTIONS
 
 Run = Callable[..., str]
 
@@ -116,6 +118,12 @@ def excludes(problem):
 def solve(problem, tol, time_limit):
     return Claim(np.ones(problem.n), True, 1e-3, "one")
 '''
+
+
+def test_declarations_of_methods_name_one_option_each_and_known_classes() -> None:
+    options = {option for method in METHODS.values() for option in method.options}
+    assert len(options) == len(OPTIONS)
+    assert {name for method in METHODS.values() for name in method.guaranteed} <= {ANY, *CLASSES}
 
 
 def test_method_with_two_options(package: Path, lcp: Run) -> None:

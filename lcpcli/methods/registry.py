@@ -1,8 +1,8 @@
 """The methods, each declared once, for the command line, the library, help, completion and diagnosis.
 
 To add one: a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
-checks its options, sets itself up and returns an `iterate.Stage`. It is imported on request; nothing heavy is
-imported here.
+checks its options, sets itself up and returns a generator, which yields `Iterate(x, F, step, evaluations)`s with
+x = (z - w) / 2, and returns one of the endings in `iterate`. It is imported on request; nothing heavy is imported here.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Method:
     """One method.
 
     meaning : one line of help, with the source.
-    options : its numeric options, keyword-only parameters of its function.
+    options : its numeric options, keyword-only parameters of its function; methods with options of one name share them.
     vectors : its parameters that are vectors given like a start, with their help.
     iterates : whether it is an iteration on x, to which ADDITIONS apply.
     uses_start : whether the starting point matters.
@@ -92,8 +92,8 @@ class Method:
     factorizes : for which storage of M, "dense" or "sparse", its set-up needs a factorization, whose imports are then
         done before the clock starts.
     max_unknowns : the largest n that it accepts; None for no limit.
-    guaranteed : the classes of M for which, in exact arithmetic, it ends at a solution or with a proof that there is
-        none, with what it does for them; the first class to which M belongs counts.
+    guaranteed : the classes of M, keys of `classes.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends at
+        a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
     location : the module in lcpcli.methods and the function, if they are not named like the method.
     """
 

@@ -6,7 +6,7 @@ Built once as cells of text; the formats differ only in how they typeset it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,14 +66,14 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
         columns.insert(-1, ELLIPSIS)
     traces = [_rows(result) for result in results]
     length, unit = numbers.unit(max((row.seconds for rows in traces for row in rows), default=0.0))
-    accuracy = "error" if problem.solutions else "residual"
-    steps = ["step"] if any(row.step for rows in traces for row in rows) else []
-    header = ["method", "k", *columns, *steps, accuracy, f"time/{unit}"]
+    others = _other_columns(problem, any(row.step for rows in traces for row in rows))
+    others[f"time/{unit}"] = lambda row: f"{row.seconds / length:.3f}"
+    header = ["method", "k", *columns, *others]
     groups = []
     for result, rows in zip(results, traces, strict=True):
         labels = _labels(rows, " warm" if result.warm else "")
         largest = float(np.max(result.z))
-        tails = [[row.step][: len(steps)] + _measures(row, problem, length) for row in rows]
+        tails = [[cell(row) for cell in others.values()] for row in rows]
         cells = [_components(row, largest, components is not None) for row in rows]
         groups.append([[a, str(row.k), *z, *tail] for a, row, z, tail in zip(labels, rows, cells, tails, strict=False)])
     lines = summary.build(results)
@@ -97,9 +97,12 @@ def _components(row: TraceRow, largest: float, elided: bool) -> list[str]:
     return cells
 
 
-def _measures(row: TraceRow, problem: Problem, length: float) -> list[str]:
-    residual = numbers.short(row.residual, math.inf if row.rounding else 0.0)
-    return [summary.error(row.error, problem) if problem.solutions else residual, f"{row.seconds / length:.3f}"]
+def _other_columns(problem: Problem, steps: bool) -> dict[str, Callable[[TraceRow], str]]:
+    """The columns between z and the time: headings, with what makes a cell of a row."""
+    columns: dict[str, Callable[[TraceRow], str]] = {"step": lambda row: row.step} if steps else {}
+    if problem.solutions:
+        return columns | {"error": lambda row: summary.error(row.error, problem)}
+    return columns | {"residual": lambda row: numbers.short(row.residual, math.inf if row.rounding else 0.0)}
 
 
 def _rows(result: Result) -> list[TraceRow]:

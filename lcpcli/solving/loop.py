@@ -63,9 +63,8 @@ class Loop:
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
         """Take the start, then the iterates of the method that `begin` sets up; returns how that ended, and why."""
         try:
-            status = self._take(self.start)
-            if status:
-                return status, ""
+            if stop := self._take(self.start):
+                return stop
             with self.setting_up(), np.errstate(over="raise", invalid="raise", divide="raise"):
                 stage = begin()
             while True:
@@ -73,9 +72,8 @@ class Loop:
                 if not isinstance(step, Iterate):
                     return self._ended(step)
                 self._note_method(step.method)
-                status = self._take(step)
-                if status:
-                    return status, ""
+                if stop := self._take(step):
+                    return stop
         except FloatingPointError as reason:
             return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
         except TimeIsUp:
@@ -101,8 +99,8 @@ class Loop:
         finally:
             self.solve_seconds += self.clock() - began
 
-    def _take(self, iterate: Iterate) -> Status | None:
-        """Record an iterate; returns the status if the run ends with it."""
+    def _take(self, iterate: Iterate) -> tuple[Status, str] | None:
+        """Record an iterate; returns how the run ends and why, if it ends with it."""
         self.k += 1
         self.evaluations = iterate.evaluations
         in_range = bool(np.abs(iterate.x).max() <= LARGEST_X)
@@ -120,12 +118,17 @@ class Loop:
             self.best = iterate.x
             self.extra += 1
             if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
-                return Status.SOLVED
+                return Status.SOLVED, ""
+        return self._stopping_rule(bound)
+
+    def _stopping_rule(self, bound: float) -> tuple[Status, str] | None:
+        """The first stopping rule that holds after an iterate with this residual bound, other than that it solves the
+        problem: its status and the reason, "" where the status says it all."""
         if METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound:
-            return Status.DIVERGED
+            return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
-            return Status.ITERATION_LIMIT
-        return Status.TIME_LIMIT if self._time_is_up() else None
+            return Status.ITERATION_LIMIT, ""
+        return (Status.TIME_LIMIT, "") if self._time_is_up() else None
 
     def _ended(self, ending: Ending) -> tuple[Status, str]:
         """The status and the reason when the method itself ends."""
@@ -188,6 +191,8 @@ class Loop:
                 trace.add(pending, self.accuracy)
 
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
+        """The result at the last iterate, or at the best. "Solved" is decided here, however the run ended: by the
+        relative residual, or by exact arithmetic where z is as close to the solution as doubles allow."""
         if self.k < 0:  # interrupted before anything was kept
             self._keep(replace(self.start, x=self.last))
         for trace in self.traces:
