@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.products import product
 from lcpcli.model.arrays import as_square, as_vector
-from lcpcli.model.reductions.kinds import Origin, as_origin
 from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from lcpcli.model.reductions.kinds import Origin
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
@@ -85,7 +87,7 @@ class Problem:
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
             keep(field, text)
         keep("reference", reference)
-        keep("origin", None if origin is None else as_origin(origin, self.M, self.q))
+        keep("origin", None if origin is None else _origin(origin, self.M, self.q))
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
@@ -99,3 +101,9 @@ class Problem:
         w = product(self.M, z)
         w += self.q
         return w
+
+
+def _origin(given: Any, M: Matrix, q: Vector) -> Origin:
+    from lcpcli.model.reductions.kinds import as_origin
+
+    return as_origin(given, M, q)

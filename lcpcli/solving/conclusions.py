@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from lcpcli.solving.advice import advice
 from lcpcli.solving.result import Result
 from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.refinement import is_rounded_solution
@@ -15,12 +14,18 @@ from lcpcli.verify.refinement import is_rounded_solution
 
 def concluded(results: Sequence[Result]) -> list[Result]:
     """The results, all on one problem, with `advice`, and with `answer` if the problem has an origin."""
+    advised = [result if result.solved else _with_advice(result) for result in results]
     if not results or results[0].problem.origin is None:
-        return [replace(result, advice=advice(result)) for result in results]
+        return advised
     from lcpcli.solving.meaning import answers
 
-    pairs = zip(results, answers(results), strict=True)
-    return [replace(result, advice=advice(result), answer=answer) for result, answer in pairs]
+    return [replace(result, answer=answer) for result, answer in zip(advised, answers(results), strict=True)]
+
+
+def _with_advice(result: Result) -> Result:
+    from lcpcli.solving.advice import advice
+
+    return replace(result, advice=advice(result))
 
 
 @np.errstate(over="ignore", invalid="ignore")
