@@ -33,37 +33,29 @@ class Iterate:
 
 
 @dataclass(frozen=True)
-class Finished:
-    """The method is complete: its last iterate satisfies its equation up to rounding.
-
-    method : which method ended, if several take turns, here and below; "" if there is only one.
+class _Ended:
+    """reason : a clause for the user; "" if the kind of ending says it all.
+    method : which method ended, where several take turns; "" if there is only one.
     """
 
+    reason: str = ""
     method: str = ""
 
 
-@dataclass(frozen=True)
-class Stalled:
-    """The method makes no further progress in double precision; the reason is a clause for the user."""
-
-    reason: str
-    method: str = ""
+class Finished(_Ended):
+    """The method is complete: its last iterate satisfies its equation up to rounding."""
 
 
-@dataclass(frozen=True)
-class OutOfTime:
-    """The method has used up its time; the reason says what is left undecided."""
-
-    reason: str
-    method: str = ""
+class Stalled(_Ended):
+    """The method makes no further progress in double precision."""
 
 
-@dataclass(frozen=True)
-class Breakdown:
-    """The method cannot continue; the reason is a clause for the user."""
+class OutOfTime(_Ended):
+    """The method has used up the time that it was given; the reason says what is left undecided."""
 
-    reason: str
-    method: str = ""
+
+class Breakdown(_Ended):
+    """The method cannot continue."""
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ ANDERSON = Option(
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Method:
     """One method.
 

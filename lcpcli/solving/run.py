@@ -15,9 +15,7 @@ from lcpcli.interrupts import within
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import registry as methods
-from lcpcli.methods.finish import finish as finish_stage
 from lcpcli.methods.iterate import Stage
-from lcpcli.methods.scaled import in_original_units
 from lcpcli.model import scaled
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -118,5 +116,11 @@ def _stage(
         in_force = in_force | {name: units.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
     stage = function(problem, start, **in_force)
     if finishing_clock is not None:
-        stage = finish_stage(problem, start, stage, finishing_clock)
-    return stage if units is None else in_original_units(units, stage)
+        from lcpcli.methods.finish import finish
+
+        stage = finish(problem, start, stage, finishing_clock)
+    if units is None:
+        return stage
+    from lcpcli.methods.scaled import in_original_units
+
+    return in_original_units(units, stage)
