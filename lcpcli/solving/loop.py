@@ -27,7 +27,7 @@ from lcpcli.verify.refinement import is_rounded_solution
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
-GROWTH_LIMIT = 1e100  # times the residual of the start, beyond which the run has diverged
+GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
 FINISHED = "the method has terminated, as its equation is solved to rounding level"
 UNVERIFIED = "the certificate of infeasibility failed exact verification"
 
@@ -54,7 +54,7 @@ class Loop:
         self.setup_seconds, self.solve_seconds = 0.0, 0.0
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
         self.last = self.best = np.clip(x0, -LARGEST_X, LARGEST_X)
-        self.best_bound = self.first = math.inf
+        self.best_bound = self.first_bound = math.inf
         self.extra = 0
         self.route: list[str] = []
         self.certificate: Certificate | None = None
@@ -63,7 +63,7 @@ class Loop:
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
         """Take the start, then the iterates of the method that `begin` sets up; returns how that ended, and why."""
         try:
-            if stop := self._take(self._measured_start()):
+            if stop := self._take(self.start):
                 return stop
             with self.setting_up(), np.errstate(over="raise", invalid="raise", divide="raise"):
                 stage = begin()
@@ -80,13 +80,6 @@ class Loop:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
             return Status.INTERRUPTED, ""
-
-    def _measured_start(self) -> Iterate:
-        """The start, its residual measured; with F if the method works on it, so that all iterates compare by F."""
-        x = self.start.x
-        self.first = self._relative_residual(x)
-        iterates = METHODS[self.method].iterates
-        return replace(self.start, F=self.problem.w(z_of(x)) - np.abs(x) + x) if iterates else self.start
 
     @contextmanager
     def setting_up(self) -> Iterator[None]:
@@ -117,8 +110,8 @@ class Loop:
             self._keep(iterate)
         if bound < self.best_bound:
             self.best_bound, self.best = bound, iterate.x
-        if not self.first < math.inf:
-            self.first = bound
+        if not self.first_bound < math.inf:
+            self.first_bound = bound
         if self.observer:
             self.observer.note(iterate.method or self.method, self.k, bound)
         if in_range and self._worth_measuring(bound) and self._passes(iterate.x):
@@ -131,7 +124,7 @@ class Loop:
     def _stopping_rule(self, bound: float) -> tuple[Status, str] | None:
         """The first stopping rule that holds after an iterate with this residual bound, other than that it solves the
         problem: its status and the reason, "" where the status says it all."""
-        if METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first:
+        if METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound:
             return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
             return Status.ITERATION_LIMIT, ""
