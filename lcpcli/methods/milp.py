@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.interrupts import interruptibly, silence
+from lcpcli.interrupts import TimeIsUp, interruptibly, silence
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.linear_program import linprog
@@ -31,6 +31,7 @@ from lcpcli.verify.certificate import Certificate, proof_in_units
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
 NO_POINT = "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate"
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
+LATE = "the time limit is reached"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 
 
@@ -98,12 +99,15 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]:
     """Complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
     if time.perf_counter() >= deadline:
-        return OutOfTime("the time limit is reached")
+        return OutOfTime(LATE)
     for P in _program(M, q, deadline):
         yield "program", P
     tree = enumeration.candidates(M, q, deadline)
-    while isinstance(found := advance(tree), np.ndarray):
-        yield "tree", found
+    try:
+        while isinstance(found := advance(tree), np.ndarray):
+            yield "tree", found
+    except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
+        return OutOfTime(LATE)
     return found
 
 
