@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -11,12 +12,13 @@ from scipy.sparse import csr_array
 
 from lcpcli import Limits, Problem, Result, Status, read, run
 from lcpcli.files import shipped
-from lcpcli.interrupts import silence
-from lcpcli.methods import enumeration
-from lcpcli.methods.iterate import Stalled, advance
+from lcpcli.interrupts import TimeIsUp, silence
+from lcpcli.methods import enumeration, milp
+from lcpcli.methods.iterate import OutOfTime, Stalled, advance
 from lcpcli.verify.certificate import proves_infeasible
 
 from . import exact
+from .stages import through
 from .test_certificate import nearly_infeasible
 
 SWAP = np.array([[0.0, 1.0], [1.0, 0.0]])
@@ -169,3 +171,20 @@ def test_what_compiled_code_prints_is_not_seen(capfd: pytest.CaptureFixture[str]
         os.write(1, b"debugging")
     os.write(1, b"result")
     assert capfd.readouterr().out == "result"
+
+
+def test_what_was_found_counts_when_the_time_is_up_in_the_middle_of_a_linear_program(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The only candidate solves the problem to the tolerance of linear programs alone, so that it would come last."""
+
+    def interrupted(*_: object) -> Iterator[np.ndarray]:
+        yield np.array([True])
+        raise TimeIsUp
+
+    monkeypatch.setattr(milp, "_program", lambda *_: [])
+    monkeypatch.setattr(milp, "_basic_solution", lambda M, q, _: (-q / M[0], False))
+    monkeypatch.setattr(enumeration, "candidates", interrupted)
+    iterates, ending = through(milp.milp(Problem([[2]], [-1]), np.zeros(1)))
+    assert [iterate.x[0] for iterate in iterates] == [0.25]
+    assert isinstance(ending, OutOfTime)
