@@ -88,7 +88,7 @@ def test_options_of_the_method_are_in_force(method: str, options: dict[str, Any]
 
 
 def test_limits_are_kept() -> None:
-    assert lcpcli.solve(M, Q, max_iterations=1).status is Status.ITERATION_LIMIT
+    assert lcpcli.solve(M, Q, max_iterations=0).status is Status.ITERATION_LIMIT
     assert lcpcli.solve(M, Q, time_limit=1e-9).status is Status.TIME_LIMIT
     assert lcpcli.solve(M, Q, "shi", tol=0.5).iterations < lcpcli.solve(M, Q, "shi").iterations
 

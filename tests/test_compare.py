@@ -16,6 +16,7 @@ from lcpcli.files import shipped
 from lcpcli.report import summary
 from lcpcli.report.formats import LEVELS
 from lcpcli.solving.conclusions import verified
+from lcpcli.verify.accuracy import Accuracy
 
 EXAMPLE = shipped.path("paper-example-1.json")
 
@@ -90,8 +91,8 @@ def test_problem_without_solution_is_compared_by_residuals(lcp: Lcp, tmp_path: P
 def test_claim_is_checked_anew_and_not_believed() -> None:
     honest = run(read(EXAMPLE), "fixed-point")
     assert verified(honest).verified is True
-    assert verified(replace(honest, z=honest.z + 1e-3)).verified is False
-    assert verified(replace(honest, z=-honest.z)).verified is False
+    for wrong in (honest.z + 1e-3, -honest.z):
+        assert verified(replace(honest, point=Accuracy(honest.problem).at(wrong))).verified is False
     assert verified(run(read(EXAMPLE), "fixed-point", limits=Limits(max_iterations=1))).verified is None
 
 

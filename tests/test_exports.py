@@ -28,11 +28,12 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
         (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
     ]
     keys = """problem n method route status message advice solved z w iterations evaluations residual relative_residual
-        error error_bound error_bound_source reference milestones warm setup_seconds solve_seconds certificate exact
-        answer options trace"""
+        error error_bound error_bound_source reference milestones warm setup_seconds solve_seconds verify_seconds
+        seconds certificate exact answer options trace"""
     for line in lines:
         assert list(line) == keys.split()
         assert line["trace"] is None
+        assert line["seconds"] == line["setup_seconds"] + line["solve_seconds"] + line["verify_seconds"]
         problem = read(shipped.path(f"{line['problem']}.json"))
         z = np.array(line["z"])
         assert np.array_equal(line["w"], problem.w(z))

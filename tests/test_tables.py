@@ -120,7 +120,7 @@ def test_unsolved_run_says_why_and_exits_with_one(lcp: Lcp) -> None:
     outcome = lcp("solve", EXAMPLE, "--method", "fixed-point", "--max-iterations", "2")
     assert outcome.code == 1
     assert outcome.out.splitlines()[1] == "fixed-point stopped at the iteration limit"
-    assert outcome.out.splitlines()[5].startswith("try --method auto, or --scale ")
+    assert outcome.out.splitlines()[6].startswith("try --method auto, or --scale ")
 
 
 def test_quiet_prints_nothing_and_the_exit_code_gives_the_outcome(lcp: Lcp) -> None:
@@ -173,15 +173,16 @@ def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytes
         if method == "shi":
 
             def clock() -> float:
-                if len(ticks) > 20:
-                    raise KeyboardInterrupt
                 ticks.append(0)
+                if len(ticks) == 20:
+                    raise KeyboardInterrupt
                 return 0.0
 
             ticks: list[int] = []
             return real(problem, method, clock=clock, **options)
         return real(problem, method, **options)
 
+    monkeypatch.setattr(driver, "warm_up", lambda method: None)  # noqa: ARG005
     monkeypatch.setattr(driver, "run", interrupted)
     outcome = lcp("compare")
     assert outcome.code == 130
@@ -198,6 +199,7 @@ def test_interrupt_of_a_repeat_keeps_what_was_finished(lcp: Lcp, monkeypatch: py
         result = real(problem, method, **options)
         return result if next(runs) else replace(result, status=Status.INTERRUPTED)
 
+    monkeypatch.setattr(driver, "warm_up", lambda method: None)  # noqa: ARG005
     monkeypatch.setattr(driver, "run", second_interrupted)
     outcome = lcp("compare", EXAMPLE)
     assert outcome.code == 130

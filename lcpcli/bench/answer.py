@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from lcpcli.clock import seconds
 from lcpcli.interrupts import hides_interrupt
 from lcpcli.model.problem import Problem
 from lcpcli.peers import registry as peers
@@ -31,7 +32,8 @@ class Answer:
     z : shape (n,), or None.
     claim : SOLUTION, NONE, or "" if nothing is claimed.
     status, statement : how it ended, in a word and in a sentence.
-    seconds, setup_seconds : the solver's own time; it includes the set-up, which is None if unknown.
+    seconds : from the arrays of the problem to the answer; of methods, verified. setup_seconds : of that, until the
+        first iterate; None if unknown.
     iterations, evaluations : as in `result.Result`; None if unknown.
     curve : (k, seconds, error) of the iterates or of a selection of them; empty if there are none.
     milestones : (level, k, seconds) of the first iterate with an error of each of LEVELS; None without a solution.
@@ -79,7 +81,9 @@ class Method:
         known = bool(problem.solutions)
         levels = LEVELS if known else ()
         curve = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
-        result = driver.run(problem, self.name, limits=Limits(tol, time_limit=time_limit), curve=curve, conclude=False)
+        began, limits = seconds(), Limits(tol, time_limit=time_limit)
+        anew = Problem(problem.M, problem.q, x0=problem.x0, x1=problem.x1, solutions=problem.solutions)
+        result = driver.run(anew, self.name, limits=limits, curve=curve, conclude=False, began=began)
         if result.interrupted:
             raise KeyboardInterrupt
         claim = {0: SOLUTION, 3: NONE}.get(result.status.exit_code, "")
@@ -120,15 +124,15 @@ class Peer:
 
 
 def _curve(result: Result) -> Curve | None:
-    """Error against time, measured from the start of the set-up; the residual if no solution is known."""
+    """Error against time; the residual if no solution is known."""
     if result.curve is None:
         return None
     known = bool(result.problem.solutions)
-    return [(r.k, result.setup_seconds + r.seconds, r.error if known else r.residual) for r in result.curve.rows]
+    return [(r.k, r.seconds, r.error if known else r.residual) for r in result.curve.rows]
 
 
 def _milestones(result: Result) -> Milestones | None:
-    """The iterations and the time to each level, measured from the start of the set-up."""
+    """The iterations and the time to each level."""
     if result.curve is None or not result.curve.levels:
         return None
-    return [(m.level, m.k, result.setup_seconds + m.seconds) for m in result.curve.milestones]
+    return [(m.level, m.k, m.seconds) for m in result.curve.milestones]

@@ -148,6 +148,8 @@ def _runs(
                 problem, method, limits=bounds, trace=trace, curve=curve, observe=observe, conclude=False, **values
             )
 
+    for method in methods:
+        driver.warm_up(method)
     for i, (problem, own) in enumerate(zip(problems, chosen, strict=True)):
         near = None if warm is None else _near(problem, warm)
         for method, values in zip(methods, own, strict=True):

@@ -1,10 +1,28 @@
-"""Constants of double precision, and the one bound on the rounding error in a row of w."""
+"""Constants of double precision, the one bound on the rounding error in a row of w, and the sizes of vectors."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+
+from lcpcli.typing import Vector
 
 EPS = float(np.finfo(np.float64).eps)  # from 1 to the next number
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)  # bounds the error of an underflow
 LARGEST = float(np.finfo(np.float64).max)
 ROW_ROUNDING = 8 * EPS  # relative to the terms of a row: a bound on the rounding error in w = M z + q
+SHORT = 100  # entries up to which Python's own loop is faster than a reduction by numpy
+
+
+def largest(v: Vector) -> float:
+    """The largest |v_i| of a vector; 0 if it is empty, NaN or infinite if an entry is NaN. It never warns."""
+    if v.size > SHORT:
+        return float(np.abs(v).max())
+    values = v.tolist()
+    return max(map(abs, values), default=0.0) if math.isfinite(sum(values)) else float(np.abs(v).max(initial=0.0))
+
+
+def is_finite(v: Vector) -> bool:
+    """Whether all entries are finite."""
+    return largest(v) < math.inf

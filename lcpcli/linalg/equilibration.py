@@ -17,10 +17,14 @@ SWEEPS = 30
 BALANCING_SWEEPS = 200
 CONVERGED = 1e-3  # changes of the exponents that rounding to integers hides
 FAR_APART = 40.0  # exponent of the ratio of units above which logarithms are balanced first, then the largest entries
+NEAR = 4.0  # exponent of the ratio of units up to which the exponents of the first sweep limit those of the others
+MARGIN = 4.0  # binary digits by which exponents may leave the range of the first sweep's
+FEW = 2.0 ** (2 * NEAR - 2)  # the ratio of units up to which that is certain
+MODERATE = 2.0**200  # units up to which bounds on them are computed
 LARGEST_POWER = 1000.0  # exponents are limited to this, so that R, C and what they divide stay finite
 
 
-def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
+def equilibrate(M: Matrix, q: Vector, largest: float | None = None) -> tuple[Vector, Vector]:
     """Diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
 
     Rows and columns are divided simultaneously by the square roots of their largest entries (D. Ruiz, A scaling
@@ -28,26 +32,57 @@ def equilibrate(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
     entry lies between 1/2 and 2, at most SWEEPS times. The divisors are powers of two, so that scaling is exact, and
     stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled until its entry of q is as large as the
     largest other one; a zero column, which has no scale, is left unscaled. Uncoupled blocks of M keep the units that
-    they have in common.
+    they have in common. No exponent ends more than MARGIN outside the range of those that the first sweep asks for.
+
+    largest : the largest |entry| of M, if it is known: M need then not be read if its diagonal is nearly as large.
     """
+    diagonal = np.abs(M.diagonal())
+    if largest is not None:
+        low, high = range_of_units(float(diagonal.min()), largest)
+        if low == high:
+            common = np.full(q.size, low)
+            return common, common
+    logarithms = np.log2(diagonal, where=diagonal > 0, out=np.full(q.size, -np.inf))
+    low, high = -LARGEST_POWER, LARGEST_POWER
     row_power, column_power = np.zeros(q.size), np.zeros(q.size)
-    for sweep in range(SWEEPS):
+    rows, columns = matrices.row_and_column_maxima(M)
+    if _are_far_apart(rows) or _are_far_apart(columns):
+        row_power, column_power = _balance(M, q)
         rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
-        if sweep == 0 and (_are_far_apart(rows) or _are_far_apart(columns)):
-            row_power, column_power = _balance(M, q)
-            continue
+    else:
+        changes = np.concatenate([_half_power(rows), _half_power(columns)])
+        if changes.max() - changes.min() <= NEAR:
+            low, high = -changes.max() - MARGIN, -changes.min() + MARGIN
+    for _ in range(SWEEPS):
         row_change, column_change = _half_power(rows), _half_power(columns)
         if not row_change.any() and not column_change.any():
             break
-        row_power = np.clip(row_power - row_change, -LARGEST_POWER, LARGEST_POWER)
-        column_power = np.clip(column_power - column_change, -LARGEST_POWER, LARGEST_POWER)
+        row_power = np.clip(row_power - row_change, low, high)
+        column_power = np.clip(column_power - column_change, low, high)
+        if (row_power + column_power + logarithms >= -1).all():
+            break  # as no entry is now above 2, all largest ones lie between 1/2 and 2
+        rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
     empty = (rows == 0) & (q != 0)
     if empty.any():
         sizes = row_power[~empty] + 2 * _half_power(np.abs(q[~empty]))
-        largest = sizes[q[~empty] != 0].max(initial=-LARGEST_POWER)
+        size = sizes[q[~empty] != 0].max(initial=-LARGEST_POWER)
         own = 2 * _half_power(np.abs(q[empty]))
-        row_power[empty] = np.clip((largest if largest > -LARGEST_POWER else 0.0) - own, -LARGEST_POWER, LARGEST_POWER)
+        row_power[empty] = np.clip((size if size > -LARGEST_POWER else 0.0) - own, -LARGEST_POWER, LARGEST_POWER)
     return np.exp2(row_power), np.exp2(column_power)
+
+
+def range_of_units(least: float, largest: float) -> tuple[float, float]:
+    """Bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are far
+    from each other or from 1.
+
+    The largest entry of each row and column lies between the two. If both ask for the same power of two, that is it.
+    """
+    if not (least > 0 and largest <= least * FEW and least > 1 / MODERATE and largest < MODERATE):
+        return 0.0, math.inf
+    first, last = -round(math.log2(largest) / 2), -round(math.log2(least) / 2)
+    if first == last:
+        return 2.0**first, 2.0**first
+    return 2.0 ** (first - MARGIN), 2.0 ** (last + MARGIN)
 
 
 def _are_far_apart(sizes: Vector) -> bool:

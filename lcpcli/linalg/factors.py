@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.matrices import is_sparse, is_symmetric, row_and_column_maxima
 from lcpcli.linalg.products import product
@@ -24,17 +25,8 @@ class SingularMatrix(Exception):
     """The matrix is singular, or so nearly singular that solutions have no correct digit."""
 
 
-def prepare(M: Matrix) -> None:
-    """Import what factorizing a matrix like M requires."""
-    if is_sparse(M):
-        import scipy.sparse.csgraph
-        import scipy.sparse.linalg
-    elif M.shape[0] > SMALL:
-        import scipy.linalg  # noqa: F401
-
-
 def factorizer(M: Matrix) -> Callable[[float], Solve]:
-    """A function that factorizes shift I + M, with its imports done: importing is not counted as solving time.
+    """A function that factorizes shift I + M.
 
     It returns a solver x = solve(b) of (shift I + M) x = b, and raises SingularMatrix if that matrix is singular to
     working precision. The test is a system with known solution, of which a solve must recover a digit. Unlike a
@@ -44,9 +36,8 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
 
     def checked(shift: float) -> Solve:
         solve = factorize(shift)
-        ones = np.ones(M.shape[0])
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            known = 1 / np.maximum(row_and_column_maxima(M, ones, ones)[1], shift)
+            known = 1 / np.maximum(row_and_column_maxima(M)[1], shift)
             computed = solve(product(M, known) + shift * known)
             if not np.max(np.abs(computed / known - 1)) < 0.5:
                 raise SingularMatrix
@@ -56,7 +47,8 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
 
 
 def _sparse_factorizer(M: Matrix) -> Callable[[float], Solve]:
-    from scipy.sparse import eye_array
+    with imports:
+        from scipy.sparse import eye_array
 
     lu = sparse_lu(is_symmetric(M))
     identity = eye_array(M.shape[0], format="csr")
@@ -76,8 +68,9 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     SuperLU must not see a structurally singular matrix: for some it passes negative sizes to BLAS, which prints to
     standard output, and fails with other errors.
     """
-    from scipy.sparse.csgraph import structural_rank
-    from scipy.sparse.linalg import splu
+    with imports:
+        from scipy.sparse.csgraph import structural_rank
+        from scipy.sparse.linalg import splu
 
     chosen: dict[str, Any] = {}
     if symmetric:
@@ -109,7 +102,8 @@ def positive_pivots(lu: Any) -> bool:
 def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
     if M.shape[0] <= SMALL:
         return lambda shift: invert(_shifted(M, shift))
-    from scipy.linalg import get_lapack_funcs
+    with imports:
+        from scipy.linalg import get_lapack_funcs
 
     getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
 

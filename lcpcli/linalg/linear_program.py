@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly, silence
 from lcpcli.typing import Matrix, Vector
 
@@ -22,7 +23,8 @@ def linprog(
     equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
 ) -> Any:
     """scipy's result for: minimise objective'x subject to A x <= b, equal and 0 <= x <= upper; None if it has none."""
-    from scipy.optimize import linprog as solve
+    with imports:
+        from scipy.optimize import linprog as solve
 
     bounds = np.column_stack((np.zeros(objective.size), np.broadcast_to(upper, objective.size)))
     options = TOLERANCES | ({"time_limit": max(seconds, 0.0)} if seconds < math.inf else {})

@@ -10,16 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.doubles import LARGEST
+from lcpcli.linalg.doubles import LARGEST, largest
 from lcpcli.typing import Indices, Matrix, Vector
 
+FEW = 10_000  # entries of which a copy costs less than a second reduction
 BLOCK_BYTES = 1 << 20
 MODERATE = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
 
 
 def is_sparse(M: Any) -> bool:
     """Whether M is a scipy sparse matrix or array, determined without importing scipy."""
-    return type(M).__module__.startswith("scipy.sparse")
+    return type(M) is not np.ndarray and type(M).__module__.startswith("scipy.sparse")
 
 
 def norm_inf(M: Matrix) -> float:
@@ -29,8 +30,20 @@ def norm_inf(M: Matrix) -> float:
     return max(float(block.sum(axis=1).max()) for _, block in row_blocks(M))
 
 
-def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vector]:
-    """The largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,)."""
+def largest_entry(M: Matrix) -> float:
+    """The largest |entry| of a matrix or vector; not finite if an entry is not, 0 if there is none."""
+    entries = M.data if is_sparse(M) else M
+    if entries.size <= FEW:
+        return largest(entries.ravel())
+    return max(float(entries.max()), -float(entries.min()))
+
+
+def row_and_column_maxima(M: Matrix, R: Vector | None = None, C: Vector | None = None) -> tuple[Vector, Vector]:
+    """The largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,), 1 by default."""
+    if R is None or C is None:
+        if not is_sparse(M):
+            return np.maximum(M.max(axis=1), -M.min(axis=1)), np.maximum(M.max(axis=0), -M.min(axis=0))
+        R = C = np.ones(M.shape[0])
     rows, columns, scale = np.zeros(R.size), np.zeros(R.size), _scaler(R, C)
     if is_sparse(M):
         entries = scale(np.abs(M.data), np.repeat(R, np.diff(M.indptr)), C[M.indices])
@@ -68,8 +81,10 @@ def comparison(M: Matrix) -> Matrix:
 
 def row_maxima(M: Matrix) -> Vector:
     """The largest |entry| of every row of M, of shape (m, n)."""
-    largest = abs(M).max(axis=1)
-    maxima: Vector = largest.toarray().ravel() if is_sparse(M) else largest
+    if is_sparse(M):
+        sparse: Vector = abs(M).max(axis=1).toarray().ravel()
+        return sparse
+    maxima: Vector = np.maximum(M.max(axis=1), -M.min(axis=1))
     return maxima
 
 
@@ -143,7 +158,7 @@ def dense_columns(M: Matrix, columns: Indices) -> Matrix:
 def is_symmetric(M: Matrix) -> bool:
     """Whether M equals its transpose exactly."""
     if not is_sparse(M):
-        return all(np.array_equal(M[part], M[:, part].T) for part in _parts(M))
+        return np.array_equal(M[0], M[:, 0]) and all(np.array_equal(M[part], M[:, part].T) for part in _parts(M))
     if M.has_canonical_format and M.data.all():  # the mirror image of a stored zero need not be stored
         columns = M.T.tocsr()
         return all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from functools import partial
+
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import product
 from lcpcli.typing import Indices, Matrix, Vector
+
+UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
 
 
 def definite_solver(M: Matrix) -> Solve | None:
@@ -25,51 +31,116 @@ def definite_solver(M: Matrix) -> Solve | None:
 
 
 class PrincipalSolver:
-    """Solves M_PP z_P = b for one set of indices P after another, each with one step of iterative refinement.
+    """Solves M_PP x = b for one set of indices P after another.
 
     Blocks of a symmetric M are assumed positive definite until one is found not to be: Cholesky for dense ones,
-    diagonal pivots for sparse ones. All imports are done when the solver is created.
+    diagonal pivots for sparse ones. The factors of a large dense block are kept and updated while P differs in few
+    indices from that block's.
     """
 
     def __init__(self, M: Matrix) -> None:
         self._M = M
-        self._definite = matrices.is_symmetric(M) and bool(M.diagonal().min() > 0)
-        self._dense = None if is_sparse(M) or M.shape[0] <= factors.SMALL else _DenseFactors()
+        self._small = M.shape[0] <= factors.SMALL and not is_sparse(M)
+        self._dense = None if is_sparse(M) or self._small else _DenseFactors()
+        self._definite = not self._small and bool(M.diagonal().min() > 0)
+        if is_sparse(M):
+            self._definite = self._definite and matrices.is_symmetric(M)
+        self._kept: tuple[Indices, Solve] | None = None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
-        """z_P for the indices of P and b, both of shape (k,); SingularMatrix if there is none."""
+        """x with one step of iterative refinement, for b of shape (k,); SingularMatrix if there is none."""
         if indices.size == 0:
             return np.empty(0)
-        block = self.block(indices)
-        solve = self.factorized(block)
+        solve = self.at(indices)
         with np.errstate(over="ignore", invalid="ignore"):
             x = solve(b)
-            refined: Vector = x + solve(b - product(block, x))
+            refined: Vector = x + solve(b - self._product(indices, x))
         if not np.isfinite(refined).all():
             raise SingularMatrix
         return refined
 
+    def at(self, indices: Indices) -> Solve:
+        """A solver of systems with M_PP, without refinement; it, or this, raises SingularMatrix if there is none."""
+        if self._dense is None:
+            return self.factorized(self.block(indices))
+        if self._kept is not None:
+            with suppress(SingularMatrix):
+                if (solve := self._updated(indices, *self._kept)) is not None:
+                    return solve
+        solve = self.factorized(self.block(indices))
+        self._kept = indices, solve
+        return solve
+
     def block(self, indices: Indices) -> Matrix:
         """M_PP for the indices of P."""
+        if self._small:
+            return self._M.take(indices, 0).take(indices, 1)
         return self._M if indices.size == self._M.shape[0] else self._M[indices][:, indices]
 
     def factorized(self, block: Matrix) -> Solve:
         """A solver of systems with M_PP, without refinement; SingularMatrix if there is none."""
-        if self._definite and (self._dense or is_sparse(block)):
+        if self._small:
+            return partial(_solve, block)
+        if self._definite and (is_sparse(block) or matrices.is_symmetric(block)):
             try:
                 return self._dense.cholesky(block) if self._dense else factors.sparse_lu(symmetric=True)(block).solve
             except SingularMatrix:
                 self._definite = False
-        if self._dense:
-            return self._dense.lu(block)
-        return factors.sparse_lu(False)(block).solve if is_sparse(block) else factors.invert(block)
+        return self._dense.lu(block) if self._dense else factors.sparse_lu(False)(block).solve
+
+    def _product(self, indices: Indices, x: Vector) -> Vector:
+        """M_PP x."""
+        if is_sparse(self._M):
+            return product(self.block(indices), x)
+        z = np.zeros(self._M.shape[0])
+        z[indices] = x
+        return product(self._M, z)[indices]
+
+    def _updated(self, indices: Indices, kept: Indices, solve: Solve) -> Solve | None:
+        """A solver for P from one for the set K that was factorized, by a Schur complement; None if they differ much.
+
+        With K extended by the indices of P that it lacks, N, and one equation x_i = 0 with a multiplier for each index
+        of K outside P, the rows in K are solved by the known factors.
+        """
+        n, M = self._M.shape[0], self._M
+        before, now = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+        before[kept], now[indices] = True, True
+        added, dropped = indices[~before[indices]], np.flatnonzero(~now[kept])
+        changes = added.size + dropped.size
+        if changes > UPDATED * kept.size:
+            return None
+        if not changes:
+            return solve
+        columns = np.zeros((kept.size, changes), order="F")
+        columns[:, : added.size] = M[np.ix_(kept, added)]
+        columns[dropped, np.arange(added.size, changes)] = 1
+        rows = M[np.ix_(added, kept)]
+        inner = solve(columns)
+        small = np.zeros((changes, changes))
+        small[: added.size, : added.size] = M[np.ix_(added, added)]
+        small[: added.size] -= product(rows, inner)
+        small[added.size :] -= inner[dropped]
+        invert = factors.invert(small)
+
+        def updated(b: Vector) -> Vector:
+            right = np.zeros(kept.size)
+            right[now[kept]] = b[before[indices]]
+            first = solve(right)
+            outer = invert(np.concatenate([b[~before[indices]] - product(rows, first), -first[dropped]]))
+            x = np.empty(indices.size)
+            x[before[indices]] = (first - product(inner, outer))[now[kept]]
+            x[~before[indices]] = outer[: added.size]
+            return x
+
+        return updated
 
 
 class _DenseFactors:
     """LAPACK's factorizations of copies of dense matrices. Raises SingularMatrix."""
 
     def __init__(self) -> None:
-        from scipy.linalg import get_lapack_funcs
+        with imports:
+            from scipy.linalg import get_lapack_funcs
 
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
@@ -84,6 +155,13 @@ class _DenseFactors:
         if info > 0:
             raise SingularMatrix
         return lambda b: self._getrs(factor, pivots, b, trans=1)[0]
+
+
+def _solve(A: Matrix, b: Vector) -> Vector:
+    try:
+        return np.linalg.solve(A, b).astype(np.float64, copy=False)
+    except np.linalg.LinAlgError:
+        raise SingularMatrix from None
 
 
 def _small_cholesky(A: Matrix) -> Solve:

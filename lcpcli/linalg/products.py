@@ -21,7 +21,7 @@ THREADED = 64  # rows from which a BLAS may use threads
 
 def product(M: Matrix, v: Vector) -> Vector:
     """M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k) for k vectors at once."""
-    blas = _blas(M)
+    blas = None if M.shape[0] < THREADED else _blas(M)
     if blas is None:
         plain: Vector = M @ v
         return plain
@@ -40,7 +40,7 @@ def transposed_product(M: Matrix, v: Vector) -> Vector:
 def _blas(M: Matrix) -> Any:
     """scipy's BLAS if it is loaded and M is a large, contiguous dense matrix; else None."""
     flags = getattr(M, "flags", None)
-    if flags is None or M.shape[0] < THREADED or not flags.forc:
+    if flags is None or not flags.forc:
         return None
     return sys.modules.get("scipy.linalg.blas")
 

@@ -126,8 +126,7 @@ class _Finisher:
         M, q = self._problem.M, self._problem.q
         if self._solver is None:
             self._solver = PrincipalSolver(M)
-            ones = np.ones(q.size)
-            self._row_sizes = matrices.row_and_column_maxima(M, ones, ones)[0]
+            self._row_sizes = matrices.row_maxima(M)
         indices = np.flatnonzero(active)
         z = np.zeros(q.size)
         try:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import TypeAlias, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Certificate
 
 
-@dataclass(frozen=True, eq=False)
-class Iterate:
+class Iterate(NamedTuple):
     """One iterate of a method that works on F(x) = M z - w + q with z = |x| + x.
 
     x : shape (n,), a separate array that the method never modifies again.

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
@@ -113,7 +114,8 @@ def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], 
 
 def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
     """The active sets at the best (y, b, alpha) found by the deadline; none if alpha is 0."""
-    from scipy.optimize import LinearConstraint, milp
+    with imports:
+        from scipy.optimize import LinearConstraint, milp
 
     n = q.size
     seconds = max(deadline - time.perf_counter(), 1e-3)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.linalg.products import absolute_product
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage
@@ -53,17 +53,12 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Stage:
     fewest, patience, step = problem.n + 1, PATIENCE, "block"
     evaluations = 0
     while True:
-        z = np.zeros(problem.n)
+        indices = active.nonzero()[0]
         try:
-            z[active] = solver.solve(np.flatnonzero(active), -problem.q[active])
+            z, w, infeasible, final = _basic_solution(problem, indices, solver)
         except factors.SingularMatrix:
-            return Breakdown(f"the principal submatrix of {int(active.sum())} indices is singular")
-        w = problem.w(z)
-        w[active] = 0.0
+            return Breakdown(f"the principal submatrix of {indices.size} indices is singular")
         evaluations += 1
-        infeasible = np.flatnonzero((z < 0) | (w < 0))
-        few = infeasible.size <= FEW_VIOLATED * problem.n
-        final = few and not (infeasible.size and _beyond_rounding(problem, z, w, infeasible))
         yield Iterate(0.5 * (z - w), None, step, evaluations, signs_final=final)
         if not infeasible.size:
             return Finished()
@@ -77,8 +72,41 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Stage:
         active[exchanged] = ~active[exchanged]
 
 
+def _basic_solution(
+    problem: Problem, indices: Indices, solver: PrincipalSolver
+) -> tuple[Vector, Vector, Indices, bool]:
+    """z and w of the basic solution of P, where they are negative, and whether that is nowhere beyond rounding.
+
+    If it is nowhere, z is refined once by its residual w_P, unless that is already at rounding level.
+    """
+    z = np.zeros(problem.n)
+    if not indices.size:
+        return z, problem.q, (problem.q < 0).nonzero()[0], False
+    solve = solver.at(indices)
+    z[indices] = solve(-problem.q[indices])
+    for refines in (True, False):
+        if not is_finite(z):
+            raise factors.SingularMatrix
+        w = problem.w(z)
+        residual = w[indices]
+        w[indices] = 0.0
+        infeasible = ((z < 0) | (w < 0)).nonzero()[0]
+        final = not infeasible.size or not _beyond_rounding(problem, z, w, infeasible)
+        if not (refines and final) or _is_rounding(residual, problem.q[indices]):
+            break
+        z[indices] -= solve(residual)
+    return z, w, infeasible, final
+
+
+def _is_rounding(residual: Vector, q: Vector) -> bool:
+    """Whether the residual is within the rounding error of these rows of w, of which q alone is a lower bound."""
+    return bool(np.count_nonzero(np.abs(residual) <= ROW_ROUNDING * np.abs(q)) == q.size)
+
+
 def _beyond_rounding(problem: Problem, z: Vector, w: Vector, infeasible: Indices) -> bool:
-    """Whether a negative z_i or w_i exceeds the rounding error of its row."""
+    """Whether a negative z_i or w_i exceeds the rounding error of its row; if many are negative, some do."""
+    if infeasible.size > FEW_VIOLATED * problem.n:
+        return True
     rows = problem.M[infeasible]
     terms = absolute_product(rows, np.abs(z)) + np.abs(problem.q[infeasible])
     sizes = matrices.row_maxima(rows)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from lcpcli.clock import imports
 from lcpcli.errors import OptionError, likely
 from lcpcli.options import Option, flag
 
@@ -89,8 +90,6 @@ class Method:
     iterates : whether it is an iteration on x, to which ADDITIONS apply.
     uses_start : whether the starting point matters.
     timed : whether its function takes the time limit, to divide the time among its parts.
-    factorizes : for which storage of M, "dense" or "sparse", its set-up needs a factorization, whose imports are then
-        done before the clock starts.
     max_unknowns : the largest n that it accepts; None for no limit.
     guaranteed : the classes of M, keys of `classes.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends at
         a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
@@ -103,7 +102,6 @@ class Method:
     iterates: bool = False
     uses_start: bool = False
     timed: bool = False
-    factorizes: tuple[str, ...] = ()
     max_unknowns: int | None = None
     guaranteed: Mapping[str, str] = field(default_factory=dict)
     location: tuple[str, str] | None = None
@@ -114,7 +112,6 @@ METHODS = {
         "the first method that solves the problem, or proves that it has no solution",
         uses_start=True,
         timed=True,
-        factorizes=("dense",),
         guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
         location=("auto.policy", "auto"),
     ),
@@ -131,13 +128,11 @@ METHODS = {
         options=(OMEGA, ANDERSON),
         iterates=True,
         uses_start=True,
-        factorizes=("dense", "sparse"),
         guaranteed={"positive_definite": "each step reduces the error, for every omega", "h_plus": ""},
     ),
     "newton": Method(
         "generalized Newton, safeguarded block principal pivoting (Kostreva 1978; Júdice and Pires 1994)",
         uses_start=True,
-        factorizes=("dense", "sparse"),
         guaranteed={"p_matrix": "it finds the solution, usually in a handful of steps"},
     ),
     "lemke": Method(
@@ -176,7 +171,8 @@ def declared(name: str) -> Method:
 def load(name: str) -> Callable[..., Stage]:
     """The function of the method of that name."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
-    loaded: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
+    with imports:
+        loaded: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
     return loaded
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from lcpcli.methods.iterate import Iterate, Stage, advance
@@ -18,4 +16,4 @@ def in_original_units(units: Scaled, stage: Stage) -> Stage:
             return step
         with np.errstate(over="ignore"):
             F = None if step.F is None else step.F / units.R
-        yield replace(step, x=units.back(step.x), F=F)
+        yield step._replace(x=units.back(step.x), F=F)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, count, kind
+from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.matrices import is_sparse, largest_entry
 from lcpcli.typing import Matrix, Vector
-
-if TYPE_CHECKING:
-    pass
-from lcpcli.errors import count, kind
-from lcpcli.linalg.matrices import is_sparse
 
 ROWS = "a list of rows of numbers"
 
@@ -31,8 +29,8 @@ def as_vector(field: str, values: Any, n: int | None = None) -> Vector:
     return v
 
 
-def as_square(field: str, values: Any, n: int, other: str = "q") -> Matrix:
-    """As `as_matrix`, of shape (n, n) to fit the vector called `other`."""
+def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, float]:
+    """As `as_matrix`, of shape (n, n) to fit the vector called `other`; and its largest |entry|."""
     M = _as_rows(field, values)
     if M.shape[0] != M.shape[1]:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
@@ -47,7 +45,7 @@ def as_matrix(field: str, values: Any) -> Matrix:
     M = _as_rows(field, values)
     if not M.shape[1]:
         raise ProblemError(field, "has empty rows", f"give {ROWS}")
-    return _as_finite(field, M)
+    return _as_finite(field, M)[0]
 
 
 def _as_rows(field: str, values: Any) -> Matrix:
@@ -62,13 +60,17 @@ def _as_rows(field: str, values: Any) -> Matrix:
     return M
 
 
-def _as_finite(field: str, M: Matrix) -> Matrix:
-    if not is_sparse(M):
-        _refuse_infinite(field, M)
-        return M
-    M = _as_sparse(field, M)
-    _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
-    return M
+def _as_finite(field: str, M: Matrix) -> tuple[Matrix, float]:
+    """M, in compressed sparse rows if it is sparse, and its largest |entry|."""
+    if is_sparse(M):
+        M = _as_sparse(field, M)
+    largest = largest_entry(M)
+    if not largest < math.inf:
+        if is_sparse(M):
+            _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
+        else:
+            _refuse_infinite(field, M)
+    return M, largest
 
 
 def _as_sparse(field: str, M: Any) -> Matrix:
@@ -116,9 +118,8 @@ def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
 
 
 def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
-    with np.errstate(over="ignore", invalid="ignore"):
-        if np.isfinite(values.sum()) or np.isfinite(values).all():
-            return
+    if is_finite(values.ravel()):
+        return
     wrong = np.argwhere(~np.isfinite(values))[0]
     place = "".join(f"[{i}]" for i in (wrong if places is None else places()[wrong[0]]))
     raise ProblemError(f"{field}{place}", "is not a finite number in double precision", "give a finite number")

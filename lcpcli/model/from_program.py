@@ -45,7 +45,7 @@ def from_qp(
     k = linear.size
     if not k:
         raise ProblemError("c", "is empty", "give a program with at least one variable")
-    quadratic = as_square("Q", Q, k, "c")
+    quadratic, _ = as_square("Q", Q, k, "c")
     rows, columns = (quadratic != quadratic.T).nonzero()
     if rows.size:
         raise ProblemError(f"Q[{rows[0]}][{columns[0]}]", "makes Q unsymmetric", "give (Q + Q') / 2, the same program")

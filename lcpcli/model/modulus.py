@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg.doubles import LARGEST
+from lcpcli.linalg.doubles import LARGEST, largest
 from lcpcli.typing import Vector
 
 LARGEST_X = LARGEST / 2  # |x| up to which z and w are finite
+
+
+def in_range(x: Vector) -> bool:
+    """Whether z and w of x are finite."""
+    return largest(x) <= LARGEST_X
 
 
 def z_of(x: Vector) -> Vector:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from dataclasses import field as declared
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
@@ -34,6 +34,7 @@ class Problem:
     reference : "known" for given solutions, else how they were obtained: "exact" or "computed", see `reference`.
     verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
     origin : the quadratic program or the game behind the problem, or the object for it in a file; or None.
+    largest : the largest |M_ij|, found on construction.
 
     Raises ProblemError, which names the field.
 
@@ -56,6 +57,7 @@ class Problem:
     note: str = ""
     reference: str = "known"
     origin: Origin | None = None
+    largest: float = declared(init=False, repr=False)
 
     def __init__(
         self,
@@ -71,23 +73,29 @@ class Problem:
         reference: str = "known",
         origin: Any = None,
     ) -> None:
-        keep = partial(object.__setattr__, self)
         vector_q = as_vector("q", q)
         n = vector_q.size
         if not n:
             raise ProblemError("q", "is empty", "give a problem with at least one unknown")
-        keep("q", vector_q)
-        keep("M", as_square("M", M, n))
-        keep("x0", None if x0 is None else as_vector("x0", x0, n))
-        keep("x1", None if x1 is None else as_vector("x1", x1, n))
+        matrix, largest = as_square("M", M, n)
         names = [f"solution[{i}]" if len(solutions) > 1 else "solution" for i in range(len(solutions))]
-        keep("solutions", tuple(as_vector(field, z, n) for field, z in zip(names, solutions, strict=True)))
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
-            keep(field, text)
-        keep("reference", reference)
-        keep("origin", None if origin is None else _origin(origin, self.M, self.q))
+        self.__dict__.update(  # as it is frozen
+            M=matrix,
+            q=vector_q,
+            name=name,
+            x0=None if x0 is None else as_vector("x0", x0, n),
+            x1=None if x1 is None else as_vector("x1", x1, n),
+            solutions=tuple(as_vector(name, z, n) for name, z in zip(names, solutions, strict=True)),
+            verdict=verdict,
+            source=source,
+            note=note,
+            reference=reference,
+            origin=None if origin is None else _origin(origin, matrix, vector_q),
+            largest=largest,
+        )
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 

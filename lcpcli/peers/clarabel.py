@@ -34,10 +34,10 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     settings.verbose = False
     settings.time_limit = time_limit
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
-    n = problem.n
+    began, n = time.perf_counter(), problem.n
     P, A, cones = storage.upper_triangle(problem.M), storage.columns(-eye(n)), [clarabel.NonnegativeConeT(n)]
     q, b = problem.q.copy(), np.zeros(n)
-    began = time.perf_counter()
     solution = clarabel.DefaultSolver(P, q, A, b, cones, settings).solve()
+    z = np.array(solution.x)
     seconds = time.perf_counter() - began
-    return Claim(np.array(solution.x), solution.status == clarabel.SolverStatus.Solved, seconds, str(solution.status))
+    return Claim(z, solution.status == clarabel.SolverStatus.Solved, seconds, str(solution.status))

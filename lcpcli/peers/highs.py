@@ -30,7 +30,7 @@ def excludes(problem: Problem) -> str:
 
 def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     highspy = library("highspy")
-    highs, model = highspy.Highs(), _model(highspy, problem)
+    highs = highspy.Highs()
     options = {
         "output_flag": False,
         "time_limit": time_limit,
@@ -40,7 +40,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     for name, value in options.items():
         highs.setOptionValue(name, value)
     began = time.perf_counter()
-    accepted = highs.passModel(model) != highspy.HighsStatus.kError
+    accepted = highs.passModel(_model(highspy, problem)) != highspy.HighsStatus.kError
     if accepted:
         highs.run()
     seconds = time.perf_counter() - began

@@ -34,10 +34,10 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
 
     n, solver = problem.n, osqp.OSQP()
     limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, LONGEST)}
-    P, A, q = storage.upper_triangle(problem.M), storage.columns(eye(n)), problem.q.copy()
-    lower, upper = np.zeros(n), np.full(n, np.inf)
     with silence():  # OSQP prints a message when a factorization fails
         began = time.perf_counter()
+        P, A, q = storage.upper_triangle(problem.M), storage.columns(eye(n)), problem.q.copy()
+        lower, upper = np.zeros(n), np.full(n, np.inf)
         try:
             solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
             result = solver.solve(raise_error=False)

@@ -33,9 +33,9 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: AR
     settings = solver.settings
     settings.eps_rel = settings.eps_duality_gap_rel = tol
     settings.eps_abs = settings.eps_duality_gap_abs = tol * (float(np.abs(problem.q).max()) or 1.0)
+    began = time.perf_counter()
     M = storage.columns(problem.M) if is_sparse(problem.M) else storage.dense(problem.M)
     q, lower = problem.q.copy(), np.zeros(problem.n)
-    began = time.perf_counter()
     solver.setup(M, q, x_l=lower)
     status = solver.solve()
     seconds = time.perf_counter() - began

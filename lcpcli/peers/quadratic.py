@@ -3,7 +3,7 @@
 If M is symmetric, its optimality conditions are the LCP; if M is positive semidefinite too, they are sufficient:
 R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem (1992), section 1.2.
 
-Differs from qpsolvers in: DAQP's z and status and HiGHS's status are kept on failure; setup is timed, conversion not.
+Differs from qpsolvers in: DAQP's z and status and HiGHS's status are kept on failure; conversion and setup are timed.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def _is_semidefinite(M: Matrix) -> bool:
     the answer does not depend on units.
     """
     diagonal, ones = M.diagonal(), np.ones(M.shape[0])
-    largest = matrices.row_and_column_maxima(M, ones, ones)[0]
+    largest = matrices.row_and_column_maxima(M)[0]
     if diagonal.min() < 0 or largest[diagonal == 0].any():
         return False
     if (products.absolute_product(M, ones) <= 2 * diagonal).all():

@@ -27,10 +27,10 @@ def excludes(problem: Problem) -> str:
 
 def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG001 (this pivoting method has neither)
     lcp_lemke = library("quantecon.optimize").lcp_lemke
-    M, q = storage.dense(problem.M), problem.q.copy()
     # a first call compiles it for writable arrays in row-major order, as M and q are
     lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6)
     began = time.perf_counter()
+    M, q = storage.dense(problem.M), problem.q.copy()
     result = lcp_lemke(M, q, max_iter=10**6)
     seconds = time.perf_counter() - began
     return Claim(result.z, bool(result.success), seconds, STATUS.get(result.status, f"status {result.status}"))

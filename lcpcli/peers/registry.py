@@ -40,7 +40,7 @@ class Claim:
 
     z : shape (n,), or None if it returned none.
     solved : whether it claims that z is a solution to within its tolerance.
-    seconds : spent in the solver itself, without importing, compiling or converting the data.
+    seconds : from the arrays of the problem to its answer, without importing and compiling.
     statement : how it ended, in its own words.
     """
 

@@ -40,10 +40,11 @@ options.dparam[sn.SICONOS_DPARAM_TOL] = float(tol)
 if int(iterations):
     options.iparam[sn.SICONOS_IPARAM_MAX_ITER] = int(iterations)
 z, w = np.zeros(data["q"].size), np.zeros(data["q"].size)
-problem = sn.LCP(np.asfortranarray(data["M"]), data["q"])
+M, q = data["M"], data["q"]
 print("ready", flush=True)
 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 began = time.perf_counter()
+problem = sn.LCP(np.asfortranarray(M), q)
 info = sn.linearComplementarity_driver(problem, z, w, options)
 np.savez(result_file, seconds=time.perf_counter() - began, z=z, info=info)
 """

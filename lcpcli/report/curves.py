@@ -12,7 +12,7 @@ from lcpcli.solving.result import Result
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
     """The curves of the runs, grouped by problem; each run must have recorded a `curve`.
 
-    Errors are drawn if a solution is known or computed, else residuals. Time is measured from the start of the set-up.
+    Errors are drawn if a solution is known or computed, else residuals. Time is that of the rows.
     """
     return [_panel(results) for results in runs]
 
@@ -31,7 +31,7 @@ def _curve(result: Result) -> Curve:
         name=result.method,
         label=summary.name(result).replace(" warm", ", warm"),
         k=[row.k for row in rows],
-        seconds=[result.setup_seconds + row.seconds for row in rows],
+        seconds=[row.seconds for row in rows],
         errors=[row.error if known else row.residual for row in rows],
         solved=result.solved,
     )

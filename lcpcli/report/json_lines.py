@@ -42,6 +42,8 @@ def _object(result: Result) -> dict[str, Any]:
         "warm": result.warm,
         "setup_seconds": result.setup_seconds,
         "solve_seconds": result.solve_seconds,
+        "verify_seconds": result.verify_seconds,
+        "seconds": result.seconds,
         "certificate": _certificate(result),
         "exact": _exact(result),
         "answer": answers.data(result),

@@ -28,9 +28,15 @@ def _work(result: Result) -> str:
     return ", ".join([*counts, numbers.duration(result.seconds)])
 
 
+def _parts(result: Result) -> str:
+    """Where the time went."""
+    parts = (("set-up", result.setup_seconds), ("iterations", result.solve_seconds))
+    return ", ".join(f"{name} {numbers.duration(s)}" for name, s in (*parts, ("verification", result.verify_seconds)))
+
+
 def facts(result: Result, width: int | None, whole: bool) -> list[str]:
-    """The work, the residuals, the error and z; of a long z what fits on one line, unless `whole`."""
-    work = [] if result.solved else [_work(result)]
+    """The work, its parts, the residuals, the error and z; of a long z what fits on one line, unless `whole`."""
+    work = [*([] if result.solved else [_work(result)]), _parts(result)]
     if result.status.word in SETTLED:
         return work
     relative = numbers.short(result.relative_residual, ROW_ROUNDING)

@@ -30,7 +30,7 @@ def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
     firsts = set()
     for j, level in enumerate(LEVELS, start=1):
         seconds = {
-            i: result.setup_seconds + milestone.seconds
+            i: milestone.seconds
             for i, result in enumerate(results)
             for milestone in (result.curve.milestones if result.curve else ())
             if milestone.level == level
@@ -107,7 +107,7 @@ def _milestones(results: Sequence[Result]) -> Cells:
     ]
     rows = []
     for result in results:
-        reached = {m.level: _cell(result, m) for m in (result.curve.milestones if result.curve else ())}
+        reached = {m.level: _cell(m) for m in (result.curve.milestones if result.curve else ())}
         end = _taken(result.iterations, result.seconds)
         claim = NOT_REACHED if result.verified is None else "verified" if result.verified else "FALSE"
         levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
@@ -116,8 +116,8 @@ def _milestones(results: Sequence[Result]) -> Cells:
     return header, rows
 
 
-def _cell(result: Result, milestone: Milestone) -> str:
-    return _taken(milestone.k, result.setup_seconds + milestone.seconds)
+def _cell(milestone: Milestone) -> str:
+    return _taken(milestone.k, milestone.seconds)
 
 
 def _taken(k: int, seconds: float) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection
 from typing import Any
 
 from numpy.typing import ArrayLike
 
+from lcpcli.clock import seconds
 from lcpcli.errors import OptionError, likely
 from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem
@@ -72,15 +73,21 @@ def solve(
     Traceback (most recent call last):
     lcpcli.errors.ProblemError: M: is 1 x 2; make it square
     """
+    began = seconds()
     _refuse_unknown(method, options)
-    stops: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
-    limits = Limits(**{name: value for name, value in stops.items() if value is not None})
-    chosen = {name: value for name, value in options.items() if value is not None}
-    return driver.run(Problem(M, q), method, x0, z0=z0, limits=limits, trace=Trace() if trace else None, **chosen)
+    limits = _given({"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit})
+    stops, kept = Limits(**limits) if limits else None, Trace() if trace else None
+    return driver.run(Problem(M, q), method, x0, z0=z0, limits=stops, trace=kept, began=began, **_given(options))
 
 
-def _refuse_unknown(method: str, names: Iterable[str]) -> None:
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _refuse_unknown(method: str, names: Collection[str]) -> None:
     """Raise OptionError for a name that is not an option of any method, with those that this method has."""
+    if not names:
+        return
     known = [name for name in methods.parameters_of(method) if name not in COMMON_OPTIONS]
     for name in names:
         if name not in known and name not in methods.OPTIONS and name not in methods.ADDITIONS:

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.solving.result import Result
-from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.refinement import is_rounded_solution
 
 
@@ -17,13 +17,15 @@ def concluded(results: Sequence[Result]) -> list[Result]:
     advised = [result if result.solved else _with_advice(result) for result in results]
     if not results or results[0].problem.origin is None:
         return advised
-    from lcpcli.solving.meaning import answers
+    with imports:
+        from lcpcli.solving.meaning import answers
 
     return [replace(result, answer=answer) for result, answer in zip(advised, answers(results), strict=True)]
 
 
 def _with_advice(result: Result) -> Result:
-    from lcpcli.solving.advice import advice
+    with imports:
+        from lcpcli.solving.advice import advice
 
     return replace(result, advice=advice(result))
 
@@ -33,6 +35,5 @@ def verified(result: Result) -> Result:
     """The result with `verified`: by the relative residual of z, recomputed, or else by exact arithmetic."""
     if not result.solved:
         return result
-    accuracy = Accuracy(result.problem, result.tol)
-    within_tol = accuracy.relative_residual(result.z, accuracy.w(result.z)) <= result.tol
+    within_tol = result.relative_residual <= result.tol
     return replace(result, verified=within_tol or is_rounded_solution(result.problem, result.z))

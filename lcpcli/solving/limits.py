@@ -25,3 +25,6 @@ class Limits:
 
     def __post_init__(self) -> None:
         options.check(LIMITS, vars(self))
+
+
+DEFAULTS = Limits()

@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import Stopwatch
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, NoSolution, OutOfTime, Stage, advance
 from lcpcli.methods.registry import METHODS
-from lcpcli.model.modulus import LARGEST_X, z_of
+from lcpcli.model.modulus import LARGEST_X, in_range, z_of
 from lcpcli.model.problem import Problem
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.observer import Observer
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import PendingRow, Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.accuracy import Accuracy, Point
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.refinement import is_rounded_solution
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
+MEASURED_EVERY = 8  # iterations, if the method gives no bound on the residual
 ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
@@ -44,36 +44,52 @@ class Loop:
         method: str,
         limits: Limits,
         traces: tuple[Trace | None, Trace | None],
-        clock: Callable[[], float],
+        stopwatch: Stopwatch,
         observer: Observer | None,
         x0: Vector,
     ) -> None:
-        self.problem, self.method, self.limits, self.traces, self.clock = problem, method, limits, traces, clock
-        self.began = clock()
-        self.observer, self.accuracy = observer, Accuracy(problem, limits.tol)
-        self.setup_seconds, self.solve_seconds = 0.0, 0.0
+        self.problem, self.method, self.limits, self.stopwatch, self.observer = (
+            problem,
+            method,
+            limits,
+            stopwatch,
+            observer,
+        )
+        self.traces = [trace for trace in traces if trace is not None]
+        self.kept = traces
+        self.accuracy = Accuracy(problem, limits.tol)
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
-        self.last = self.best = np.clip(x0, -LARGEST_X, LARGEST_X)
+        self.last = self.best = x0 if in_range(x0) else np.clip(x0, -LARGEST_X, LARGEST_X)
         self.best_bound = self.first_bound = math.inf
         self.extra = 0
         self.route: list[str] = []
         self.certificate: Certificate | None = None
-        self._measured: tuple[Vector | None, float] = None, math.inf
+        self._newest: tuple[Vector | None, Point | None] = None, None
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
         """Take the start, then the iterates of the method that `begin` sets up; returns how that ended, and why."""
+        count = self.stopwatch.count
         try:
             if stop := self._take(self.start):
                 return stop
-            with self.setting_up(), np.errstate(over="raise", invalid="raise", divide="raise"):
-                stage = begin()
-            while True:
-                step = self._next(stage)
-                if not isinstance(step, Iterate):
-                    return self._ended(step)
-                self._note_method(step.method)
-                if stop := self._take(step):
-                    return stop
+            count("verify")
+            with np.errstate(over="raise", invalid="raise", divide="raise"):  # measuring ignores these
+                try:
+                    stage = begin()
+                finally:
+                    count("setup")
+                while True:
+                    try:
+                        step = advance(stage)
+                    finally:
+                        count("solve")
+                    if not isinstance(step, Iterate):
+                        break
+                    self._note_method(step.method)
+                    if stop := self._take(step):
+                        return stop
+                    count("verify")
+            return self._ended(step)
         except FloatingPointError as reason:
             return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
         except TimeIsUp:
@@ -81,45 +97,44 @@ class Loop:
         except KeyboardInterrupt:
             return Status.INTERRUPTED, ""
 
-    @contextmanager
-    def setting_up(self) -> Iterator[None]:
-        """Count the time spent inside as set-up of the method."""
-        began = self.clock()
-        try:
-            yield
-        finally:
-            self.setup_seconds += self.clock() - began
-
-    def _next(self, stage: Stage) -> Iterate | Ending:
-        """The next iterate or the ending; its time is added to the solve time."""
-        began = self.clock()
-        try:
-            with np.errstate(over="raise", invalid="raise", divide="raise"):
-                return advance(stage)
-        finally:
-            self.solve_seconds += self.clock() - began
-
     def _take(self, iterate: Iterate) -> tuple[Status, str] | None:
         """Record an iterate; returns how the run ends and why, if it ends with it."""
         self.k += 1
         self.evaluations = iterate.evaluations
-        in_range = bool(np.abs(iterate.x).max() <= LARGEST_X)
-        bound = self._residual_bound(iterate) if in_range else math.inf
-        if in_range:
+        finite = in_range(iterate.x)
+        bound, point = self._measured(iterate) if finite else (math.inf, None)
+        if finite:
             self.last = iterate.x
-            self._keep(iterate)
+            if self.traces:
+                self._keep(iterate)
         if bound < self.best_bound:
             self.best_bound, self.best = bound, iterate.x
         if not self.first_bound < math.inf:
             self.first_bound = bound
         if self.observer:
             self.observer.note(iterate.method or self.method, self.k, bound)
-        if in_range and self._worth_measuring(bound) and self._passes(iterate.x):
+        if point is not None and point.solves():
             self.best = iterate.x
             self.extra += 1
             if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
                 return Status.SOLVED, ""
         return self._stopping_rule(bound)
+
+    def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
+        """A bound on the relative residual, infinite if none is known, and the point if it is worth a closer look.
+
+        That costs a product with M. Without F it is taken at iterates that may be the last, and every few iterations.
+        With F it is if the bound is near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound never
+        decreases although the residual does.
+        """
+        if iterate.F is not None:
+            bound = self.accuracy.bound(iterate.F)
+            worth = bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
+            return bound, self._at(iterate.x) if worth else None
+        if not iterate.signs_final and self.k % MEASURED_EVERY:
+            return math.inf, None
+        point = self._at(iterate.x)
+        return self.limits.tol if point.solves() else point.relative_residual, point
 
     def _stopping_rule(self, bound: float) -> tuple[Status, str] | None:
         """The first stopping rule that holds after an iterate with this residual bound, other than that it solves the
@@ -160,76 +175,67 @@ class Loop:
 
     def _time_is_up(self) -> bool:
         """Whether the time is up; measuring the iterates counts too, as the user waits for that as well."""
-        return self.clock() - self.began >= self.limits.time_limit
+        return self.limits.time_limit < math.inf and self.stopwatch.elapsed() >= self.limits.time_limit
 
-    def _worth_measuring(self, bound: float) -> bool:
-        """Whether to compute the residual, which costs a product with M: if the bound is near the tolerance, and at
-        k = 0, 1, 2, 4, 8, ..., in case the bound never decreases although the residual does."""
-        return bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
-
-    def _residual_bound(self, iterate: Iterate) -> float:
-        return self._relative_residual(iterate.x) if iterate.F is None else self.accuracy.bound(iterate.F)
-
-    def _passes(self, x: Vector) -> bool:
-        """Whether the relative residual at x is at most the tolerance."""
-        if x is self._measured[0]:
-            return self._measured[1] <= self.limits.tol
-        return self.accuracy.passes(z_of(x), self.limits.tol)
-
-    def _relative_residual(self, x: Vector) -> float:
-        """The relative residual at x; the last one is cached."""
-        if x is not self._measured[0]:
-            z = z_of(x)
-            self._measured = x, self.accuracy.relative_residual(z, self.accuracy.w(z))
-        return self._measured[1]
+    def _at(self, x: Vector) -> Point:
+        """The z of x with its measures; the last one is cached."""
+        measured, point = self._newest
+        if point is None or x is not measured:
+            point = self.accuracy.at(z_of(x))
+            self._newest = x, point
+        return point
 
     def _keep(self, iterate: Iterate) -> None:
-        method = iterate.method or self.method
+        """Add an iterate to the traces, whose own time does not count."""
+        self.stopwatch.count("verify")
+        method, seconds = iterate.method or self.method, self.stopwatch.total
         for trace in self.traces:
-            if trace is not None:
-                pending = PendingRow(max(self.k, 0), iterate.x, self.solve_seconds, iterate.step, method)
-                trace.add(pending, self.accuracy)
+            trace.add(PendingRow(max(self.k, 0), iterate.x, seconds, iterate.step, method), self.accuracy)
+        self.stopwatch.skip()
 
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
         """The result at the last iterate, or at the best. "Solved" is decided here, however the run ended: by the
         relative residual, or by exact arithmetic where z is as close to the solution as doubles allow."""
-        if self.k < 0:  # interrupted before anything was kept
-            self._keep(replace(self.start, x=self.last))
+        point, reason, status = self._verified(status, reason)
+        self.stopwatch.count("verify")
+        if self.k < 0 and self.traces:  # interrupted before anything was kept
+            self._keep(self.start._replace(x=self.last))
         for trace in self.traces:
-            if trace is not None:
-                trace.close(self.accuracy)
-        best = self.last
-        rounded = self._relative_residual(best) > self.limits.tol and is_rounded_solution(self.problem, z_of(best))
-        if self.best is not best and not rounded and self._relative_residual(best) > self.limits.tol:
-            best = min((best, self.best), key=self._relative_residual)
-        z = z_of(best)
-        w = self.accuracy.w(z)
-        relative = self.accuracy.relative_residual(z, w)
-        if relative <= self.limits.tol:
-            status, reason = Status.SOLVED, ""
-        elif rounded:
-            status, reason = Status.SOLVED, f"{ROUNDED}, which leaves a relative residual of {relative:.1e}"
-        elif best is not self.last:
-            reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
+            trace.close(self.accuracy)
         return Result(
             problem=self.problem,
             method=self.method,
             status=status,
             message=f"{status.value}: {reason}" if reason else status.value,
-            z=z,
-            w=w,
+            point=point,
             iterations=max(self.k, 0),
             evaluations=self.evaluations,
-            residual=self.accuracy.natural_residual(z, w),
-            relative_residual=relative,
-            error=self.accuracy.error(z),
-            setup_seconds=self.setup_seconds,
-            solve_seconds=self.solve_seconds,
+            parts=self.stopwatch.parts,
             tol=self.limits.tol,
             warm=False,
             options=in_force,
-            trace=self.traces[0],
-            curve=self.traces[1],
+            trace=self.kept[0],
+            curve=self.kept[1],
             route=tuple(self.route) or (self.method,),
             certificate=self.certificate if status is not Status.SOLVED else None,
         )
+
+    def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
+        """The point to report, with the reason and the status that its residual justifies."""
+        last = best = self._at(self.last)
+        solved = self._solves(last)
+        rounded = not solved and is_rounded_solution(self.problem, last.z)
+        if self.best is not self.last and not rounded and not solved:
+            best = min((last, self._at(self.best)), key=lambda point: point.relative_residual)
+        if self._solves(best):
+            return best, "", Status.SOLVED
+        if rounded:
+            left = f"which leaves a relative residual of {best.relative_residual:.1e}"
+            return best, f"{ROUNDED}, {left}", Status.SOLVED
+        if best is not last:
+            reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
+        return best, reason, status
+
+    def _solves(self, point: Point) -> bool:
+        """Whether the relative residual is at most the tolerance, by exact sums where they decide."""
+        return point.solves() or point.relative_residual <= self.limits.tol

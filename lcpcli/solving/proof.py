@@ -91,17 +91,7 @@ def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) ->
     )
     if exact.z is None or not np.isfinite(rounded(exact.z)).all():
         return result
-    z = rounded(exact.z)
-    accuracy = Accuracy(data.problem)
-    w = accuracy.w(z)
-    return replace(
-        result,
-        z=z,
-        w=w,
-        residual=accuracy.natural_residual(z, w),
-        relative_residual=accuracy.relative_residual(z, w),
-        error=accuracy.error(z),
-    )
+    return replace(result, point=Accuracy(data.problem).at(rounded(exact.z)))
 
 
 def _certificate(exact: Exact) -> Certificate | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.model.problem import Problem
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
+from lcpcli.verify.accuracy import Point
 from lcpcli.verify.certificate import Certificate
 
 if TYPE_CHECKING:
@@ -80,11 +82,15 @@ class Result:
     """The outcome of one method on one problem. A failed result still carries its best iterate and its trace.
 
     status, message : how it ended, in one word and in one sentence.
+    point : the best iterate with its measures, each computed when it is first read:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
-    iterations, evaluations : iterations done; evaluations of F, or of its smoothed form, in them.
     residual, relative_residual, error : as defined in `accuracy.Accuracy`, recomputed from M and q; error is None
         if no solution is known.
-    setup_seconds, solve_seconds : until the first iterate, and from there to the last.
+    iterations, evaluations : iterations done; evaluations of F, or of its smoothed form, in them.
+    seconds : what the user waits for, from the problem in memory (for `solve`, from its arrays) to the verified result;
+        neither imports nor what is kept in traces counts. They are the sum of three:
+    setup_seconds, solve_seconds, verify_seconds : in setting up the method, in its iterations, and in measuring how
+        accurate they are.
     tol : the tolerance for the relative residual.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
@@ -116,15 +122,10 @@ class Result:
     method: str
     status: Status
     message: str
-    z: Vector
-    w: Vector
+    point: Point
     iterations: int
     evaluations: int
-    residual: float
-    relative_residual: float
-    error: float | None
-    setup_seconds: float
-    solve_seconds: float
+    parts: Mapping[str, float]
     tol: float
     warm: bool
     options: dict[str, Any]
@@ -145,9 +146,41 @@ class Result:
         return 1 if unproved and not self.interrupted else self.status.exit_code
 
     @property
+    def z(self) -> Vector:
+        return self.point.z
+
+    @property
+    def w(self) -> Vector:
+        return self.point.w
+
+    @property
+    def residual(self) -> float:
+        return self.point.residual
+
+    @property
+    def relative_residual(self) -> float:
+        return self.point.relative_residual
+
+    @property
+    def error(self) -> float | None:
+        return self.point.error
+
+    @property
+    def setup_seconds(self) -> float:
+        return self.parts["setup"]
+
+    @property
+    def solve_seconds(self) -> float:
+        return self.parts["solve"]
+
+    @property
+    def verify_seconds(self) -> float:
+        return self.parts["verify"]
+
+    @property
     def seconds(self) -> float:
-        """Time of the method's own work, set-up included."""
-        return self.setup_seconds + self.solve_seconds
+        """From the problem in memory to the verified result."""
+        return sum(self.parts.values())
 
     @property
     def solved(self) -> bool:

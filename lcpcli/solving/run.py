@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import time
+import math
 from collections.abc import Callable
+from contextlib import nullcontext
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lcpcli.clock import Stopwatch, imports, seconds
 from lcpcli.errors import OptionError
 from lcpcli.interrupts import within
-from lcpcli.linalg import factors
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Stage
 from lcpcli.model import scaled
@@ -22,7 +22,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.start import starting_point
 from lcpcli.options import flag
 from lcpcli.solving.conclusions import concluded
-from lcpcli.solving.limits import Limits
+from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.observer import Observe, Observer
 from lcpcli.solving.result import Result
@@ -42,7 +42,8 @@ def run(
     curve: Trace | None = None,
     conclude: bool = True,
     observe: Observe | None = None,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float] = seconds,
+    began: float | None = None,
     scale: bool = False,
     finish: bool = False,
     **chosen: Any,
@@ -55,30 +56,35 @@ def run(
     yields the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace` and
     `curve` keep iterates, each as it was set up to. `conclude` is whether to add what the result means: its `advice`,
     and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals with the
-    progress, as in `observer.Observer`. Reported times are of the method's own work alone; the time limit counts
-    everything.
+    progress, as in `observer.Observer`. `began` is when the run began by the `clock`, by default now; the time limit
+    counts everything from then on but imports.
 
     >>> from lcpcli import Limits, Problem, run
     >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
     >>> run(problem, "newton", limits=Limits(tol=1e-12)).error < 1e-12
     True
     """
-    declared, limits = methods.declared(method), limits or Limits()
+    stopwatch = Stopwatch(clock, clock() if began is None else began)
+    limits = limits or DEFAULTS
     additions = _additions(method, scale=scale, finish=finish)
     _complete(chosen, method, problem, limits, displaced=x0 is not None or z0 is not None)
     start = starting_point(problem, x0, z0)
-    if ("sparse" if is_sparse(problem.M) else "dense") in declared.factorizes:
-        factors.prepare(problem.M)
     observer = None if observe is None else Observer(observe, method)
-    loop = Loop(problem, method, limits, (trace, curve), clock, observer, start)
-    with loop.setting_up():
-        units = scaled.scale(problem) if scale else None
-        in_force = methods.options_in_force(method, units.problem if units else problem, chosen)
-    with within(limits.time_limit, observer.report_if_due if observer else None):
-        begin = partial(_stage, methods.load(method), problem, units, start, in_force, clock if finish else None)
+    units = scaled.scale(problem) if scale else None
+    in_force = methods.options_in_force(method, units.problem if units else problem, chosen)
+    begin = partial(_stage, methods.load(method), problem, units, start, in_force, clock if finish else None)
+    stopwatch.count("setup")
+    loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start)
+    bounded = limits.time_limit < math.inf or observer is not None
+    with within(limits.time_limit, observer.report_if_due if observer else None) if bounded else nullcontext():
         status, reason = loop.run(begin)
     result = loop.result(in_force | additions, status, reason)
     return concluded([result])[0] if conclude else result
+
+
+def warm_up(method: str) -> None:
+    """Run a method on the smallest problem, so that the times of later runs are not those of a first call."""
+    run(Problem([[1.0]], [-1.0]), method, conclude=False)
 
 
 def _additions(method: str, **wanted: bool) -> dict[str, bool]:
@@ -116,7 +122,8 @@ def _stage(
         in_force = in_force | {name: units.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
     stage = function(problem, start, **in_force)
     if finishing_clock is not None:
-        from lcpcli.methods.finish import finish
+        with imports:
+            from lcpcli.methods.finish import finish
 
         stage = finish(problem, start, stage, finishing_clock)
     if units is None:

@@ -119,6 +119,7 @@ class Trace:
             reached = [level for level in pending if error <= level * accuracy.size]
             self.milestones += [Milestone(level, pending_row.k, pending_row.seconds) for level in reached]
 
+    @np.errstate(over="ignore", invalid="ignore")
     def _measure(self, accuracy: Accuracy) -> None:
         """Turn the pending iterates into rows, measured as requested."""
         problem, waiting = accuracy.problem, self._waiting

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import products
-from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.doubles import ROW_ROUNDING, largest
+from lcpcli.linalg.equilibration import MODERATE, equilibrate, range_of_units
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 SCALE_FLOOR = 1e-5  # relative to the problem's scale: the least scale of a row
+SLACK = 100 * ROW_ROUNDING  # for the rounding of the bounds themselves, and of w in terms of w
 SMALLEST = -1074  # the power of two of the smallest number: the loss by an underflow
 LARGEST_POWER = 1000  # of two, in one factor
 PRECISION = 1e-13  # the smallest relative residual that is distinguishable from rounding
@@ -32,28 +35,61 @@ class Accuracy:
     error : |z - z*|_inf to the nearest of the problem's solutions.
     size : `size_of_solutions`.
 
-    tol is the largest relative residual of a solution; `w` is accurate enough to decide it.
+    tol is the largest relative residual of a solution; `w` is accurate enough to decide it. R, C and s are computed
+    when they are first needed: `clearly_solves` decides most solutions without them.
     """
 
     def __init__(self, problem: Problem, tol: float = 1e-10) -> None:
         self.problem, self.tol = problem, tol
-        self.size = size_of_solutions(problem)
-        row_power, column_power = (np.frexp(diagonal)[1] - 1 for diagonal in equilibrate(problem.M, problem.q))
-        q = problem.q
-        decisive = q < 0 if (q < 0).any() else q != 0
-        unit = int((np.frexp(q)[1] + row_power).max(where=decisive, initial=-(10**6))) if decisive.any() else 0
-        self._to_rows, self._to_columns = _factors(row_power - unit), _factors(-column_power - unit)
-        self._underflow = math.ldexp(problem.n, min(SMALLEST + int(row_power.max()) - unit, 0))
-        with np.errstate(over="ignore"):
-            self._Rq = np.abs(_times(q, self._to_rows))
-        self._scale = float(self._Rq.max(where=decisive, initial=0.0))
+        self.greatest = -float(problem.q.min())  # s before scaling; if it is not positive, z = 0 is a solution
+        self._diagonal: Vector = problem.M.diagonal()
+
+    @cached_property
+    def size(self) -> float:
+        return size_of_solutions(self.problem)
+
+    @cached_property
+    def _units(self) -> _Units:
+        return _Units(self.problem)
+
+    def at(self, z: Vector) -> Point:
+        """z >= 0, of shape (n,), with its measures."""
+        return Point(self, z)
+
+    def clearly_solves(self, z: Vector, w: Vector) -> bool:
+        """Whether bounds that take no further pass over M show that the relative residual of z >= 0 is at most tol.
+
+        At first R and C are only bounded, by `range_of_units`.
+        """
+        low, high = range_of_units(float(self._diagonal.min()), self.problem.largest)
+        if low > 0 and 1 / MODERATE < self.greatest < MODERATE:
+            if self._is_bounded(z, w, 1 / (low * high), self.greatest, self.tol * low / high):
+                return True
+            if low == high:
+                return False
+        (R, *more), (inverse, *others) = self._units.to_rows, self._units.to_columns
+        return not (more or others) and self._is_bounded(z, w, inverse / R, self._units.scale / R, self.tol)
+
+    def _is_bounded(self, z: Vector, w: Vector, columns: Vector | float, s: Vector | float, tol: float) -> bool:
+        """The same, given 1 / (R C), at most; s / R, at least; and tol times the factor by which R is uncertain.
+
+        (|M| z)_i is at least M_ii z_i. The rounding error in w_i is at most ROW_ROUNDING (|M| z + |q|)_i, where each of
+        the two terms is at most |w_i| plus the largest |M_ij| times the sum of z.
+        """
+        error = 2 * ROW_ROUNDING * self.problem.largest * float(z.sum())
+        scaled = z * columns
+        excess = np.abs(np.minimum(scaled, w - error))
+        excess += np.minimum(scaled, 2 * error)
+        scales = np.maximum(np.abs(self.problem.q), self._diagonal * z)
+        scales = np.minimum(np.maximum(scales, SCALE_FLOOR * s), s)
+        return bool(np.count_nonzero(excess * (1 + SLACK) <= tol * scales) == z.size)
 
     @np.errstate(over="ignore", invalid="ignore")
     def w(self, z: Vector) -> Vector:
         """w = M z + q for finite z of shape (n,), rounded only once in rows where rounding errors could matter."""
-        return self._recomputed(z, self.problem.w(z))
+        return self.recomputed(z, self.problem.w(z))
 
-    def _recomputed(self, z: Vector, w: Vector) -> Vector:
+    def recomputed(self, z: Vector, w: Vector) -> Vector:
         """w with its doubtful rows recomputed and rounded only once."""
         doubtful = self._doubtful(z, w)
         if doubtful.size:
@@ -67,24 +103,26 @@ class Accuracy:
         """
         if not z.any():
             return np.empty(0, dtype=np.intp)
-        s = self._scale
+        s = self._units.scale
         if not s:
             return np.flatnonzero(~np.isfinite(w) | (not np.minimum(z, w).any()))
-        inner, outer = _times(z, self._to_columns), _times(w, self._to_rows)
+        inner, outer = _times(z, self._units.to_columns), _times(w, self._units.to_rows)
         residual = np.abs(np.minimum(inner, outer))
-        largest = _largest(residual)
+        size = _largest(residual)
         bound = 3 * ROW_ROUNDING * max(1.0, 2 * float(np.abs(inner).sum()) / s)  # as no entry of R |M| C is above 2
-        if bound + self._underflow / (SCALE_FLOOR * s) <= NEGLIGIBLE * max(self.tol, PRECISION, largest / s) < math.inf:
+        bound += self._units.underflow / (SCALE_FLOOR * s)
+        if bound <= NEGLIGIBLE * max(self.tol, PRECISION, size / s) < math.inf:
             return np.empty(0, dtype=np.intp)
-        terms = _times(products.absolute_product(self.problem.M, np.abs(z)), self._to_rows)
-        lost, scales = ROW_ROUNDING * (terms + self._Rq) + self._underflow, self._row_scales(terms)
+        terms = _times(products.absolute_product(self.problem.M, np.abs(z)), self._units.to_rows)
+        lost, scales = ROW_ROUNDING * (terms + self._units.Rq) + self._units.underflow, self._row_scales(terms)
         certain = float(np.nan_to_num((residual - lost) / scales, nan=0.0, posinf=0.0).max())
         negligible = (lost <= NEGLIGIBLE * max(self.tol, PRECISION, certain) * scales) | (outer - lost >= inner)
         return np.flatnonzero(~negligible)
 
     def _row_scales(self, terms: Vector) -> Vector:
         """s_i for |M| z in the units of the rows."""
-        scales: Vector = np.minimum(np.maximum(np.maximum(self._Rq, terms), SCALE_FLOOR * self._scale), self._scale)
+        s = self._units.scale
+        scales: Vector = np.minimum(np.maximum(np.maximum(self._units.Rq, terms), SCALE_FLOOR * s), s)
         return scales
 
     def natural_residual(self, z: Vector, w: Vector) -> float:
@@ -95,48 +133,112 @@ class Accuracy:
 
         At most the relative residual; what solvers with a single tolerance can be asked for.
         """
-        return _largest(self._scaled(z, w)) / (self._scale or math.inf)
+        return _largest(self._scaled(z, w)) / (self._units.scale or math.inf)
 
     def _scaled(self, z: Vector, w: Vector) -> Vector:
-        return np.abs(np.minimum(_times(z, self._to_columns), _times(w, self._to_rows)))
+        return np.abs(np.minimum(_times(z, self._units.to_columns), _times(w, self._units.to_rows)))
 
     def relative_residual(self, z: Vector, w: Vector) -> float:
         return _largest(self.relative_residuals(z, w))
 
     def relative_residuals(self, z: Vector, w: Vector) -> Vector:
         """The relative residual of each component; the largest is that of z."""
-        residual = self._scaled(z, w) if self._scale else np.minimum(z, w)
+        residual = self._scaled(z, w) if self._units.scale else np.minimum(z, w)
         if not residual.any():
             return residual
-        if not self._scale or not np.isfinite(residual).all():
+        if not self._units.scale or not np.isfinite(residual).all():
             return np.where(residual == 0, 0.0, math.inf)
-        terms = _times(products.absolute_product(self.problem.M, z), self._to_rows)
+        terms = _times(products.absolute_product(self.problem.M, z), self._units.to_rows)
         ratios: Vector = residual / self._row_scales(terms)
         return ratios
-
-    def passes(self, z: Vector, tol: float) -> bool:
-        """Whether the relative residual of z is at most tol; skips the product with |M| if it clearly is not."""
-        w = self.problem.w(z)
-        if self.scaled_residual(z, w) > tol:
-            return False
-        return self.relative_residual(z, self._recomputed(z, w)) <= tol
 
     def is_rounding(self, z: Vector, w: Vector) -> bool:
         """Whether the relative residual is at rounding level, so that its digits depend on the machine."""
         return self.scaled_residual(z, w) <= ROW_ROUNDING and self.relative_residual(z, w) <= ROW_ROUNDING
 
+    @np.errstate(over="ignore", invalid="ignore")
     def bound(self, F: Vector) -> float:
         """The size of F(x) = M z - w' + q, with z = |x| + x and complementary w' >= 0, relative to the problem's scale.
 
         min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise, scaled or not:
         if this is small, the relative residual is at most 1 / SCALE_FLOOR times as large.
         """
-        if not F.any():
+        if not np.count_nonzero(F):
             return 0.0
-        return _largest(_times(F, self._to_rows)) / self._scale if self._scale else math.inf
+        units = self._units
+        return _largest(_times(F, units.to_rows)) / units.scale if units.scale else math.inf
 
     def error(self, z: Vector) -> float | None:
         return min((_largest(z - solution) for solution in self.problem.solutions), default=None)
+
+
+class Point:
+    """A z >= 0 of shape (n,) with its measures, each computed when it is first read."""
+
+    def __init__(self, accuracy: Accuracy, z: Vector) -> None:
+        self.accuracy, self.z = accuracy, z
+        self._plain_w: Vector | None = None
+        self._solves: bool | None = None
+
+    @cached_property
+    @np.errstate(over="ignore", invalid="ignore")
+    def w(self) -> Vector:
+        """As by `Accuracy.w`."""
+        if self._plain_w is None:
+            return self.accuracy.w(self.z)
+        return self.accuracy.recomputed(self.z, self._plain_w.copy())
+
+    def solves(self) -> bool:
+        """Whether the relative residual is at most the tolerance, as far as possible without computing it.
+
+        If rounding errors in w hide that it is, this is False.
+        """
+        if self._solves is None:
+            self._solves = self._passes() if np.count_nonzero(self.z) else self.accuracy.greatest <= 0
+        return self._solves
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _passes(self) -> bool:
+        accuracy, z = self.accuracy, self.z
+        w = self._plain_w = accuracy.problem.w(z)
+        if accuracy.clearly_solves(z, w):
+            return True
+        return accuracy.scaled_residual(z, w) <= accuracy.tol and self.relative_residual <= accuracy.tol
+
+    @cached_property
+    def residual(self) -> float:
+        return self.accuracy.natural_residual(self.z, self.w)
+
+    @cached_property
+    def relative_residual(self) -> float:
+        if not np.count_nonzero(self.z):  # the residual of z = 0 is its own scale
+            return float(self.accuracy.greatest > 0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self.accuracy.relative_residual(self.z, self.w)
+
+    @cached_property
+    def error(self) -> float | None:
+        return self.accuracy.error(self.z)
+
+
+class _Units:
+    """What it takes to scale residuals.
+
+    to_rows, to_columns : multiply by R and divide by C, in units of the power of two next above s.
+    underflow : bounds what underflow loses in a row. Rq : |R q|. scale : s.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        R, C = equilibrate(problem.M, problem.q, problem.largest)
+        row_power, column_power = (np.frexp(diagonal)[1] - 1 for diagonal in (R, C))
+        q = problem.q
+        decisive = q < 0 if (q < 0).any() else q != 0
+        unit = int((np.frexp(q)[1] + row_power).max(where=decisive, initial=-(10**6))) if decisive.any() else 0
+        self.to_rows, self.to_columns = _factors(row_power - unit), _factors(-column_power - unit)
+        self.underflow = math.ldexp(problem.n, min(SMALLEST + int(row_power.max()) - unit, 0))
+        with np.errstate(over="ignore"):
+            self.Rq = np.abs(_times(q, self.to_rows))
+        self.scale = float(self.Rq.max(where=decisive, initial=0.0))
 
 
 def size_of_solutions(problem: Problem) -> float:
@@ -145,8 +247,8 @@ def size_of_solutions(problem: Problem) -> float:
 
 
 def _largest(v: Vector) -> float:
-    largest = max(float(v.max()), -float(v.min()))
-    return largest if largest < math.inf else math.inf
+    size = largest(v)
+    return size if size < math.inf else math.inf
 
 
 def _factors(powers: Indices) -> tuple[Vector, ...]:
@@ -165,7 +267,8 @@ def _times(v: Vector, factors: tuple[Vector, ...]) -> Vector:
 
 def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> list[float]:
     """(M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
-    from lcpcli.rational import sums
+    with imports:
+        from lcpcli.rational import sums
 
     M = problem.M[rows]
     used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []

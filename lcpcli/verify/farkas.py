@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import linprog
@@ -64,7 +65,8 @@ def refutes(A: Matrix, b: Vector, y: Vector) -> bool:
         active = np.flatnonzero(~(product < -error - ACTIVE * size))
         if (product > error + ACTIVE * size).any():
             return False
-    from lcpcli.rational import sums
+    with imports:
+        from lcpcli.rational import sums
 
     signs = (sums.sign_of_product(_column(A, j), y) for j in doubtful.tolist())
     if sums.sign_of_product(b, y) < 0 and all(sign <= 0 for sign in signs):
@@ -74,9 +76,10 @@ def refutes(A: Matrix, b: Vector, y: Vector) -> bool:
 
 def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool:
     """Whether y changed so that A'y = 0 in the active columns, exactly, refutes the system."""
-    from fractions import Fraction
+    with imports:
+        from fractions import Fraction
 
-    from lcpcli.rational import linear, sums
+        from lcpcli.rational import linear, sums
 
     support = np.flatnonzero(y)
     support = support[np.argsort(-y[support], kind="stable")]  # large entries best absorb a correction

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import products
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS
@@ -44,16 +45,13 @@ def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
     block = solver.block(active)
     try:
         solve = solver.factorized(block)
-    except SingularMatrix:
-        return z
-    values = solve(b)
-    try:
+        values = solve(b)
         for _ in range(REFINEMENTS):
             change = solve(accurate_residual(block, values, b))
             values += change
             if not np.abs(change).max() > EPS * np.abs(values).max():
                 break
-    except (OverflowError, ValueError):
+    except (SingularMatrix, OverflowError, ValueError):
         return z
     better = np.zeros_like(z)
     better[active] = np.maximum(values, 0) * units.C[active]
@@ -86,9 +84,10 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     """
     if np.count_nonzero(z > 0) > farkas.LARGEST_EXACT or not np.isfinite(z).all() or not is_near(problem, z):
         return False
-    from fractions import Fraction
+    with imports:
+        from fractions import Fraction
 
-    from lcpcli.rational.basis import exact_basis
+        from lcpcli.rational.basis import exact_basis
 
     found = exact_basis(problem.M, problem.q, z > 0)
     if found is None or not (found.unique and found.solves):

@@ -9,12 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import registry as methods
+from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route, while_blocks_advance
 from lcpcli.methods.auto.turns import Turns
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
-from lcpcli.methods.newton import LEAST_INDEX
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, limited
+from lcpcli.methods.newton import newton
 from lcpcli.methods.scaled import in_original_units
 from lcpcli.model import scaled
 from lcpcli.model.modulus import z_of
@@ -24,7 +26,6 @@ from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proof_in_units
 from lcpcli.verify.refinement import is_near, is_rounded_solution, refined
 
-LEAST_INDEX_STEPS = 60  # of newton for dense M: block steps advance, these may take 2^n
 REFINED = "refined"
 LEMKE_PIVOTS = 20  # per unknown
 
@@ -32,7 +33,8 @@ LEMKE_PIVOTS = 20  # per unknown
 def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
-    Dense M: newton solves almost every problem with a P-matrix in a handful of factorizations. Sparse M: first
+    Dense M: `dense_route`, as newton solves almost every problem with a P-matrix in a handful of factorizations, and
+    in one or two from an active set that is nearly right. Sparse M: first
     `sparse_route`, which needs only products with M if these suffice, then newton, then `linear`, which proves most
     infeasible problems infeasible. If these break down, stall or exhaust their budgets, lemke takes over, which solves
     problems with copositive-plus or otherwise well-behaved M, then `restarts` of it, which solve games, and then milp,
@@ -64,7 +66,8 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
             if is_rounded_solution(problem, z_of(turns.last.x)):
                 return Finished()
     ending = yield from turns.take("milp", methods.load("milp")(problem, x0, time_limit=_remaining(deadline)))
-    from lcpcli.methods.auto.exhaustion import MAX_UNKNOWNS, exhaustion
+    with imports:
+        from lcpcli.methods.auto.exhaustion import MAX_UNKNOWNS, exhaustion
 
     if isinstance(ending, Stalled) and problem.n <= MAX_UNKNOWNS:
         ending = yield from turns.take("exhaustion", exhaustion(problem))
@@ -75,19 +78,24 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     """The methods before milp in order, by name, each created when its turn comes."""
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
     if large_and_sparse:
-        from lcpcli.methods.auto.sparse_route import sparse_route
+        with imports:
+            from lcpcli.methods.auto.sparse_route import sparse_route
 
         yield "sparse", sparse_route(problem, x0)
-    patience = problem.n if is_sparse(problem.M) else LEAST_INDEX_STEPS
-    yield "newton", _while_blocks_advance(methods.load("newton")(problem, x0), patience)
+    if is_sparse(problem.M):
+        yield "newton", while_blocks_advance(newton(problem, x0), problem.n)
+    else:
+        yield "newton", dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
     if large_and_sparse:
-        from lcpcli.methods.auto.linear import linear
+        with imports:
+            from lcpcli.methods.auto.linear import linear
 
         yield "linear", linear(problem, _remaining(deadline))
     yield "lemke", limited(methods.load("lemke")(problem, x0), LEMKE_PIVOTS * problem.n)
-    from lcpcli.methods.auto.restarts import restarts
+    with imports:
+        from lcpcli.methods.auto.restarts import restarts
 
     yield "lemke", restarts(problem)
 
@@ -95,8 +103,8 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
     """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
     units, start = scaled.scale(problem), np.sign(x0)
-    newton = _while_blocks_advance(methods.load("newton")(units.problem, start), LEAST_INDEX_STEPS)
-    yield "newton", in_original_units(units, newton)
+    pivoting = while_blocks_advance(newton(units.problem, start), LEAST_INDEX_STEPS)
+    yield "newton", in_original_units(units, pivoting)
     lemke = limited(methods.load("lemke")(units.problem, start), LEMKE_PIVOTS * problem.n)
     yield "lemke", _proof_in_own_units(problem, units, in_original_units(units, lemke))
 
@@ -111,24 +119,13 @@ def _proof_in_own_units(problem: Problem, units: Scaled, stage: Stage) -> Stage:
     return Breakdown(proof.statement) if y is None else NoSolution(replace(proof, vector=y))
 
 
-def _while_blocks_advance(stage: Stage, patience: int) -> Stage:
-    """The iterates of newton, until it has taken more than `patience` least-index steps."""
-    least_index_steps = 0
-    while isinstance(step := advance(stage), Iterate):
-        least_index_steps += step.step == LEAST_INDEX
-        if least_index_steps > patience:
-            return Stalled(f"{patience} least-index steps were not enough")
-        yield step
-    return step
-
-
 @np.errstate(over="ignore", invalid="ignore")
 def _refined(problem: Problem, last: Iterate) -> Iterate:
     """The iterate with z refined to its last digits."""
     active = last.x > 0
     z = refined(problem, z_of(last.x), active)
     x = np.where(active, z, -np.maximum(problem.w(z), 0)) / 2
-    return replace(last, x=x, F=None, step=REFINED, signs_final=True)
+    return last._replace(x=x, F=None, step=REFINED, signs_final=True)
 
 
 def _remaining(deadline: float) -> float:

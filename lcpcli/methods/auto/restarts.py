@@ -7,8 +7,6 @@ one w_j exchanged it is a path as in C. E. Lemke and J. T. Howson, Equilibrium p
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from lcpcli.errors import ProblemError
@@ -41,7 +39,7 @@ def restarts(problem: Problem) -> Stage:
         x = last.x.copy()
         x[pair] *= -1
         evaluations += last.evaluations
-        yield from finish(problem, None, _single(replace(last, x=x, F=None, step="restart", evaluations=evaluations)))
+        yield from finish(problem, None, _single(last._replace(x=x, F=None, step="restart", evaluations=evaluations)))
     return Stalled("no path from another start ends at a solution")
 
 

@@ -24,5 +24,6 @@ class Turns:
                 return Breakdown(str(overflow), method)
             if not isinstance(step, Iterate):
                 return replace(step, method=step.method or method)
-            self.last = replace(step, method=step.method or method, evaluations=done + step.evaluations)
+            x, F, how, evaluations, name, final = step
+            self.last = Iterate(x, F, how, done + evaluations, name or method, final)
             yield self.last
