@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from lcpcli import Problem, read
 from lcpcli.files import shipped
-from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.equilibration import equilibrate, range_of_units
 from lcpcli.linalg.matrices import norm_inf, row_and_column_maxima
 from lcpcli.verify.accuracy import Accuracy
 
@@ -130,3 +130,53 @@ def test_sparse_and_dense_norms_agree() -> None:
     assert norm_inf(M) == pytest.approx(norm_inf(csr_array(M)), rel=1e-15)
     for dense, sparse in zip(row_and_column_maxima(M, R, C), row_and_column_maxima(csr_array(M), R, C), strict=True):
         assert np.array_equal(dense, sparse)
+
+
+@settings(deadline=None, max_examples=300)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.sampled_from([1, 2, 5, 20, 120]),
+    spread=st.integers(0, 4),
+    size=st.integers(-17, -2),
+    sparse=st.booleans(),
+)
+def test_bounds_never_call_a_solution_what_is_none(seed: int, n: int, spread: int, size: int, sparse: bool) -> None:
+    """Perturbed solutions, with a tolerance just below and well above the relative residual."""
+    generator = np.random.default_rng(seed)
+    units = np.exp2(generator.integers(-spread, spread + 1, (2, n)).astype(float))
+    A = generator.standard_normal((n, n))
+    M = units[0][:, None] * (A @ A.T + np.eye(n)) * units[1]
+    z = np.maximum(generator.standard_normal(n), 0) / units[1]
+    q = units[0] * np.maximum(generator.standard_normal(n), 0) * (z == 0) - M @ z
+    z = np.maximum(z * (1 + 10.0**size * generator.standard_normal(n)), 0)
+    problem = Problem(csr_array(M) if sparse else M, q)
+    if not z.any():
+        return
+    exact = Accuracy(problem, 1e-15)
+    residual = exact.relative_residual(z, exact.w(z))
+    if 0 < residual < 0.1:
+        assert not Accuracy(problem, 0.9 * residual).at(z).solves()
+        assert Accuracy(problem, max(1.1 * residual, 1e-13)).at(z).solves()
+
+
+@settings(deadline=None, max_examples=300)
+@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 3))
+def test_units_lie_in_the_range_that_the_diagonal_promises(seed: int, spread: int) -> None:
+    generator = np.random.default_rng(seed)
+    sizes = np.exp2(generator.uniform(-spread, spread, 6))
+    M = generator.uniform(-1, 1, (6, 6)) * sizes
+    np.fill_diagonal(M, sizes * generator.choice([-1, 1], 6))
+    q, largest = np.ones(6), float(np.abs(M).max())
+    low, high = range_of_units(float(np.abs(M.diagonal()).min()), largest)
+    for R in equilibrate(M, q):
+        assert low <= R.min()
+        assert R.max() <= high
+    for plain, informed in zip(equilibrate(M, q), equilibrate(M, q, largest), strict=True):
+        assert np.array_equal(plain, informed)
+
+
+def test_a_solution_that_bounds_show_needs_no_equilibration(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    monkeypatch.setattr("lcpcli.verify.accuracy.equilibrate", lambda *_: pytest.fail("equilibrated in vain"))
+    assert Accuracy(problem).at(np.array([4 / 3, 7 / 3])).solves()
+    assert not Accuracy(problem).at(np.zeros(2)).solves()

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
 from lcpcli import Limits, Problem, Status, Trace, read, run
 from lcpcli.files import shipped
+from lcpcli.gallery import families
+from lcpcli.linalg import factors, principal
 
 
 def test_rows_of_the_papers_first_table_are_its_own() -> None:
@@ -49,3 +54,71 @@ def test_singular_principal_submatrix_is_a_breakdown() -> None:
 def test_matrix_that_is_no_p_matrix_may_keep_it_going() -> None:
     result = run(Problem([[-1.0]], [-1.0]), "newton", limits=Limits(max_iterations=50))
     assert not result.solved
+
+
+def factorizations(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The sizes of the dense blocks that are factorized from now on."""
+    sizes: list[int] = []
+
+    def counting(real: Callable[..., Any]) -> Callable[..., Any]:
+        def counted(self: Any, A: Any) -> Any:
+            sizes.append(A.shape[0])
+            return real(self, A)
+
+        return counted
+
+    for name in ("cholesky", "lu"):
+        monkeypatch.setattr(principal._DenseFactors, name, counting(getattr(principal._DenseFactors, name)))
+    return sizes
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_factors_are_updated_while_few_indices_change(symmetric: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = factorizations(monkeypatch)
+    generator = np.random.default_rng(1)
+    A, n = generator.standard_normal((2, 300, 300)), 300
+    M = A[0] @ A[0].T + np.eye(n) + (0 if symmetric else A[1] - A[1].T)
+    solver, b = principal.PrincipalSolver(M), generator.standard_normal(n)
+    P = np.arange(n) % 2 == 0
+    for exchanged in ([], [0, 1], [2, 4, 7, 9], [11, 298], list(range(9))):
+        P[exchanged] = ~P[exchanged]
+        indices = np.flatnonzero(P)
+        exact = np.linalg.solve(M[np.ix_(P, P)], b[P])
+        assert np.allclose(solver.at(indices)(b[P]), exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    assert len(sizes) == 1
+    indices = np.arange(100)
+    assert np.allclose(M[:100, :100] @ solver.solve(indices, b[:100]), b[:100])
+    assert len(sizes) == 2
+
+
+def test_set_that_makes_the_update_singular_is_factorized_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """M_KK is regular for the set K that was factorized, M_PP is not: that is said, not a solution made up."""
+    sizes = factorizations(monkeypatch)
+    M = np.diag(np.r_[np.ones(299), 0.0])
+    solver = principal.PrincipalSolver(M)
+    solver.at(np.arange(298))
+    with pytest.raises(factors.SingularMatrix):
+        solver.solve(np.r_[np.arange(298), 299], np.ones(299))
+    assert len(sizes) >= 2
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(
+    symmetric: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = families.make("harker-pang", 400, 3, symmetric=symmetric)
+    sizes = factorizations(monkeypatch)
+    result = run(problem, "auto")
+    assert result.solved
+    assert result.route == ("gradient", "newton")
+    assert len(sizes) == 1
+    plain = run(problem, "newton")
+    assert np.allclose(result.z, plain.z, rtol=0, atol=1e-12 * np.abs(plain.z).max())
+
+
+def test_auto_solves_where_projected_gradients_lead_astray() -> None:
+    """M = I + 2 C: its symmetric part is not definite."""
+    n = 301
+    M = np.eye(n) + 2 * np.roll(np.eye(n), 1, axis=0)
+    q = np.random.default_rng(0).standard_normal(n)
+    assert run(Problem(M, q), "auto").solved

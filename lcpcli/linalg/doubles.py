@@ -12,7 +12,7 @@ EPS = float(np.finfo(np.float64).eps)  # from 1 to the next number
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)  # bounds the error of an underflow
 LARGEST = float(np.finfo(np.float64).max)
 ROW_ROUNDING = 8 * EPS  # relative to the terms of a row: a bound on the rounding error in w = M z + q
-SHORT = 100  # entries up to which Python's own loop is faster than a reduction by numpy
+SHORT = 32  # entries up to which Python's own loop is faster than a reduction by numpy
 
 
 def largest(v: Vector) -> float:

@@ -34,7 +34,7 @@ def largest_entry(M: Matrix) -> float:
     """The largest |entry| of a matrix or vector; not finite if an entry is not, 0 if there is none."""
     entries = M.data if is_sparse(M) else M
     if entries.size <= FEW:
-        return largest(entries.ravel())
+        return largest(entries.reshape(-1))
     return max(float(entries.max()), -float(entries.min()))
 
 

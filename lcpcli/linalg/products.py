@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.matrices import is_sparse, row_blocks
+from lcpcli.linalg.matrices import FEW, is_sparse, row_blocks
 from lcpcli.typing import Matrix, Vector
 
 THREADED = 64  # rows from which a BLAS may use threads
@@ -50,4 +50,7 @@ def absolute_product(M: Matrix, z: Vector) -> Vector:
     if is_sparse(M):
         result: Vector = abs(M) @ z
         return result
+    if M.size <= FEW:
+        small: Vector = np.abs(M) @ z
+        return small
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])

@@ -10,13 +10,15 @@ K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem,
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.linalg.products import absolute_product
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage
+from lcpcli.linalg.products import absolute_product, product
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
@@ -45,12 +47,13 @@ def newton(problem: Problem, x0: Vector) -> Stage:
     -------
     Finished, or Breakdown : M_PP is singular.
     """
-    return _iterates(problem, x0, PrincipalSolver(problem.M))
+    return block_pivoting(problem, x0, math.inf)
 
 
-def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Stage:
-    active = x0 > 0
-    fewest, patience, step = problem.n + 1, PATIENCE, "block"
+def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
+    """The same, stalled after so many exchanges of least indices: block steps advance, these may take 2^n."""
+    active, solver = x0 > 0, PrincipalSolver(problem.M)
+    fewest, waiting, step = problem.n + 1, PATIENCE, "block"
     evaluations = 0
     while True:
         indices = active.nonzero()[0]
@@ -63,11 +66,13 @@ def _iterates(problem: Problem, x0: Vector, solver: PrincipalSolver) -> Stage:
         if not infeasible.size:
             return Finished()
         if infeasible.size < fewest:
-            fewest, patience, step = infeasible.size, PATIENCE, "block"
-        elif patience > 1:
-            patience -= 1
+            fewest, waiting, step = infeasible.size, PATIENCE, "block"
+        elif waiting > 1:
+            waiting -= 1
+        elif patience > 0:
+            patience, step = patience - 1, LEAST_INDEX
         else:
-            step = LEAST_INDEX
+            return Stalled("the least-index steps were not enough")
         exchanged = infeasible if step == "block" else infeasible[:1]
         active[exchanged] = ~active[exchanged]
 
@@ -79,20 +84,22 @@ def _basic_solution(
 
     If it is nowhere, z is refined once by its residual w_P, unless that is already at rounding level.
     """
-    z = np.zeros(problem.n)
+    M, q = problem.M, problem.q
+    z = np.zeros(q.size)
     if not indices.size:
-        return z, problem.q, (problem.q < 0).nonzero()[0], False
-    solve = solver.at(indices)
-    z[indices] = solve(-problem.q[indices])
+        return z, q, (q < 0).nonzero()[0], False
+    solve, own = solver.at(indices), q[indices]
+    z[indices] = solve(-own)
     for refines in (True, False):
         if not is_finite(z):
             raise factors.SingularMatrix
-        w = problem.w(z)
+        w = product(M, z)
+        w += q
         residual = w[indices]
         w[indices] = 0.0
-        infeasible = ((z < 0) | (w < 0)).nonzero()[0]
+        infeasible = (np.minimum(z, w) < 0).nonzero()[0]
         final = not infeasible.size or not _beyond_rounding(problem, z, w, infeasible)
-        if not (refines and final) or _is_rounding(residual, problem.q[indices]):
+        if not (refines and final) or _is_rounding(residual, own):
             break
         z[indices] -= solve(residual)
     return z, w, infeasible, final

@@ -86,6 +86,8 @@ def _as_sparse(field: str, M: Any) -> Matrix:
 
 
 def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> Vector:
+    if isinstance(values, np.ndarray) and values.dtype == np.float64:
+        return np.asarray(values)
     if not isinstance(values, (list, tuple, np.ndarray)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     if isinstance(values, np.ndarray) and values.dtype.kind not in "fiu":
@@ -118,7 +120,7 @@ def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
 
 
 def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
-    if is_finite(values.ravel()):
+    if is_finite(values.reshape(-1)):
         return
     wrong = np.argwhere(~np.isfinite(values))[0]
     place = "".join(f"[{i}]" for i in (wrong if places is None else places()[wrong[0]]))

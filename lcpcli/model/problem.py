@@ -78,7 +78,6 @@ class Problem:
         if not n:
             raise ProblemError("q", "is empty", "give a problem with at least one unknown")
         matrix, largest = as_square("M", M, n)
-        names = [f"solution[{i}]" if len(solutions) > 1 else "solution" for i in range(len(solutions))]
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
@@ -88,7 +87,7 @@ class Problem:
             name=name,
             x0=None if x0 is None else as_vector("x0", x0, n),
             x1=None if x1 is None else as_vector("x1", x1, n),
-            solutions=tuple(as_vector(name, z, n) for name, z in zip(names, solutions, strict=True)),
+            solutions=_solutions(solutions, n) if len(solutions) else (),
             verdict=verdict,
             source=source,
             note=note,
@@ -109,6 +108,11 @@ class Problem:
         w = product(self.M, z)
         w += self.q
         return w
+
+
+def _solutions(given: Sequence[ArrayLike], n: int) -> tuple[Vector, ...]:
+    names = ("solution",) if len(given) == 1 else (f"solution[{i}]" for i in range(len(given)))
+    return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
 
 
 def _origin(given: Any, M: Matrix, q: Vector) -> Origin:

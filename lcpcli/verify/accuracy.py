@@ -11,7 +11,7 @@ from lcpcli.clock import imports
 from lcpcli.linalg import products
 from lcpcli.linalg.doubles import ROW_ROUNDING, largest
 from lcpcli.linalg.equilibration import MODERATE, equilibrate, range_of_units
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import FEW, is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
@@ -56,31 +56,34 @@ class Accuracy:
         """z >= 0, of shape (n,), with its measures."""
         return Point(self, z)
 
-    def clearly_solves(self, z: Vector, w: Vector) -> bool:
-        """Whether bounds that take no further pass over M show that the relative residual of z >= 0 is at most tol.
+    def clearly_solves(self, z: Vector, w: Vector, sizes: Vector | None) -> bool:
+        """Whether bounds show that the relative residual of z >= 0 is at most tol.
 
-        At first R and C are only bounded, by `range_of_units`.
+        sizes : |M| z, if it is known. At first R and C are only bounded, by `range_of_units`.
         """
         low, high = range_of_units(float(self._diagonal.min()), self.problem.largest)
         if low > 0 and 1 / MODERATE < self.greatest < MODERATE:
-            if self._is_bounded(z, w, 1 / (low * high), self.greatest, self.tol * low / high):
+            if self._is_bounded(z, w, sizes, 1 / (low * high), self.greatest, self.tol * low / high):
                 return True
             if low == high:
                 return False
         (R, *more), (inverse, *others) = self._units.to_rows, self._units.to_columns
-        return not (more or others) and self._is_bounded(z, w, inverse / R, self._units.scale / R, self.tol)
+        return not (more or others) and self._is_bounded(z, w, sizes, inverse / R, self._units.scale / R, self.tol)
 
-    def _is_bounded(self, z: Vector, w: Vector, columns: Vector | float, s: Vector | float, tol: float) -> bool:
+    def _is_bounded(
+        self, z: Vector, w: Vector, sizes: Vector | None, columns: Vector | float, s: Vector | float, tol: float
+    ) -> bool:
         """The same, given 1 / (R C), at most; s / R, at least; and tol times the factor by which R is uncertain.
 
-        (|M| z)_i is at least M_ii z_i. The rounding error in w_i is at most ROW_ROUNDING (|M| z + |q|)_i, where each of
-        the two terms is at most |w_i| plus the largest |M_ij| times the sum of z.
+        (|M| z)_i is at least M_ii z_i, and at most the largest |M_ij| times the sum of z. The rounding error in w_i is
+        at most ROW_ROUNDING (|M| z + |q|)_i, where |q_i| is at most |w_i| + (|M| z)_i.
         """
-        error = 2 * ROW_ROUNDING * self.problem.largest * float(z.sum())
+        most = self.problem.largest * float(z.sum()) if sizes is None else sizes
+        error = 2 * ROW_ROUNDING * most
         scaled = z * columns
         excess = np.abs(np.minimum(scaled, w - error))
         excess += np.minimum(scaled, 2 * error)
-        scales = np.maximum(np.abs(self.problem.q), self._diagonal * z)
+        scales = np.maximum(np.abs(self.problem.q), self._diagonal * z if sizes is None else sizes)
         scales = np.minimum(np.maximum(scales, SCALE_FLOOR * s), s)
         return bool(np.count_nonzero(excess * (1 + SLACK) <= tol * scales) == z.size)
 
@@ -88,6 +91,17 @@ class Accuracy:
     def w(self, z: Vector) -> Vector:
         """w = M z + q for finite z of shape (n,), rounded only once in rows where rounding errors could matter."""
         return self.recomputed(z, self.problem.w(z))
+
+    def surely_solves(self, z: Vector, w: Vector, sizes: Vector) -> bool:
+        """Whether the relative residual of z >= 0 is at most tol whatever the rounding errors in w are.
+
+        sizes : |M| z.
+        """
+        terms = _times(sizes, self._units.to_rows)
+        lost = ROW_ROUNDING * (terms + self._units.Rq) + self._units.underflow
+        inner, outer = _times(z, self._units.to_columns), _times(w, self._units.to_rows)
+        excess = np.abs(np.minimum(inner, outer - lost)) + np.minimum(inner, 2 * lost)
+        return bool((excess <= self.tol * self._row_scales(terms)).all())
 
     def recomputed(self, z: Vector, w: Vector) -> Vector:
         """w with its doubtful rows recomputed and rounded only once."""
@@ -138,18 +152,19 @@ class Accuracy:
     def _scaled(self, z: Vector, w: Vector) -> Vector:
         return np.abs(np.minimum(_times(z, self._units.to_columns), _times(w, self._units.to_rows)))
 
-    def relative_residual(self, z: Vector, w: Vector) -> float:
-        return _largest(self.relative_residuals(z, w))
+    def relative_residual(self, z: Vector, w: Vector, sizes: Vector | None = None) -> float:
+        """sizes : |M| z, if it is known."""
+        return _largest(self.relative_residuals(z, w, sizes))
 
-    def relative_residuals(self, z: Vector, w: Vector) -> Vector:
+    def relative_residuals(self, z: Vector, w: Vector, sizes: Vector | None = None) -> Vector:
         """The relative residual of each component; the largest is that of z."""
         residual = self._scaled(z, w) if self._units.scale else np.minimum(z, w)
         if not residual.any():
             return residual
         if not self._units.scale or not np.isfinite(residual).all():
             return np.where(residual == 0, 0.0, math.inf)
-        terms = _times(products.absolute_product(self.problem.M, z), self._units.to_rows)
-        ratios: Vector = residual / self._row_scales(terms)
+        sizes = products.absolute_product(self.problem.M, z) if sizes is None else sizes
+        ratios: Vector = residual / self._row_scales(_times(sizes, self._units.to_rows))
         return ratios
 
     def is_rounding(self, z: Vector, w: Vector) -> bool:
@@ -178,18 +193,19 @@ class Point:
     def __init__(self, accuracy: Accuracy, z: Vector) -> None:
         self.accuracy, self.z = accuracy, z
         self._plain_w: Vector | None = None
+        self._sizes: Vector | None = None
         self._solves: bool | None = None
 
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
     def w(self) -> Vector:
-        """As by `Accuracy.w`."""
+        """M z + q, rounded once in rows where rounding errors decide whether z is a solution."""
         if self._plain_w is None:
             return self.accuracy.w(self.z)
-        return self.accuracy.recomputed(self.z, self._plain_w.copy())
+        return self._plain_w if self._solves else self.accuracy.recomputed(self.z, self._plain_w.copy())
 
     def solves(self) -> bool:
-        """Whether the relative residual is at most the tolerance, as far as possible without computing it.
+        """Whether the relative residual is at most the tolerance, by bounds on it as far as they decide.
 
         If rounding errors in w hide that it is, this is False.
         """
@@ -200,10 +216,17 @@ class Point:
     @np.errstate(over="ignore", invalid="ignore")
     def _passes(self) -> bool:
         accuracy, z = self.accuracy, self.z
-        w = self._plain_w = accuracy.problem.w(z)
-        if accuracy.clearly_solves(z, w):
+        w, M = accuracy.problem.w(z), accuracy.problem.M
+        self._plain_w = w
+        if M.size <= FEW:
+            self._sizes = products.absolute_product(M, z)
+        if accuracy.clearly_solves(z, w, self._sizes):
             return True
-        return accuracy.scaled_residual(z, w) <= accuracy.tol and self.relative_residual <= accuracy.tol
+        if accuracy.scaled_residual(z, w) > accuracy.tol:
+            return False
+        if self._sizes is None:
+            self._sizes = products.absolute_product(M, z)
+        return accuracy.surely_solves(z, w, self._sizes) or self.relative_residual <= accuracy.tol
 
     @cached_property
     def residual(self) -> float:
@@ -214,7 +237,7 @@ class Point:
         if not np.count_nonzero(self.z):  # the residual of z = 0 is its own scale
             return float(self.accuracy.greatest > 0)
         with np.errstate(over="ignore", invalid="ignore"):
-            return self.accuracy.relative_residual(self.z, self.w)
+            return self.accuracy.relative_residual(self.z, self.w, self._sizes)
 
     @cached_property
     def error(self) -> float | None:

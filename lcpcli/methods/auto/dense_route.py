@@ -12,11 +12,10 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg import factors
-from lcpcli.linalg.krylov import dot
 from lcpcli.linalg.products import product
 from lcpcli.methods.auto.turns import Turns
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled, advance
-from lcpcli.methods.newton import LEAST_INDEX, newton
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
+from lcpcli.methods.newton import block_pivoting
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -33,25 +32,14 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
     """
-    if not np.count_nonzero(x0):
-        x0 = -problem.q / 2  # z = 0 with its own w
+    start = x0 if np.count_nonzero(x0) else -problem.q / 2  # z = 0 with its own w
     if problem.n <= factors.SMALL:
-        return (yield from while_blocks_advance(newton(problem, x0), LEAST_INDEX_STEPS))
+        return (yield from block_pivoting(problem, start, LEAST_INDEX_STEPS))
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
-    start = x0 if isinstance(ending, Breakdown) else turns.last.x
-    return (yield from turns.take("newton", while_blocks_advance(newton(problem, start), LEAST_INDEX_STEPS)))
-
-
-def while_blocks_advance(stage: Stage, patience: int) -> Stage:
-    """The iterates of newton, until it has taken more than `patience` least-index steps."""
-    least_index_steps = 0
-    while isinstance(step := advance(stage), Iterate):
-        least_index_steps += step.step == LEAST_INDEX
-        if least_index_steps > patience:
-            return Stalled(f"{patience} least-index steps were not enough")
-        yield step
-    return step
+    if not isinstance(ending, Breakdown):
+        start = turns.last.x
+    return (yield from turns.take("newton", block_pivoting(problem, start, LEAST_INDEX_STEPS)))
 
 
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
@@ -76,23 +64,25 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
         return Breakdown("a diagonal entry of M is not positive")
     inverse = 1 / diagonal
     z = 2 * np.maximum(x0, 0)
-    gradient = (product(M, z) + q) * inverse if z.any() else q * inverse
-    first = dot(gradient, gradient)
+    gradient = (product(M, z) + q) * inverse if np.count_nonzero(z) else q * inverse
+    first = gradient.dot(gradient)
     active, t = z > gradient, 0.5
     for step in range(1, MOST_STEPS + 1):
         previous, former = z, gradient
         z = np.maximum(z - t * gradient, 0.0)
-        gradient = (product(M, z) + q) * inverse
+        gradient = product(M, z)
+        gradient += q
+        gradient *= inverse
         change, difference = z - previous, gradient - former
         weighted = diagonal * difference
-        along = dot(change, weighted)
+        along = change.dot(weighted)
         if along > 0:
-            t = dot(change, diagonal * change) / along if step % 2 else along / dot(difference, weighted)
+            t = change.dot(diagonal * change) / along if step % 2 else along / difference.dot(weighted)
         if step % BLOCK:
             continue
         before, active = active, z > gradient
         yield Iterate(0.5 * np.where(active, z, -gradient), None, "", step + 1, signs_final=False)
-        if not dot(gradient, gradient) <= GROWTH * first:
+        if not gradient.dot(gradient) <= GROWTH * first:
             return Breakdown("the projected gradient iteration diverges")
         if np.count_nonzero(before != active) <= max(SETTLED, z.size // OF_MANY):
             return Finished()

@@ -84,7 +84,9 @@ def _iterates(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Stage:
     states = _pivot(M, q, z, inner)
     while isinstance(state := advance(states), _State):
         w = np.where(state.active, 0, np.maximum(state.w, 0))
-        yield Iterate(0.5 * (np.maximum(state.z, 0) - w), None, "", inner.products)
+        nonnegative = bool(state.z.min() >= 0)
+        F = state.w - w if nonnegative else None
+        yield Iterate(0.5 * (np.maximum(state.z, 0) - w), F, "", inner.products, signs_final=nonnegative)
     return state
 
 

@@ -13,10 +13,10 @@ from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import registry as methods
-from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route, while_blocks_advance
+from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
 from lcpcli.methods.auto.turns import Turns
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, limited
-from lcpcli.methods.newton import newton
+from lcpcli.methods.newton import block_pivoting
 from lcpcli.methods.scaled import in_original_units
 from lcpcli.model import scaled
 from lcpcli.model.modulus import z_of
@@ -83,7 +83,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
 
         yield "sparse", sparse_route(problem, x0)
     if is_sparse(problem.M):
-        yield "newton", while_blocks_advance(newton(problem, x0), problem.n)
+        yield "newton", block_pivoting(problem, x0, problem.n)
     else:
         yield "newton", dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
@@ -103,7 +103,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
     """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
     units, start = scaled.scale(problem), np.sign(x0)
-    pivoting = while_blocks_advance(newton(units.problem, start), LEAST_INDEX_STEPS)
+    pivoting = block_pivoting(units.problem, start, LEAST_INDEX_STEPS)
     yield "newton", in_original_units(units, pivoting)
     lemke = limited(methods.load("lemke")(units.problem, start), LEMKE_PIVOTS * problem.n)
     yield "lemke", _proof_in_own_units(problem, units, in_original_units(units, lemke))
