@@ -79,7 +79,6 @@ def test_nothing_is_solved_if_an_option_of_the_last_method_is_out_of_range(
 ) -> None:
     solved: list[Result] = []
     run = driver.run
-    monkeypatch.setattr(driver, "warm_up", lambda method: None)  # noqa: ARG005
     monkeypatch.setattr(driver, "run", lambda *given, **named: solved.append(run(*given, **named)) or solved[-1])
     line = "compare good.json --method fixed-point --method shi --rho 2"
     outcome, _ = meet(Kind(tuple(line.split()), ()))

@@ -46,7 +46,6 @@ def python(code: str, *arguments: str, **how: Any) -> subprocess.CompletedProces
 def test_run_that_is_interrupted_outside_its_method_leaves_the_finished_ones(
     lcp: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(driver, "warm_up", lambda method: None)  # noqa: ARG005
     monkeypatch.setattr(driver, "run", later(driver.run, 1))
     outcome = lcp("compare", EXAMPLE, "--format", "json")
     assert (outcome.code, outcome.err) == (130, "")

@@ -182,7 +182,6 @@ def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytes
             return real(problem, method, clock=clock, **options)
         return real(problem, method, **options)
 
-    monkeypatch.setattr(driver, "warm_up", lambda method: None)  # noqa: ARG005
     monkeypatch.setattr(driver, "run", interrupted)
     outcome = lcp("compare")
     assert outcome.code == 130
@@ -199,7 +198,6 @@ def test_interrupt_of_a_repeat_keeps_what_was_finished(lcp: Lcp, monkeypatch: py
         result = real(problem, method, **options)
         return result if next(runs) else replace(result, status=Status.INTERRUPTED)
 
-    monkeypatch.setattr(driver, "warm_up", lambda method: None)  # noqa: ARG005
     monkeypatch.setattr(driver, "run", second_interrupted)
     outcome = lcp("compare", EXAMPLE)
     assert outcome.code == 130

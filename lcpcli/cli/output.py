@@ -109,7 +109,6 @@ class Plot:
 
     def __init__(self, path: str | None, levels: tuple[float, ...]) -> None:
         self.path, self.levels = path, levels
-        self.timed = path is not None or bool(levels)  # whether times along the way are reported
         if path is None:
             return
         from lcpcli.report.figures import drawing as figures

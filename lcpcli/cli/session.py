@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lcpcli.typing import Vector
 
 OF_OUTPUT = ("form", "trace", "every", "output", "quiet", "bound")
-BRIEF, REPEATS = 0.05, 3  # shorter runs, in seconds, are timed as the fastest of that many
+BRIEF, REPEATS = 0.02, 3  # shorter runs, in seconds, are timed as the fastest of that many: a first one is slow
 Paths = Sequence[tuple[str, str | None]]
 
 
@@ -139,6 +139,7 @@ def _runs(
     from lcpcli.solving import run as driver
 
     output, plot, width = shown
+    timed = plot.path is not None or not output.silent
 
     def run_once(problem: Problem, method: str, values: dict[str, Any]) -> Result:
         trace, curve = output.trace(problem, width), plot.curve(problem)
@@ -148,16 +149,14 @@ def _runs(
                 problem, method, limits=bounds, trace=trace, curve=curve, observe=observe, conclude=False, **values
             )
 
-    for method in methods:
-        driver.warm_up(method)
     for i, (problem, own) in enumerate(zip(problems, chosen, strict=True)):
         near = None if warm is None else _near(problem, warm)
         for method, values in zip(methods, own, strict=True):
-            for result in _quickest(partial(run_once, problem, method, values), plot.timed):
+            for result in _quickest(partial(run_once, problem, method, values), timed):
                 yield i, result
             if near is not None and METHODS[method].uses_start:
                 again = {**values, "x0": near, "z0": None}
-                for result in _quickest(partial(run_once, problem, method, again), plot.timed):
+                for result in _quickest(partial(run_once, problem, method, again), timed):
                     yield i, replace(result, warm=True)
 
 

@@ -82,11 +82,6 @@ def run(
     return concluded([result])[0] if conclude else result
 
 
-def warm_up(method: str) -> None:
-    """Run a method on the smallest problem, so that the times of later runs are not those of a first call."""
-    run(Problem([[1.0]], [-1.0]), method, conclude=False)
-
-
 def _additions(method: str, **wanted: bool) -> dict[str, bool]:
     """The additions that are requested; OptionError if the method takes none."""
     additions = {name: True for name, yes in wanted.items() if yes}

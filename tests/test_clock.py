@@ -1,0 +1,124 @@
+"""One clock: what the user waits for, in parts that add up, without imports, the same in every command."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem, Trace, clock, run
+from lcpcli.bench.answer import Method
+from lcpcli.files import shipped
+
+EXAMPLE = shipped.path("paper-example-1.json")
+PARTS = ("setup_seconds", "solve_seconds", "verify_seconds")
+
+Lcp = Callable[..., Any]
+
+
+class Time:
+    """A clock that goes on by one second each time it is read."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        self.now += 1.0
+        return self.now
+
+
+def test_clock_stands_still_during_imports(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("time.perf_counter", Time())
+    before = clock.seconds()
+    with clock.imports, clock.imports:
+        pass
+    assert clock.seconds() - before == 2.0  # of 3, as one passed inside
+
+
+def test_imports_of_a_first_run_are_not_part_of_it() -> None:
+    """In a new process, where a sparse problem and a fallback on milp load most of scipy."""
+    code = """
+import time, numpy, scipy.sparse, lcpcli
+from lcpcli import clock
+began = time.perf_counter()
+result = lcpcli.solve(scipy.sparse.csr_array([[0.0, 1.0], [1.0, 0.0]]), [-1.0, 1.0])
+wall = time.perf_counter() - began
+assert result.route[-1] == "milp"
+assert clock.imports.seconds > 0.02, clock.imports.seconds
+assert result.seconds <= wall - clock.imports.seconds + 1e-9
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the arrays on: the parts of a call that begins at 0 end with the last reading but the trace's own."""
+    ticking = Time()
+    monkeypatch.setattr("lcpcli.solving.call.seconds", ticking)
+    real = lcpcli.solving.call.driver.run
+    monkeypatch.setattr("lcpcli.solving.call.driver.run", lambda *given, **named: real(*given, clock=ticking, **named))
+    result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    assert result.seconds == ticking.now - 1.0
+
+
+def test_what_is_kept_in_a_trace_takes_no_time() -> None:
+    ticking = Time()
+
+    class Slow(Trace):
+        def add(self, *given: Any) -> None:
+            ticking.now += 100.0
+            super().add(*given)
+
+    assert run(Problem([[2.0]], [-1.0]), "newton", trace=Slow(), clock=ticking).seconds < 100.0
+
+
+@pytest.mark.parametrize("command", ["solve", "compare"])
+@pytest.mark.parametrize("method", ["auto", "shi", "fixed-point", "newton", "lemke", "milp"])
+def test_parts_add_up_in_every_command(command: str, method: str, lcp: Lcp) -> None:
+    outcome = lcp(command, EXAMPLE, "--method", method, "--format", "json", *["--trace"] * (command == "solve"))
+    record = json.loads(outcome.out)
+    assert record["seconds"] == pytest.approx(sum(record[part] for part in PARTS), rel=1e-12)
+    assert min(record[part] for part in PARTS) > 0
+    times = [row["seconds"] for row in record["trace"] or ()]
+    assert times == sorted(times)
+    assert all(0 < seconds <= record["seconds"] for seconds in times)
+
+
+def test_bench_times_from_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A problem that was checked before is made anew within the time."""
+    made: list[bool] = []
+
+    def counted(*given: Any, **named: Any) -> Problem:
+        made.append(True)
+        return Problem(*given, **named)
+
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    monkeypatch.setattr("lcpcli.bench.answer.Problem", counted)
+    answer = Method("auto").solve(problem, 1e-10, np.inf, True)
+    assert made == [True]
+    assert answer.curve is not None
+    assert answer.curve[-1][1] <= answer.seconds
+
+
+def test_short_runs_are_repeated_and_the_fastest_is_shown(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    from lcpcli.solving import run as driver
+
+    results: list[lcpcli.Result] = []
+    real = driver.run
+
+    def kept(*given: Any, **named: Any) -> lcpcli.Result:
+        results.append(real(*given, **named))
+        return results[-1]
+
+    monkeypatch.setattr(driver, "run", kept)
+    for command in ("solve", "compare"):
+        results.clear()
+        shown = json.loads(lcp(command, EXAMPLE, "--method", "newton", "--format", "json").out)
+        assert len(results) == 3
+        assert shown["seconds"] == min(result.seconds for result in results)
