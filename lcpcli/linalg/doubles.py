@@ -26,3 +26,11 @@ def largest(v: Vector) -> float:
 def is_finite(v: Vector) -> bool:
     """Whether all entries are finite."""
     return largest(v) < math.inf
+
+
+def least(v: Vector) -> float:
+    """The smallest entry, NaN if one is NaN."""
+    if v.size > SHORT:
+        return float(v.min())
+    values = v.tolist()
+    return min(values) if math.isfinite(sum(values)) else float(v.min())

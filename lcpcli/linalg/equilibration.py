@@ -24,7 +24,7 @@ MODERATE = 2.0**200  # units up to which bounds on them are computed
 LARGEST_POWER = 1000.0  # exponents are limited to this, so that R, C and what they divide stay finite
 
 
-def equilibrate(M: Matrix, q: Vector, largest: float | None = None) -> tuple[Vector, Vector]:
+def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vector, Vector]:
     """Diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
 
     Rows and columns are divided simultaneously by the square roots of their largest entries (D. Ruiz, A scaling
@@ -34,18 +34,18 @@ def equilibrate(M: Matrix, q: Vector, largest: float | None = None) -> tuple[Vec
     largest other one; a zero column, which has no scale, is left unscaled. Uncoupled blocks of M keep the units that
     they have in common. No exponent ends more than MARGIN outside the range of those that the first sweep asks for.
 
-    largest : the largest |entry| of M, if it is known: M need then not be read if its diagonal is nearly as large.
+    rows : the largest |entry| of each row of M, if they are known: M need then not be read if its diagonal is nearly as
+        large.
     """
-    diagonal = np.abs(M.diagonal())
-    if largest is not None:
-        low, high = range_of_units(float(diagonal.min()), largest)
-        if low == high:
-            common = np.full(q.size, low)
-            return common, common
+    rows, diagonal = matrices.row_maxima(M) if rows is None else rows, np.abs(M.diagonal())
+    low, high = range_of_units(float(diagonal.min()), float(rows.max()))
+    if low == high:
+        common = np.full(q.size, low)
+        return common, common
+    columns = matrices.column_maxima(M)
     logarithms = np.log2(diagonal, where=diagonal > 0, out=np.full(q.size, -np.inf))
     low, high = -LARGEST_POWER, LARGEST_POWER
     row_power, column_power = np.zeros(q.size), np.zeros(q.size)
-    rows, columns = matrices.row_and_column_maxima(M)
     if _are_far_apart(rows) or _are_far_apart(columns):
         row_power, column_power = _balance(M, q)
         rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))

@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
-from lcpcli.linalg.matrices import is_sparse, is_symmetric, row_and_column_maxima
+from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric
 from lcpcli.linalg.products import product
 from lcpcli.typing import Matrix, Vector
 
@@ -37,7 +37,7 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
     def checked(shift: float) -> Solve:
         solve = factorize(shift)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            known = 1 / np.maximum(row_and_column_maxima(M)[1], shift)
+            known = 1 / np.maximum(column_maxima(M), shift)
             computed = solve(product(M, known) + shift * known)
             if not np.max(np.abs(computed / known - 1)) < 0.5:
                 raise SingularMatrix

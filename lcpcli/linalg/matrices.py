@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.doubles import LARGEST, largest
+from lcpcli.linalg.doubles import LARGEST
 from lcpcli.typing import Indices, Matrix, Vector
 
 FEW = 10_000  # entries of which a copy costs less than a second reduction
@@ -30,33 +30,44 @@ def norm_inf(M: Matrix) -> float:
     return max(float(block.sum(axis=1).max()) for _, block in row_blocks(M))
 
 
-def largest_entry(M: Matrix) -> float:
-    """The largest |entry| of a matrix or vector; not finite if an entry is not, 0 if there is none."""
-    entries = M.data if is_sparse(M) else M
-    if entries.size <= FEW:
-        return largest(entries.reshape(-1))
-    return max(float(entries.max()), -float(entries.min()))
-
-
-def row_and_column_maxima(M: Matrix, R: Vector | None = None, C: Vector | None = None) -> tuple[Vector, Vector]:
-    """The largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,), 1 by default."""
-    if R is None or C is None:
-        if not is_sparse(M):
-            return np.maximum(M.max(axis=1), -M.min(axis=1)), np.maximum(M.max(axis=0), -M.min(axis=0))
-        R = C = np.ones(M.shape[0])
+def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vector]:
+    """The largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,)."""
     rows, columns, scale = np.zeros(R.size), np.zeros(R.size), _scaler(R, C)
     if is_sparse(M):
         entries = scale(np.abs(M.data), np.repeat(R, np.diff(M.indptr)), C[M.indices])
-        filled = np.flatnonzero(np.diff(M.indptr))
-        if filled.size:
-            rows[filled] = np.maximum.reduceat(entries, M.indptr[filled])
         np.maximum.at(columns, M.indices, entries)
-        return rows, columns
+        return _row_maxima(M, entries), columns
     for part, block in row_blocks(M):
         entries = scale(block, R[part, np.newaxis], C)
         rows[part] = entries.max(axis=1)
         np.maximum(columns, entries.max(axis=0), out=columns)
     return rows, columns
+
+
+def row_maxima(M: Matrix) -> Vector:
+    """The largest |entry| of every row of M, of shape (m, n); NaN where one is NaN. Dense, |M| is not formed."""
+    return _row_maxima(M, np.abs(M.data)) if is_sparse(M) else _maxima(M, 1)
+
+
+def column_maxima(M: Matrix) -> Vector:
+    """The same of every column."""
+    if not is_sparse(M):
+        return _maxima(M, 0)
+    columns = np.zeros(M.shape[1])
+    np.maximum.at(columns, M.indices, np.abs(M.data))
+    return columns
+
+
+def _row_maxima(M: Matrix, entries: Vector) -> Vector:
+    rows, filled = np.zeros(M.shape[0]), np.flatnonzero(np.diff(M.indptr))
+    if filled.size:
+        rows[filled] = np.maximum.reduceat(entries, M.indptr[filled])
+    return rows
+
+
+def _maxima(M: Vector, axis: int) -> Vector:
+    maxima: Vector = np.abs(M).max(axis) if M.size <= FEW else np.maximum(M.max(axis), -M.min(axis))
+    return maxima
 
 
 def dense(A: Matrix) -> Matrix:
@@ -77,15 +88,6 @@ def comparison(M: Matrix) -> Matrix:
     C = -np.abs(M)
     np.fill_diagonal(C, diagonal)
     return C
-
-
-def row_maxima(M: Matrix) -> Vector:
-    """The largest |entry| of every row of M, of shape (m, n)."""
-    if is_sparse(M):
-        sparse: Vector = abs(M).max(axis=1).toarray().ravel()
-        return sparse
-    maxima: Vector = np.maximum(M.max(axis=1), -M.min(axis=1))
-    return maxima
 
 
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import suppress
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import product
 from lcpcli.typing import Indices, Matrix, Vector
 
+LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
 UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
 
 
@@ -23,7 +25,7 @@ def definite_solver(M: Matrix) -> Solve | None:
         return None
     try:
         if not is_sparse(M):
-            return _small_cholesky(M) if M.shape[0] <= factors.SMALL else _DenseFactors().cholesky(M)
+            return _small_cholesky(M) if M.shape[0] <= factors.SMALL else _dense_factors().cholesky(M)
         lu = factors.sparse_lu(symmetric=True)(M)
     except SingularMatrix:
         return None
@@ -40,8 +42,8 @@ class PrincipalSolver:
 
     def __init__(self, M: Matrix) -> None:
         self._M = M
-        self._small = M.shape[0] <= factors.SMALL and not is_sparse(M)
-        self._dense = None if is_sparse(M) or self._small else _DenseFactors()
+        self._small = not is_sparse(M) and M.shape[0] <= factors.SMALL
+        self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else _dense_factors()
         self._definite = not self._small and bool(M.diagonal().min() > 0)
         if is_sparse(M):
             self._definite = self._definite and matrices.is_symmetric(M)
@@ -61,7 +63,7 @@ class PrincipalSolver:
 
     def at(self, indices: Indices) -> Solve:
         """A solver of systems with M_PP, without refinement; it, or this, raises SingularMatrix if there is none."""
-        if self._dense is None:
+        if self._dense is None or self._small:
             return self.factorized(self.block(indices))
         if self._kept is not None:
             with suppress(SingularMatrix):
@@ -79,7 +81,7 @@ class PrincipalSolver:
 
     def factorized(self, block: Matrix) -> Solve:
         """A solver of systems with M_PP, without refinement; SingularMatrix if there is none."""
-        if self._small:
+        if self._dense is None and not is_sparse(block):
             return partial(_solve, block)
         if self._definite and (is_sparse(block) or matrices.is_symmetric(block)):
             try:
@@ -155,6 +157,11 @@ class _DenseFactors:
         if info > 0:
             raise SingularMatrix
         return lambda b: self._getrs(factor, pivots, b, trans=1)[0]
+
+
+@cache
+def _dense_factors() -> _DenseFactors:
+    return _DenseFactors()
 
 
 def _solve(A: Matrix, b: Vector) -> Vector:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lcpcli.linalg import factors, matrices, products
+from lcpcli.linalg import factors, products
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.methods.iterate import Finished, Iterate, Stage, advance
@@ -126,7 +126,7 @@ class _Finisher:
         M, q = self._problem.M, self._problem.q
         if self._solver is None:
             self._solver = PrincipalSolver(M)
-            self._row_sizes = matrices.row_maxima(M)
+            self._row_sizes = self._problem.row_maxima
         indices = np.flatnonzero(active)
         z = np.zeros(q.size)
         try:

@@ -52,7 +52,7 @@ def newton(problem: Problem, x0: Vector) -> Stage:
 
 def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
     """The same, stalled after so many exchanges of least indices: block steps advance, these may take 2^n."""
-    active, solver = x0 > 0, PrincipalSolver(problem.M)
+    active, solver = x0 > 0.0, PrincipalSolver(problem.M)
     fewest, waiting, step = problem.n + 1, PATIENCE, "block"
     evaluations = 0
     while True:
@@ -87,7 +87,7 @@ def _basic_solution(
     M, q = problem.M, problem.q
     z = np.zeros(q.size)
     if not indices.size:
-        return z, q, (q < 0).nonzero()[0], False
+        return z, q, (q < 0.0).nonzero()[0], False
     solve, own = solver.at(indices), q[indices]
     z[indices] = solve(-own)
     for refines in (True, False):
@@ -97,7 +97,7 @@ def _basic_solution(
         w += q
         residual = w[indices]
         w[indices] = 0.0
-        infeasible = (np.minimum(z, w) < 0).nonzero()[0]
+        infeasible = (np.minimum(z, w) < 0.0).nonzero()[0]
         final = not infeasible.size or not _beyond_rounding(problem, z, w, infeasible)
         if not (refines and final) or _is_rounding(residual, own):
             break

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind
-from lcpcli.linalg.doubles import is_finite
-from lcpcli.linalg.matrices import is_sparse, largest_entry
+from lcpcli.linalg.doubles import is_finite, largest
+from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
 ROWS = "a list of rows of numbers"
@@ -29,8 +29,8 @@ def as_vector(field: str, values: Any, n: int | None = None) -> Vector:
     return v
 
 
-def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, float]:
-    """As `as_matrix`, of shape (n, n) to fit the vector called `other`; and its largest |entry|."""
+def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, Vector]:
+    """As `as_matrix`, of shape (n, n) to fit the vector called `other`; and the largest |entry| of each row."""
     M = _as_rows(field, values)
     if M.shape[0] != M.shape[1]:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
@@ -60,17 +60,17 @@ def _as_rows(field: str, values: Any) -> Matrix:
     return M
 
 
-def _as_finite(field: str, M: Matrix) -> tuple[Matrix, float]:
-    """M, in compressed sparse rows if it is sparse, and its largest |entry|."""
+def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
+    """M, in compressed sparse rows if it is sparse, and the largest |entry| of each row."""
     if is_sparse(M):
         M = _as_sparse(field, M)
-    largest = largest_entry(M)
-    if not largest < math.inf:
+    sizes = row_maxima(M)
+    if not largest(sizes) < math.inf:
         if is_sparse(M):
             _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
         else:
             _refuse_infinite(field, M)
-    return M, largest
+    return M, sizes
 
 
 def _as_sparse(field: str, M: Any) -> Matrix:

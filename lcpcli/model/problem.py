@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, kind, quoted
+from lcpcli.linalg.doubles import largest
 from lcpcli.linalg.products import product
 from lcpcli.model.arrays import as_square, as_vector
 from lcpcli.typing import Matrix, Vector
@@ -34,7 +35,7 @@ class Problem:
     reference : "known" for given solutions, else how they were obtained: "exact" or "computed", see `reference`.
     verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
     origin : the quadratic program or the game behind the problem, or the object for it in a file; or None.
-    largest : the largest |M_ij|, found on construction.
+    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
 
     Raises ProblemError, which names the field.
 
@@ -57,6 +58,7 @@ class Problem:
     note: str = ""
     reference: str = "known"
     origin: Origin | None = None
+    row_maxima: Vector = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
 
     def __init__(
@@ -77,7 +79,7 @@ class Problem:
         n = vector_q.size
         if not n:
             raise ProblemError("q", "is empty", "give a problem with at least one unknown")
-        matrix, largest = as_square("M", M, n)
+        matrix, row_maxima = as_square("M", M, n)
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
@@ -93,7 +95,8 @@ class Problem:
             note=note,
             reference=reference,
             origin=None if origin is None else _origin(origin, matrix, vector_q),
-            largest=largest,
+            row_maxima=row_maxima,
+            largest=largest(row_maxima),
         )
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")

@@ -48,7 +48,7 @@ def scale(problem: Problem) -> Scaled:
 
     The problem unchanged if no powers of two in range achieve that.
     """
-    R, C = equilibrate(problem.M, problem.q)
+    R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
     t = np.exp2(_common_power(problem.q, R, C))
     with np.errstate(over="ignore"):
         R, C = R * t, C / t

@@ -47,7 +47,7 @@ def _is_semidefinite(M: Matrix) -> bool:
     the answer does not depend on units.
     """
     diagonal, ones = M.diagonal(), np.ones(M.shape[0])
-    largest = matrices.row_and_column_maxima(M)[0]
+    largest = matrices.row_maxima(M)
     if diagonal.min() < 0 or largest[diagonal == 0].any():
         return False
     if (products.absolute_product(M, ones) <= 2 * diagonal).all():

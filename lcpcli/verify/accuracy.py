@@ -9,7 +9,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import products
-from lcpcli.linalg.doubles import ROW_ROUNDING, largest
+from lcpcli.linalg.doubles import ROW_ROUNDING, largest, least
 from lcpcli.linalg.equilibration import MODERATE, equilibrate, range_of_units
 from lcpcli.linalg.matrices import FEW, is_sparse
 from lcpcli.model.problem import Problem
@@ -41,7 +41,7 @@ class Accuracy:
 
     def __init__(self, problem: Problem, tol: float = 1e-10) -> None:
         self.problem, self.tol = problem, tol
-        self.greatest = -float(problem.q.min())  # s before scaling; if it is not positive, z = 0 is a solution
+        self.greatest = -least(problem.q)  # s before scaling; if it is not positive, z = 0 is a solution
         self._diagonal: Vector = problem.M.diagonal()
 
     @cached_property
@@ -61,7 +61,7 @@ class Accuracy:
 
         sizes : |M| z, if it is known. At first R and C are only bounded, by `range_of_units`.
         """
-        low, high = range_of_units(float(self._diagonal.min()), self.problem.largest)
+        low, high = range_of_units(least(self._diagonal), self.problem.largest)
         if low > 0 and 1 / MODERATE < self.greatest < MODERATE:
             if self._is_bounded(z, w, sizes, 1 / (low * high), self.greatest, self.tol * low / high):
                 return True
@@ -85,7 +85,7 @@ class Accuracy:
         excess += np.minimum(scaled, 2 * error)
         scales = np.maximum(np.abs(self.problem.q), self._diagonal * z if sizes is None else sizes)
         scales = np.minimum(np.maximum(scales, SCALE_FLOOR * s), s)
-        return bool(np.count_nonzero(excess * (1 + SLACK) <= tol * scales) == z.size)
+        return bool(np.count_nonzero(excess <= tol * (1 - SLACK) * scales) == z.size)
 
     @np.errstate(over="ignore", invalid="ignore")
     def w(self, z: Vector) -> Vector:
@@ -252,7 +252,7 @@ class _Units:
     """
 
     def __init__(self, problem: Problem) -> None:
-        R, C = equilibrate(problem.M, problem.q, problem.largest)
+        R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
         row_power, column_power = (np.frexp(diagonal)[1] - 1 for diagonal in (R, C))
         q = problem.q
         decisive = q < 0 if (q < 0).any() else q != 0

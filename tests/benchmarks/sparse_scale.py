@@ -27,7 +27,7 @@ def main() -> None:
         problem = gallery.make(family, n)
         result = lcpcli.run(problem, "auto")
         residual = np.abs(np.minimum(result.z, problem.w(result.z))).max() / np.abs(problem.q).max()
-        seconds = result.setup_seconds + result.solve_seconds
+        seconds = result.seconds
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
         print(f"{title}: {result.status.word} by {', '.join(result.route)}")
         print(f"  {seconds:.2f} s, relative residual {residual:.1e}, peak memory so far {memory:.2f} GB")
