@@ -42,7 +42,7 @@ def limit(M: Any, P: Any, symmetric: bool) -> float:
     factorize = (
         partial(lapack.dpotrf, block.T, lower=True, clean=False) if symmetric else partial(lapack.dgetrf, block.T)
     )
-    return median(factorize) + median(lambda: M[P][:, P]) + median(lambda: M @ v)
+    return median(lambda: factorize(block.T)) + median(lambda: M[P][:, P]) + median(lambda: M @ v)
 
 
 def row(n: int, symmetric: bool) -> list[str]:
