@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import atexit
 import math
 import os
+import signal
 import sys
 import threading
 import time
@@ -19,7 +21,7 @@ class TimeIsUp(Exception):
     """The time limit has passed while compiled code was running."""
 
 
-abandoned: list[threading.Event] = []  # set at the end of calls that are no longer waited for
+abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by time.monotonic()
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
@@ -36,6 +38,11 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
     finally:
         _deadline.reset(deadline)
         _watch.reset(watching)
+
+
+def remaining() -> float:
+    """Seconds until calls through `interruptibly` raise TimeIsUp; infinite if there is no time limit."""
+    return max(_deadline.get() - time.monotonic(), 0.0)
 
 
 @contextmanager
@@ -71,12 +78,13 @@ def _flush() -> None:
 def interruptibly(call: Callable[[], Any]) -> Any:
     """What the call returns or raises. Ctrl-C and time limits end the wait for it, although compiled code ignores both.
 
-    The call then continues in a thread of its own, one of `abandoned`, which ends with the process. Outside the main
-    thread, the only one to receive Ctrl-C, it is called directly.
+    The call then continues in a thread of its own, one of `abandoned`, for which the interpreter waits when it exits.
+    The call must release the interpreter's lock. Outside the main thread, the only one to receive Ctrl-C, it is made
+    directly.
     """
     if threading.current_thread() is not threading.main_thread():
         return call()
-    deadline, watch = _deadline.get(), _watch.get()
+    watch = _watch.get()
     outcome: list[Any] = []
     failure: list[BaseException] = []
 
@@ -89,22 +97,45 @@ def interruptibly(call: Callable[[], Any]) -> Any:
             done.set()
 
     done = threading.Event()
+    thread = threading.Thread(target=work, daemon=True)
     try:
-        threading.Thread(target=work, daemon=True).start()
-    except RuntimeError:  # no memory for one
-        return call()
-    try:
-        while not done.wait(min(WAIT, max(deadline - time.monotonic(), 0.0))):
-            if time.monotonic() >= deadline:
+        try:
+            thread.start()
+        except RuntimeError:  # no memory for one
+            return call()
+        while not done.wait(min(WAIT, remaining())):
+            if remaining() <= 0:
                 raise TimeIsUp
             if watch is not None:
                 watch()
     except BaseException:
-        abandoned.append(done)
+        _abandon(thread)
         raise
     if failure:
         raise failure[0]
     return outcome[0]
+
+
+def _abandon(thread: threading.Thread) -> None:
+    """Wait for this thread only when the interpreter exits.
+
+    Compiled code must not outlive the interpreter: HiGHS and SuperLU call back into it, and when it refuses, unwinding
+    C++ aborts the process. A thread that is not a daemon would be waited for too, but Ctrl-C during that wait would
+    then print a traceback and end in the same abort.
+    """
+    abandoned[:] = [*filter(threading.Thread.is_alive, abandoned), thread]
+    atexit.unregister(_await_abandoned)
+    atexit.register(_await_abandoned)
+
+
+def _await_abandoned() -> None:
+    """Wait for abandoned calls; Ctrl-C ends the process at once."""
+    try:
+        for thread in abandoned:
+            while thread.is_alive():
+                thread.join(WAIT)
+    except KeyboardInterrupt:
+        _end(128 + signal.SIGINT)
 
 
 def hides_interrupt(error: BaseException | None) -> bool:
@@ -115,14 +146,15 @@ def hides_interrupt(error: BaseException | None) -> bool:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with that exit code, at once if an abandoned call is still running.
-
-    The interpreter's normal shutdown would break the memory callbacks of SuperLU while they are in use, and lose
-    unwritten output.
-    """
-    if not all(done.is_set() for done in abandoned):
-        for stream in (sys.stdout, sys.stderr):
-            with suppress(OSError, ValueError):
-                stream.flush()
-        os._exit(code)
+    """End the process with that exit code, at once if an abandoned call is still running."""
+    if any(map(threading.Thread.is_alive, abandoned)):
+        _end(code)
     sys.exit(code)
+
+
+def _end(code: int) -> NoReturn:
+    """End the process without the interpreter's shutdown, which needs all threads to have ended."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
+            stream.flush()
+    os._exit(code)

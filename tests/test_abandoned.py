@@ -1,0 +1,98 @@
+"""Time limits in the middle of a step, and the calls that go on after them: the program still ends as it says."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem
+from lcpcli.files import writing
+from lcpcli.interrupts import remaining, within
+
+ABANDONING = """
+import atexit, sys, time
+from lcpcli.interrupts import TimeIsUp, interruptibly, within
+
+def call():
+    time.sleep(float(sys.argv[1]))
+    print("done", flush=True)
+
+try:
+    with within(0.05):
+        interruptibly(call)
+except TimeIsUp:
+    print("late", flush=True)
+"""
+CALLING = """
+import sys
+import numpy as np
+from lcpcli.gallery import families
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.linalg import factors
+from lcpcli.linalg.linear_program import linprog
+
+rng = np.random.default_rng(0)
+"""
+IN_HIGHS = "A = rng.standard_normal((300, 300)); call = lambda: linprog(rng.random(300), A, -rng.random(300))"
+IN_SUPERLU = "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call = lambda: lu(A)"
+
+
+def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    ("calling", "ending", "code"),
+    [(IN_HIGHS, "", 0), (IN_SUPERLU, "raise ValueError('planned')", 1)],
+    ids=["HiGHS", "SuperLU"],
+)
+def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(calling: str, ending: str, code: int) -> None:
+    limited = "try:\n    with within(0.05):\n        call()\nexcept TimeIsUp:\n    print('late')"
+    done = python(f"{CALLING}{calling}\n{limited}\n{ending}")
+    assert (done.returncode, done.stdout) == (code, "late\n")
+    assert done.stderr.endswith("\nValueError: planned\n") if code == 1 else done.stderr == ""
+
+
+def test_interpreter_waits_for_an_abandoned_call() -> None:
+    done = python(f"{ABANDONING}sys.exit(3)", "0.5")
+    assert (done.returncode, done.stdout, done.stderr) == (3, "late\ndone\n", "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
+def test_ctrl_c_ends_that_wait_without_a_word() -> None:
+    code = f"{ABANDONING}atexit.register(print, 'leaving', flush=True)"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "60"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert [process.stdout.readline() for _ in range(2)] == ["late\n", "leaving\n"]
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=20) == ("", "")
+    assert process.returncode == 130
+
+
+def test_command_ends_at_once(tmp_path: Path) -> None:
+    file, rng = tmp_path / "random.npz", np.random.default_rng(0)
+    writing.write(Problem(rng.standard_normal((300, 300)), rng.standard_normal(300)), str(file))
+    line = ["solve", str(file), "--method", "milp", "--time-limit", "0.3", "--format", "json"]
+    done = python("from lcpcli.cli.main import main; main()", *line)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert json.loads(done.stdout)["status"] == "time_limit"
+
+
+def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
+    assert remaining() == np.inf
+    with within(100.0):
+        with within(1.0):
+            assert 0 < remaining() <= 1
+        assert 1 < remaining() <= 100
+    with within(-1.0):
+        assert remaining() == 0
