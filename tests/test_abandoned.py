@@ -6,7 +6,9 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,8 @@ import pytest
 
 from lcpcli import Problem
 from lcpcli.files import writing
-from lcpcli.interrupts import remaining, within
+from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.linalg.linear_program import linprog
 
 ABANDONING = """
 import atexit, sys, time
@@ -86,6 +89,33 @@ def test_command_ends_at_once(tmp_path: Path) -> None:
     done = python("from lcpcli.cli.main import main; main()", *line)
     assert (done.returncode, done.stderr) == (1, "")
     assert json.loads(done.stdout)["status"] == "time_limit"
+
+
+def called_in_another_thread(call: Callable[[], object]) -> list[BaseException]:
+    """The errors of a call outside the main thread, where calls are made directly."""
+    errors: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            call()
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    return errors
+
+
+def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
+    rng = np.random.default_rng(0)
+    A, b = rng.standard_normal((300, 300)), rng.random(300)
+
+    def limited() -> None:
+        with within(0.01):
+            linprog(-rng.random(300), A, b)
+
+    assert [type(error) for error in called_in_another_thread(limited)] == [TimeIsUp]
 
 
 def test_remaining_seconds_are_those_of_the_innermost_context() -> None:

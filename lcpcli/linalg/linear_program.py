@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import interruptibly, silence
+from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silence
 from lcpcli.typing import Matrix, Vector
 
+LIMIT_REACHED = 1  # the status of scipy's result
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
 
@@ -22,12 +23,16 @@ def linprog(
     upper: Vector | float = math.inf,
     equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
 ) -> Any:
-    """scipy's result for: minimise objective'x subject to A x <= b, equal and 0 <= x <= upper; None if it has none."""
+    """scipy's result for: minimise objective'x subject to A x <= b, equal and 0 <= x <= upper; None if it has none.
+
+    The solver takes at most that many seconds, and no more than remain of the time limit of the run.
+    """
     with imports:
         from scipy.optimize import linprog as solve
 
     bounds = np.column_stack((np.zeros(objective.size), np.broadcast_to(upper, objective.size)))
-    options = TOLERANCES | ({"time_limit": max(seconds, 0.0)} if seconds < math.inf else {})
+    seconds = max(min(seconds, remaining()), 0.0)
+    options = TOLERANCES | ({"time_limit": seconds} if seconds < math.inf else {})
 
     def solved() -> Any:
         with np.errstate(all="ignore"):
@@ -35,4 +40,6 @@ def linprog(
 
     with silence():  # the solver prints if numbers are far from 1
         found = interruptibly(solved)
+    if found.status == LIMIT_REACHED and remaining() <= 0:  # where calls are direct, the solver's limit is the only one
+        raise TimeIsUp
     return found if found.status == 0 else None

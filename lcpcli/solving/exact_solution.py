@@ -40,7 +40,7 @@ def from_point(
     for P in _active_sets(data.problem, z):
         found = _by_pivoting(data, P, deadline, most)
         if found is None and np.count_nonzero(P) <= most and time.perf_counter() < deadline:
-            found = _at_vertex(data, P)
+            found = _at_vertex(data, P, deadline)
         if found is not None and data.is_solution(found):
             return found
     return None
@@ -91,7 +91,7 @@ def _solved(data: ExactProblem, rows: Indices, columns: Indices) -> list[Fractio
     return z
 
 
-def _at_vertex(data: ExactProblem, P: Mask) -> list[Fraction] | None:
+def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] | None:
     """A vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then itself exactly."""
     active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
     if not active.size:
@@ -104,7 +104,8 @@ def _at_vertex(data: ExactProblem, P: Mask) -> list[Fraction] | None:
         q = np.ldexp(q, -power)
     if not (np.isfinite(q).all() and np.isfinite(columns.sum())):
         return None
-    found = linprog(np.ones(active.size), -columns[inactive], q[inactive], equal=(columns[active], -q[active]))
+    beside, equal = (-columns[inactive], q[inactive]), (columns[active], -q[active])
+    found = linprog(np.ones(active.size), *beside, deadline - time.perf_counter(), equal=equal)
     if found is None:
         return None
     kept = active[found.x > ACTIVE * max(float(found.x.max()), ACTIVE)]
