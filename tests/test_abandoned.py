@@ -16,8 +16,10 @@ import pytest
 
 from lcpcli import Problem
 from lcpcli.files import writing
+from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.linear_program import linprog
+from lcpcli.methods.auto.restarts import restarts
 
 ABANDONING = """
 import atexit, sys, time
@@ -126,3 +128,11 @@ def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
         assert 1 < remaining() <= 100
     with within(-1.0):
         assert remaining() == 0
+
+
+def test_time_limit_ends_a_path_from_another_start() -> None:
+    game = families.make("bimatrix", 20, 0)
+    with within(60.0):
+        assert next(restarts(game)).step == "restart"
+    with within(-1.0), pytest.raises(TimeIsUp):
+        next(restarts(game))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.errors import ProblemError
+from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.methods.finish import finish
 from lcpcli.methods.iterate import Finished, Iterate, Stage, Stalled, advance, limited
@@ -50,6 +51,8 @@ def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
         last = None
         while isinstance(step := advance(path), Iterate):
             last = step
+            if remaining() <= 0:
+                raise TimeIsUp
     except (ProblemError, FloatingPointError, np.linalg.LinAlgError):
         return None
     return last if isinstance(step, Finished) else None
