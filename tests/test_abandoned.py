@@ -18,7 +18,9 @@ from lcpcli import Problem
 from lcpcli.files import writing
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.linalg import factors
 from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.methods.auto.restarts import restarts
 
 ABANDONING = """
@@ -47,6 +49,7 @@ rng = np.random.default_rng(0)
 """
 IN_HIGHS = "A = rng.standard_normal((300, 300)); call = lambda: linprog(rng.random(300), A, -rng.random(300))"
 IN_SUPERLU = "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call = lambda: lu(A)"
+IN_LAPACK = "A = rng.random((4000, 4000)); factorize = factors.factorizer(A); call = lambda: factorize(1.0)"
 
 
 def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -55,8 +58,8 @@ def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize(
     ("calling", "ending", "code"),
-    [(IN_HIGHS, "", 0), (IN_SUPERLU, "raise ValueError('planned')", 1)],
-    ids=["HiGHS", "SuperLU"],
+    [(IN_HIGHS, "", 0), (IN_SUPERLU, "sys.exit(3)", 3), (IN_LAPACK, "raise ValueError('planned')", 1)],
+    ids=["HiGHS", "SuperLU", "LAPACK"],
 )
 def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(calling: str, ending: str, code: int) -> None:
     limited = "try:\n    with within(0.05):\n        call()\nexcept TimeIsUp:\n    print('late')"
@@ -136,3 +139,24 @@ def test_time_limit_ends_a_path_from_another_start() -> None:
         assert next(restarts(game)).step == "restart"
     with within(-1.0), pytest.raises(TimeIsUp):
         next(restarts(game))
+
+
+@pytest.mark.parametrize("name", ["LONG_LU", "LONG_CHOLESKY"])
+def test_long_factorizations_give_the_same_solution(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(0)
+    A = rng.random((300, 300)) + 300 * np.eye(300)
+    A = A + A.T if name == "LONG_CHOLESKY" else A
+    every, b = np.arange(300), rng.random(300)
+    x = PrincipalSolver(A).solve(every, b)
+    monkeypatch.setattr(factors, name, 300)
+    np.testing.assert_allclose(PrincipalSolver(A).solve(every, b), x, rtol=1e-13)
+    np.testing.assert_allclose(A @ x, b, rtol=1e-13)
+
+
+def test_long_cholesky_finds_that_a_matrix_is_not_definite(monkeypatch: pytest.MonkeyPatch) -> None:
+    A = np.eye(300)
+    A[0, 1] = A[1, 0] = 2.0
+    monkeypatch.setattr(factors, "LONG_CHOLESKY", 300)
+    with pytest.raises(factors.SingularMatrix):
+        factors.interruptible_cholesky(A)
+    np.testing.assert_allclose(PrincipalSolver(A).solve(np.arange(300), A.sum(axis=1)), np.ones(300))

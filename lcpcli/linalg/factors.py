@@ -18,6 +18,7 @@ from lcpcli.typing import Matrix, Vector
 
 SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
 QUICK = 10_000  # entries up to which a sparse factorization is too fast to need an interruptible thread
+LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense ones are interruptible; see `interruptible_cholesky`
 Solve = Callable[[Vector], Vector]
 
 
@@ -108,7 +109,7 @@ def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
     getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
 
     def factorize(shift: float) -> Solve:
-        lu, pivots, info = getrf(_shifted(M, shift), overwrite_a=True)
+        lu, pivots, info = dense_lu(getrf, _shifted(M, shift), overwrite_a=True)
         if info > 0:
             raise SingularMatrix
 
@@ -119,6 +120,27 @@ def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
         return solve
 
     return factorize
+
+
+def dense_lu(getrf: Callable[..., Any], A: Matrix, **how: bool) -> Any:
+    """What LAPACK's getrf returns for A."""
+    return interruptibly(lambda: getrf(A, **how)) if A.shape[0] >= LONG_LU else getrf(A, **how)
+
+
+def interruptible_cholesky(A: Matrix) -> Solve:
+    """A solver of A x = b for a symmetric positive definite A of at least LONG_CHOLESKY rows; else SingularMatrix.
+
+    scipy's potrf holds the interpreter's lock, so that neither Ctrl-C nor a time limit can end the wait for it. numpy's
+    releases it, but copies A twice and takes a third longer, which pays where potrf would take more than a second.
+    """
+    from scipy.linalg import get_lapack_funcs
+
+    (potrs,) = get_lapack_funcs(("potrs",), (A,))
+    try:
+        upper = interruptibly(lambda: np.linalg.cholesky(A.T)).T
+    except np.linalg.LinAlgError:
+        raise SingularMatrix from None
+    return lambda b: potrs(upper, b)[0]
 
 
 def _shifted(M: Matrix, shift: float) -> Matrix:

@@ -147,13 +147,15 @@ class _DenseFactors:
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
     def cholesky(self, A: Matrix) -> Solve:
+        if A.shape[0] >= factors.LONG_CHOLESKY:
+            return factors.interruptible_cholesky(A)
         factor, info = self._potrf(A.T, lower=True, clean=False)
         if info > 0:
             raise SingularMatrix
         return lambda b: self._potrs(factor, b, lower=True)[0]
 
     def lu(self, A: Matrix) -> Solve:
-        factor, pivots, info = self._getrf(A.T)
+        factor, pivots, info = factors.dense_lu(self._getrf, A.T)
         if info > 0:
             raise SingularMatrix
         return lambda b: self._getrs(factor, pivots, b, trans=1)[0]
