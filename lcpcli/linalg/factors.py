@@ -133,7 +133,8 @@ def interruptible_cholesky(A: Matrix) -> Solve:
     scipy's potrf holds the interpreter's lock, so that neither Ctrl-C nor a time limit can end the wait for it. numpy's
     releases it, but copies A twice and takes a third longer, which pays where potrf would take more than a second.
     """
-    from scipy.linalg import get_lapack_funcs
+    with imports:
+        from scipy.linalg import get_lapack_funcs
 
     (potrs,) = get_lapack_funcs(("potrs",), (A,))
     try:

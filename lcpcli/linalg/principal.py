@@ -88,7 +88,7 @@ class PrincipalSolver:
                 return self._dense.cholesky(block) if self._dense else factors.sparse_lu(symmetric=True)(block).solve
             except SingularMatrix:
                 self._definite = False
-        return self._dense.lu(block) if self._dense else factors.sparse_lu(False)(block).solve
+        return self._dense.lu(block, block is not self._M) if self._dense else factors.sparse_lu(False)(block).solve
 
     def _product(self, indices: Indices, x: Vector) -> Vector:
         """M_PP x."""
@@ -154,8 +154,8 @@ class _DenseFactors:
             raise SingularMatrix
         return lambda b: self._potrs(factor, b, lower=True)[0]
 
-    def lu(self, A: Matrix) -> Solve:
-        factor, pivots, info = factors.dense_lu(self._getrf, A.T)
+    def lu(self, A: Matrix, overwrite: bool) -> Solve:
+        factor, pivots, info = factors.dense_lu(self._getrf, A.T, overwrite_a=overwrite)
         if info > 0:
             raise SingularMatrix
         return lambda b: self._getrs(factor, pivots, b, trans=1)[0]
