@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -39,14 +40,12 @@ def median(call: Callable[[], Any]) -> float:
 
 def limit(M: Any, P: Any, symmetric: bool) -> float:
     block, v = M[np.ix_(P, P)], np.ones(M.shape[0])
-    factorize = (
-        partial(lapack.dpotrf, block.T, lower=True, clean=False) if symmetric else partial(lapack.dgetrf, block.T)
-    )
+    factorize = partial(lapack.dpotrf, lower=True, clean=False) if symmetric else lapack.dgetrf
     return median(lambda: factorize(block.T)) + median(lambda: M[P][:, P]) + median(lambda: M @ v)
 
 
 def row(n: int, symmetric: bool) -> list[str]:
-    problem, results = families.make("harker-pang", n, 0, symmetric=symmetric), []
+    problem, results = families.make("harker-pang", n, 0, symmetric=symmetric), list[lcpcli.Result]()
 
     def call() -> None:
         results.append(lcpcli.solve(problem.M, problem.q))
@@ -62,7 +61,7 @@ def row(n: int, symmetric: bool) -> list[str]:
 
 def main() -> None:
     sizes = [int(word) for word in sys.argv[1:]] or SIZES
-    for cells in (HEADER, *(row(n, symmetric) for n in sizes for symmetric in (False, True))):
+    for cells in chain([HEADER], (row(n, symmetric) for n in sizes for symmetric in (False, True))):
         print("  ".join(cell.rjust(width) for cell, width in zip(cells, WIDTHS, strict=True)), flush=True)
 
 
