@@ -15,6 +15,7 @@ from lcpcli.files import shipped
 from lcpcli.linalg.equilibration import equilibrate, range_of_units
 from lcpcli.linalg.matrices import norm_inf, row_and_column_maxima
 from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Point
 
 NAMES = ["paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json", "bimatrix.json"]
 
@@ -155,8 +156,8 @@ def test_bounds_never_call_a_solution_what_is_none(seed: int, n: int, spread: in
     exact = Accuracy(problem, 1e-15)
     residual = exact.relative_residual(z, exact.w(z))
     if 0 < residual < 0.1:
-        assert not Accuracy(problem, 0.9 * residual).at(z).solves()
-        assert Accuracy(problem, max(1.1 * residual, 1e-13)).at(z).solves()
+        assert not Point(Accuracy(problem, 0.9 * residual), z).solves()
+        assert Point(Accuracy(problem, max(1.1 * residual, 1e-13)), z).solves()
 
 
 @settings(deadline=None, max_examples=300)
@@ -178,5 +179,5 @@ def test_units_lie_in_the_range_that_the_diagonal_promises(seed: int, spread: in
 def test_a_solution_that_bounds_show_needs_no_equilibration(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
     monkeypatch.setattr("lcpcli.verify.accuracy.equilibrate", lambda *_: pytest.fail("equilibrated in vain"))
-    assert Accuracy(problem).at(np.array([4 / 3, 7 / 3])).solves()
-    assert not Accuracy(problem).at(np.zeros(2)).solves()
+    assert Point(Accuracy(problem), np.array([4 / 3, 7 / 3])).solves()
+    assert not Point(Accuracy(problem), np.zeros(2)).solves()

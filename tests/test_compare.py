@@ -17,6 +17,7 @@ from lcpcli.report import summary
 from lcpcli.report.formats import LEVELS
 from lcpcli.solving.conclusions import verified
 from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Point
 
 EXAMPLE = shipped.path("paper-example-1.json")
 
@@ -92,7 +93,7 @@ def test_claim_is_checked_anew_and_not_believed() -> None:
     honest = run(read(EXAMPLE), "fixed-point")
     assert verified(honest).verified is True
     for wrong in (honest.z + 1e-3, -honest.z):
-        assert verified(replace(honest, point=Accuracy(honest.problem).at(wrong))).verified is False
+        assert verified(replace(honest, point=Point(Accuracy(honest.problem), wrong))).verified is False
     assert verified(run(read(EXAMPLE), "fixed-point", limits=Limits(max_iterations=1))).verified is None
 
 

@@ -19,8 +19,9 @@ from lcpcli.solving.observer import Observer
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import PendingRow, Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy, Point
+from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import Certificate, proves_infeasible
+from lcpcli.verify.point import Point
 from lcpcli.verify.refinement import is_rounded_solution
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
@@ -181,7 +182,7 @@ class Loop:
         """The z of x with its measures; the last one is cached."""
         measured, point = self._newest
         if point is None or x is not measured:
-            point = self.accuracy.at(z_of(x))
+            point = Point(self.accuracy, z_of(x))
             self._newest = x, point
         return point
 

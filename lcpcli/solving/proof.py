@@ -29,6 +29,7 @@ from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.exact_farkas import exact_proof
+from lcpcli.verify.point import Point
 
 SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
 INFEASIBLE = "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0"
@@ -91,7 +92,7 @@ def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) ->
     )
     if exact.z is None or not np.isfinite(rounded(exact.z)).all():
         return result
-    return replace(result, point=Accuracy(data.problem).at(rounded(exact.z)))
+    return replace(result, point=Point(Accuracy(data.problem), rounded(exact.z)))
 
 
 def _certificate(exact: Exact) -> Certificate | None:

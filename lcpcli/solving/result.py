@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.model.problem import Problem
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Point
 from lcpcli.verify.certificate import Certificate
+from lcpcli.verify.point import Point
 
 if TYPE_CHECKING:
     from fractions import Fraction

@@ -10,13 +10,12 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import products
 from lcpcli.linalg.doubles import ROW_ROUNDING, largest, least
-from lcpcli.linalg.equilibration import MODERATE, equilibrate, range_of_units
-from lcpcli.linalg.matrices import FEW, is_sparse
+from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 SCALE_FLOOR = 1e-5  # relative to the problem's scale: the least scale of a row
-SLACK = 100 * ROW_ROUNDING  # for the rounding of the bounds themselves, and of w in terms of w
 SMALLEST = -1074  # the power of two of the smallest number: the loss by an underflow
 LARGEST_POWER = 1000  # of two, in one factor
 PRECISION = 1e-13  # the smallest relative residual that is distinguishable from rounding
@@ -36,72 +35,26 @@ class Accuracy:
     size : `size_of_solutions`.
 
     tol is the largest relative residual of a solution; `w` is accurate enough to decide it. R, C and s are computed
-    when they are first needed: `clearly_solves` decides most solutions without them.
+    when they are first needed.
     """
 
     def __init__(self, problem: Problem, tol: float = 1e-10) -> None:
         self.problem, self.tol = problem, tol
         self.greatest = -least(problem.q)  # s before scaling; if it is not positive, z = 0 is a solution
-        self._diagonal: Vector = problem.M.diagonal()
+        self.diagonal: Vector = problem.M.diagonal()
 
     @cached_property
     def size(self) -> float:
         return size_of_solutions(self.problem)
 
     @cached_property
-    def _units(self) -> _Units:
-        return _Units(self.problem)
-
-    def at(self, z: Vector) -> Point:
-        """z >= 0, of shape (n,), with its measures."""
-        return Point(self, z)
-
-    def clearly_solves(self, z: Vector, w: Vector, sizes: Vector | None) -> bool:
-        """Whether bounds show that the relative residual of z >= 0 is at most tol.
-
-        sizes : |M| z, if it is known. At first R and C are only bounded, by `range_of_units`.
-        """
-        low, high = range_of_units(least(self._diagonal), self.problem.largest)
-        if low > 0 and 1 / MODERATE < self.greatest < MODERATE:
-            if self._is_bounded(z, w, sizes, 1 / (low * high), self.greatest, self.tol * low / high):
-                return True
-            if low == high:
-                return False
-        (R, *more), (inverse, *others) = self._units.to_rows, self._units.to_columns
-        return not (more or others) and self._is_bounded(z, w, sizes, inverse / R, self._units.scale / R, self.tol)
-
-    def _is_bounded(
-        self, z: Vector, w: Vector, sizes: Vector | None, columns: Vector | float, s: Vector | float, tol: float
-    ) -> bool:
-        """The same, given 1 / (R C), at most; s / R, at least; and tol times the factor by which R is uncertain.
-
-        (|M| z)_i is at least M_ii z_i, and at most the largest |M_ij| times the sum of z. The rounding error in w_i is
-        at most ROW_ROUNDING (|M| z + |q|)_i, where |q_i| is at most |w_i| + (|M| z)_i.
-        """
-        most = self.problem.largest * float(z.sum()) if sizes is None else sizes
-        error = 2 * ROW_ROUNDING * most
-        scaled = z * columns
-        excess = np.abs(np.minimum(scaled, w - error))
-        excess += np.minimum(scaled, 2 * error)
-        scales = np.maximum(np.abs(self.problem.q), self._diagonal * z if sizes is None else sizes)
-        scales = np.minimum(np.maximum(scales, SCALE_FLOOR * s), s)
-        return bool(np.count_nonzero(excess <= tol * (1 - SLACK) * scales) == z.size)
+    def units(self) -> Units:
+        return Units(self.problem)
 
     @np.errstate(over="ignore", invalid="ignore")
     def w(self, z: Vector) -> Vector:
         """w = M z + q for finite z of shape (n,), rounded only once in rows where rounding errors could matter."""
         return self.recomputed(z, self.problem.w(z))
-
-    def surely_solves(self, z: Vector, w: Vector, sizes: Vector) -> bool:
-        """Whether the relative residual of z >= 0 is at most tol whatever the rounding errors in w are.
-
-        sizes : |M| z.
-        """
-        terms = _times(sizes, self._units.to_rows)
-        lost = ROW_ROUNDING * (terms + self._units.Rq) + self._units.underflow
-        inner, outer = _times(z, self._units.to_columns), _times(w, self._units.to_rows)
-        excess = np.abs(np.minimum(inner, outer - lost)) + np.minimum(inner, 2 * lost)
-        return bool((excess <= self.tol * self._row_scales(terms)).all())
 
     def recomputed(self, z: Vector, w: Vector) -> Vector:
         """w with its doubtful rows recomputed and rounded only once."""
@@ -117,26 +70,26 @@ class Accuracy:
         """
         if not z.any():
             return np.empty(0, dtype=np.intp)
-        s = self._units.scale
+        s = self.units.scale
         if not s:
             return np.flatnonzero(~np.isfinite(w) | (not np.minimum(z, w).any()))
-        inner, outer = _times(z, self._units.to_columns), _times(w, self._units.to_rows)
+        inner, outer = times(z, self.units.to_columns), times(w, self.units.to_rows)
         residual = np.abs(np.minimum(inner, outer))
         size = _largest(residual)
         bound = 3 * ROW_ROUNDING * max(1.0, 2 * float(np.abs(inner).sum()) / s)  # as no entry of R |M| C is above 2
-        bound += self._units.underflow / (SCALE_FLOOR * s)
+        bound += self.units.underflow / (SCALE_FLOOR * s)
         if bound <= NEGLIGIBLE * max(self.tol, PRECISION, size / s) < math.inf:
             return np.empty(0, dtype=np.intp)
-        terms = _times(products.absolute_product(self.problem.M, np.abs(z)), self._units.to_rows)
-        lost, scales = ROW_ROUNDING * (terms + self._units.Rq) + self._units.underflow, self._row_scales(terms)
+        terms = times(products.absolute_product(self.problem.M, np.abs(z)), self.units.to_rows)
+        lost, scales = ROW_ROUNDING * (terms + self.units.Rq) + self.units.underflow, self.row_scales(terms)
         certain = float(np.nan_to_num((residual - lost) / scales, nan=0.0, posinf=0.0).max())
         negligible = (lost <= NEGLIGIBLE * max(self.tol, PRECISION, certain) * scales) | (outer - lost >= inner)
         return np.flatnonzero(~negligible)
 
-    def _row_scales(self, terms: Vector) -> Vector:
+    def row_scales(self, terms: Vector) -> Vector:
         """s_i for |M| z in the units of the rows."""
-        s = self._units.scale
-        scales: Vector = np.minimum(np.maximum(np.maximum(self._units.Rq, terms), SCALE_FLOOR * s), s)
+        s = self.units.scale
+        scales: Vector = np.minimum(np.maximum(np.maximum(self.units.Rq, terms), SCALE_FLOOR * s), s)
         return scales
 
     def natural_residual(self, z: Vector, w: Vector) -> float:
@@ -147,10 +100,10 @@ class Accuracy:
 
         At most the relative residual; what solvers with a single tolerance can be asked for.
         """
-        return _largest(self._scaled(z, w)) / (self._units.scale or math.inf)
+        return _largest(self._scaled(z, w)) / (self.units.scale or math.inf)
 
     def _scaled(self, z: Vector, w: Vector) -> Vector:
-        return np.abs(np.minimum(_times(z, self._units.to_columns), _times(w, self._units.to_rows)))
+        return np.abs(np.minimum(times(z, self.units.to_columns), times(w, self.units.to_rows)))
 
     def relative_residual(self, z: Vector, w: Vector, sizes: Vector | None = None) -> float:
         """sizes : |M| z, if it is known."""
@@ -158,13 +111,13 @@ class Accuracy:
 
     def relative_residuals(self, z: Vector, w: Vector, sizes: Vector | None = None) -> Vector:
         """The relative residual of each component; the largest is that of z."""
-        residual = self._scaled(z, w) if self._units.scale else np.minimum(z, w)
+        residual = self._scaled(z, w) if self.units.scale else np.minimum(z, w)
         if not residual.any():
             return residual
-        if not self._units.scale or not np.isfinite(residual).all():
+        if not self.units.scale or not np.isfinite(residual).all():
             return np.where(residual == 0, 0.0, math.inf)
         sizes = products.absolute_product(self.problem.M, z) if sizes is None else sizes
-        ratios: Vector = residual / self._row_scales(_times(sizes, self._units.to_rows))
+        ratios: Vector = residual / self.row_scales(times(sizes, self.units.to_rows))
         return ratios
 
     def is_rounding(self, z: Vector, w: Vector) -> bool:
@@ -180,71 +133,14 @@ class Accuracy:
         """
         if not np.count_nonzero(F):
             return 0.0
-        units = self._units
-        return _largest(_times(F, units.to_rows)) / units.scale if units.scale else math.inf
+        units = self.units
+        return _largest(times(F, units.to_rows)) / units.scale if units.scale else math.inf
 
     def error(self, z: Vector) -> float | None:
         return min((_largest(z - solution) for solution in self.problem.solutions), default=None)
 
 
-class Point:
-    """A z >= 0 of shape (n,) with its measures, each computed when it is first read."""
-
-    def __init__(self, accuracy: Accuracy, z: Vector) -> None:
-        self.accuracy, self.z = accuracy, z
-        self._plain_w: Vector | None = None
-        self._sizes: Vector | None = None
-        self._solves: bool | None = None
-
-    @cached_property
-    @np.errstate(over="ignore", invalid="ignore")
-    def w(self) -> Vector:
-        """M z + q, rounded once in rows where rounding errors decide whether z is a solution."""
-        if self._plain_w is None:
-            return self.accuracy.w(self.z)
-        return self._plain_w if self._solves else self.accuracy.recomputed(self.z, self._plain_w.copy())
-
-    def solves(self) -> bool:
-        """Whether the relative residual is at most the tolerance, by bounds on it as far as they decide.
-
-        If rounding errors in w hide that it is, this is False.
-        """
-        if self._solves is None:
-            self._solves = self._passes() if np.count_nonzero(self.z) else self.accuracy.greatest <= 0
-        return self._solves
-
-    @np.errstate(over="ignore", invalid="ignore")
-    def _passes(self) -> bool:
-        accuracy, z = self.accuracy, self.z
-        w, M = accuracy.problem.w(z), accuracy.problem.M
-        self._plain_w = w
-        if M.size <= FEW:
-            self._sizes = products.absolute_product(M, z)
-        if accuracy.clearly_solves(z, w, self._sizes):
-            return True
-        if accuracy.scaled_residual(z, w) > accuracy.tol:
-            return False
-        if self._sizes is None:
-            self._sizes = products.absolute_product(M, z)
-        return accuracy.surely_solves(z, w, self._sizes) or self.relative_residual <= accuracy.tol
-
-    @cached_property
-    def residual(self) -> float:
-        return self.accuracy.natural_residual(self.z, self.w)
-
-    @cached_property
-    def relative_residual(self) -> float:
-        if not np.count_nonzero(self.z):  # the residual of z = 0 is its own scale
-            return float(self.accuracy.greatest > 0)
-        with np.errstate(over="ignore", invalid="ignore"):
-            return self.accuracy.relative_residual(self.z, self.w, self._sizes)
-
-    @cached_property
-    def error(self) -> float | None:
-        return self.accuracy.error(self.z)
-
-
-class _Units:
+class Units:
     """What it takes to scale residuals.
 
     to_rows, to_columns : multiply by R and divide by C, in units of the power of two next above s.
@@ -260,7 +156,7 @@ class _Units:
         self.to_rows, self.to_columns = _factors(row_power - unit), _factors(-column_power - unit)
         self.underflow = math.ldexp(problem.n, min(SMALLEST + int(row_power.max()) - unit, 0))
         with np.errstate(over="ignore"):
-            self.Rq = np.abs(_times(q, self.to_rows))
+            self.Rq = np.abs(times(q, self.to_rows))
         self.scale = float(self.Rq.max(where=decisive, initial=0.0))
 
 
@@ -282,7 +178,7 @@ def _factors(powers: Indices) -> tuple[Vector, ...]:
     return np.ldexp(1.0, within), *_factors(powers - within)
 
 
-def _times(v: Vector, factors: tuple[Vector, ...]) -> Vector:
+def times(v: Vector, factors: tuple[Vector, ...]) -> Vector:
     for factor in factors:
         v = v * factor
     return v
