@@ -64,22 +64,22 @@ class PrincipalSolver:
     def at(self, indices: Indices) -> Solve:
         """A solver of systems with M_PP, without refinement; it, or this, raises SingularMatrix if there is none."""
         if self._dense is None or self._small:
-            return self.factorized(self.block(indices))
+            return self._factorized(indices)
         if self._kept is not None:
             with suppress(SingularMatrix):
                 if (solve := self._updated(indices, *self._kept)) is not None:
                     return solve
-        solve = self.factorized(self.block(indices))
+        solve = self._factorized(indices)
         self._kept = indices, solve
         return solve
 
     def block(self, indices: Indices) -> Matrix:
-        """M_PP for the indices of P."""
+        """M_PP for the indices of P; small ones by columns, so that their rows can be exchanged."""
         if self._small:
-            return self._M.take(indices, 0).take(indices, 1)
+            return self._M.T.take(indices, 0).take(indices, 1).T
         return self._M if indices.size == self._M.shape[0] else self._M[indices][:, indices]
 
-    def factorized(self, block: Matrix) -> Solve:
+    def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
         """A solver of systems with M_PP, without refinement; SingularMatrix if there is none."""
         if self._dense is None and not is_sparse(block):
             return partial(_solve, block)
@@ -88,7 +88,12 @@ class PrincipalSolver:
                 return self._dense.cholesky(block) if self._dense else factors.sparse_lu(symmetric=True)(block).solve
             except SingularMatrix:
                 self._definite = False
-        return self._dense.lu(block, block is not self._M) if self._dense else factors.sparse_lu(False)(block).solve
+        return self._dense.lu(block, overwrite) if self._dense else factors.sparse_lu(False)(block).solve
+
+    def _factorized(self, indices: Indices) -> Solve:
+        """The same for the indices of P; a copy of M_PP is not kept."""
+        block = self.block(indices)
+        return self.factorized(block, overwrite=block is not self._M)
 
     def _product(self, indices: Indices, x: Vector) -> Vector:
         """M_PP x."""
@@ -155,10 +160,11 @@ class _DenseFactors:
         return lambda b: self._potrs(factor, b, lower=True)[0]
 
     def lu(self, A: Matrix, overwrite: bool) -> Solve:
-        factor, pivots, info = factors.dense_lu(self._getrf, A.T, overwrite_a=overwrite)
+        by_columns = A.flags.f_contiguous
+        factor, pivots, info = factors.dense_lu(self._getrf, A if by_columns else A.T, overwrite_a=overwrite)
         if info > 0:
             raise SingularMatrix
-        return lambda b: self._getrs(factor, pivots, b, trans=1)[0]
+        return lambda b: self._getrs(factor, pivots, b, trans=not by_columns)[0]
 
 
 @cache

@@ -23,7 +23,7 @@ def product(M: Matrix, v: Vector) -> Vector:
     """M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k) for k vectors at once."""
     blas = None if M.shape[0] < THREADED else _blas(M)
     if blas is None:
-        plain: Vector = M @ v if is_sparse(M) else M.dot(v)
+        plain: Vector = M @ v
         return plain
     by_columns = M.flags.f_contiguous
     multiply = blas.dgemv if v.ndim == 1 else blas.dgemm
