@@ -109,6 +109,14 @@ TIME_LIMIT = Option(
     "Stop after this many seconds of set-up and iterations.",
 )
 LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
+THREADS = Option(
+    "threads",
+    int,
+    None,
+    "whole number >= 1",
+    lambda number: number >= 1,
+    "Threads for dense linear algebra; by default one, unless FILE is so large that more pay.",
+)
 WARM = Option(
     "warm",
     float,

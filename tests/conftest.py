@@ -41,8 +41,10 @@ def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> C
     def run(*arguments: str) -> Outcome:
         monkeypatch.setattr("sys.argv", ["lcp", *arguments])
         monkeypatch.setattr("lcpcli.interrupts.leave", sys.exit)  # a call that was abandoned must not end the tests
-        with pytest.raises(SystemExit) as ending:
-            cli.main()
+        with pytest.MonkeyPatch.context() as passing:
+            passing.setattr("os.environ", os.environ.copy())  # the command sets the number of threads there
+            with pytest.raises(SystemExit) as ending:
+                cli.main()
         out, err = capfd.readouterr()
         return Outcome(int(ending.value.code or 0), out, err)
 

@@ -207,7 +207,7 @@ def test_complete_record_is_rendered_without_measuring_or_changing_it(
     output = tmp_path / "r.json"
     lcp("bench", files[0], *FAST, "--method", "auto", "-q", "-o", str(output))
     content = output.read_bytes()
-    monkeypatch.setattr("lcpcli.bench.session.environment.machine", lambda: Machine("other", 1, 1, "other"))
+    monkeypatch.setattr("lcpcli.bench.session.environment.machine", lambda: Machine("other", 1, 1, "other", 1))
     outcome = lcp("bench", "--resume", str(output), "--format", "json")
     assert outcome.out.encode() == content == output.read_bytes()
 

@@ -56,7 +56,7 @@ EMPTY: dict[str, Any] = {
     "peers": ["quantecon"],
     "missing": [],
     "options": Settings(1e-10, 10.0, 1e-6, 1.0),
-    "machine": Machine("processor", 2, None, "system"),
+    "machine": Machine("processor", 2, None, "system", 1),
     "versions": {"numpy": "2.0"},
 }
 

@@ -74,7 +74,7 @@ def record() -> Record:
         peers=["liar", "picky"],
         missing=["absent"],
         options=Settings(1e-10, 10.0, 1e-6, 1.0),
-        machine=Machine("P_1 & Co", 2, 2**33, "Linux"),
+        machine=Machine("P_1 & Co", 2, 2**33, "Linux", 1),
         versions={"numpy": "2.0"},
         measurements=rows,
     )

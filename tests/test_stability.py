@@ -105,7 +105,7 @@ def record(*successes: bool) -> Record:
         )
         for i, (each, good) in enumerate(zip(cases, successes, strict=True))
     ]
-    machine = Machine("processor", 2, None, "system")
+    machine = Machine("processor", 2, None, "system", 1)
     return Record(["stiff"], cases, ["auto"], [], [], Settings(1e-10, 10.0, 1e-6, 0.0), machine, {}, rows)
 
 

@@ -32,7 +32,7 @@ ROOMS = {
     "peers": "linalg model",
     "report": "linalg model rational classes verify solving diagnosis",
     "bench": "linalg model verify solving diagnosis files gallery peers report",
-    "cli": "model rational bounds verify methods solving diagnosis files gallery peers report bench",
+    "cli": "linalg model rational bounds verify methods solving diagnosis files gallery peers report bench",
 }
 # Libraries that only some rooms import.
 LIBRARIES = {
@@ -41,6 +41,7 @@ LIBRARIES = {
     "matplotlib": "report",
     "plotext": "report",
     "flint": "rational",
+    "threadpoolctl": "linalg",
 }
 
 

@@ -10,22 +10,29 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lcpcli import __version__
+from lcpcli.linalg import threads
 from lcpcli.peers import registry as peers
 
 
 @dataclass(frozen=True)
 class Machine:
-    """Processor, number of cores, memory in bytes and system; None for what the system does not report."""
+    """Processor, number of cores, memory in bytes and system; None for what the system does not report.
+
+    threads : for dense linear algebra; None if the BLAS decides.
+    """
 
     processor: str
     cores: int | None
     memory: int | None
     system: str
+    threads: int | None
 
 
 def machine() -> Machine:
     """This machine."""
-    return Machine(_processor(), os.cpu_count(), _memory(), f"{platform.system()} {platform.release()}")
+    return Machine(
+        _processor(), os.cpu_count(), _memory(), f"{platform.system()} {platform.release()}", threads.in_environment()
+    )
 
 
 def versions(names: Sequence[str]) -> dict[str, str | None]:

@@ -15,9 +15,9 @@ CURVES = 3  # runs of which the fastest provides the curve
 REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
 
-def rest_after(n: int) -> float:
-    """How long to rest before a run on a problem of n unknowns."""
-    return REST if n >= THREADED else 0.0
+def rest_before(n: int, threads: int | None) -> float:
+    """How long to rest before a run on a problem of n unknowns, with so many BLAS threads, None if that is unknown."""
+    return REST if n >= THREADED and threads != 1 else 0.0
 
 
 def is_stable(times: Sequence[float]) -> bool:

@@ -8,11 +8,12 @@ from dataclasses import asdict
 from lcpcli.bench import environment, rate, suites
 from lcpcli.bench.answer import Answer, Method, Peer, Solver
 from lcpcli.bench.check import Checker
-from lcpcli.bench.measure import measure, rest_after
+from lcpcli.bench.measure import measure, rest_before
 from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
+from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers
 from lcpcli.report.numbers import finite
 
@@ -53,9 +54,8 @@ def refuse_elsewhere(record: Record) -> None:
     then = {**asdict(record.machine), **record.versions}
     for name in here | then:
         if here.get(name) != then.get(name):
-            raise OptionError(
-                "--resume", f"was measured with {name} {then.get(name)}, here is {here.get(name)}", "start a new bench"
-            )
+            hint = f"give --threads {then[name]}" if name == THREADS.name and then[name] else "start a new bench"
+            raise OptionError("--resume", f"was measured with {name} {then.get(name)}, here is {here.get(name)}", hint)
 
 
 def run(record: Record, starting: Callable[[Case, str], None], timing: Timing = measure) -> Iterator[Measurement]:
@@ -70,15 +70,15 @@ def run(record: Record, starting: Callable[[Case, str], None], timing: Timing = 
         for name in names:
             starting(case, name)
             solver: Solver = Method(name) if name in record.methods else Peer(name)
-            measurement = _measured(case, problem, checker, solver, record.options, timing)
+            measurement = _measured(case, problem, checker, solver, record, timing)
             record.measurements.append(measurement)
             yield measurement
 
 
 def _measured(
-    case: Case, problem: Problem, checker: Checker, solver: Solver, options: Settings, timing: Timing
+    case: Case, problem: Problem, checker: Checker, solver: Solver, record: Record, timing: Timing
 ) -> Measurement:
-    seconds: list[float] = []
+    options, seconds = record.options, list[float]()
     reason = solver.excludes(problem)
     if reason:
         answer = Answer(None, "", EXCLUDED, reason, 0.0)
@@ -86,7 +86,7 @@ def _measured(
         answer, seconds = timing(
             lambda with_curve: solver.solve(problem, options.tol, options.time_limit, with_curve),
             options.budget,
-            rest_after(problem.n),
+            rest_before(problem.n, record.machine.threads),
         )
     check = checker.check(answer)
     curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None

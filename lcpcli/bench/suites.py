@@ -113,7 +113,7 @@ SPARSE = (
     *sizes("dominant", 300, 1000, 3000),  # its factors fill in; the time limit cannot stop a factorization
 )
 SPEED = (
-    *(case("harker-pang", n, **kind) for n in (300, 1000, 2000) for kind in ({"symmetric": True}, {})),
+    *(case("harker-pang", n, **kind) for n in (10, 300, 1000, 2000) for kind in ({"symmetric": True}, {})),
     *sizes("obstacle", 10_000, 90_000),
 )
 STIFF = (
@@ -146,7 +146,7 @@ SUITES = {
     "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
-    "speed": Suite("the problems of README's table of speed: large, dense and sparse", SPEED),
+    "speed": Suite("the problems of README's table of speed: small and large, dense and sparse", SPEED),
     "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }

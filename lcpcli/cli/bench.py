@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import click
 
 from lcpcli.bench.report.formats import FORMATS
 from lcpcli.bench.suites import ALL, SUITES
-from lcpcli.cli import candidates
+from lcpcli.cli import candidates, threads
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric, output_file, several_methods
 from lcpcli.methods.registry import meanings
-from lcpcli.options import ACCEPT, BUDGET, TOL
+from lcpcli.options import ACCEPT, BUDGET, THREADS, TOL
 from lcpcli.peers.registry import PEERS
 
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
@@ -74,6 +75,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 )
 @numeric("Measuring", ACCEPT)
 @numeric("Measuring", BUDGET)
+@numeric("Measuring", replace(THREADS, meaning="Threads for dense linear algebra, in all solvers; by default one."))
 @option(
     "Measuring",
     "--resume",
@@ -93,6 +95,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 @option("Output", "-q", "--quiet", is_flag=True, help="Print nothing, not even progress.")
 def bench(**given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
+    threads.settle((), given["threads"])
     from lcpcli.cli import bench_session
 
     return bench_session.run(given, DEFAULT_SUITE, DEFAULT_METHODS, TIME_LIMIT)

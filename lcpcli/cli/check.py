@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.cli import candidates, output, session
+from lcpcli.cli import candidates, output, session, threads
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric
 from lcpcli.errors import OptionError
@@ -50,6 +50,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> 
         raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
     if exact and tol is not None:
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
+    threads.settle(paths)
     session.refuse_twice(paths)
     verification = _verification(paths[:-1], paths[-1], tol, exact)
     from lcpcli.report.verification import render

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from lcpcli import options
+from lcpcli.cli import threads
 from lcpcli.cli.command import Command, option
 from lcpcli.cli.options import format_option, output_file, problem_file
 from lcpcli.cli.output import emit, form_of
@@ -38,6 +39,7 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 @output_file()
 def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
+    threads.settle((file, q_file))
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
     output = None if output == "-" else output
     form = form or form_of(output, SUFFIXES)

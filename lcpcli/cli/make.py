@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli import candidates, session
+from lcpcli.cli import candidates, session, threads
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import output_file
 from lcpcli.cli.output import emit, terminal
@@ -85,6 +85,7 @@ def make(
     if listed:
         _refuse_beside("--list", **given, **sources, **{"-o": output})
         return _show_list()
+    threads.settle(sources.values())
     output = None if output == "-" else output
     for name, source in sources.items():
         if source is not None:

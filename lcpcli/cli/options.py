@@ -14,7 +14,7 @@ from lcpcli.cli import candidates
 from lcpcli.cli.command import Choice, argument, option
 from lcpcli.errors import OptionError
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, meanings, parameters_of
-from lcpcli.options import AUTO, EVERY, LIMITS, Option, flag
+from lcpcli.options import AUTO, EVERY, LIMITS, THREADS, Option, flag
 from lcpcli.report.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ def solving(command: Command) -> Command:
         *_additions(),
         *_starts(),
         *(numeric("Stopping", limit) for limit in LIMITS),
+        numeric("Computing", THREADS),
         option(
             "Proof",
             "--bound",

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
+from lcpcli.cli import threads
 from lcpcli.cli.exit_codes import INTERRUPTED
 from lcpcli.cli.options import for_methods, limits
 from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
@@ -41,6 +42,7 @@ def run(
         solution is solved beforehand to provide the reference for errors.
     exact : prove each result in rational arithmetic.
     """
+    threads.settle((name for pair in paths for name in pair), given["threads"])
     output = Output(exact=exact, compared=bool(levels), **{name: given[name] for name in OF_OUTPUT})
     plot = Plot(given["plot"], levels)
     options.check((options.WARM,), given)

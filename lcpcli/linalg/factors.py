@@ -14,6 +14,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric
 from lcpcli.linalg.products import product
+from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Matrix, Vector
 
 SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
@@ -73,6 +74,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
         from scipy.sparse.csgraph import structural_rank
         from scipy.sparse.linalg import splu
 
+    include_loaded()
     chosen: dict[str, Any] = {}
     if symmetric:
         chosen = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
@@ -106,6 +108,7 @@ def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
     with imports:
         from scipy.linalg import get_lapack_funcs
 
+    include_loaded()
     getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
 
     def factorize(shift: float) -> Solve:
@@ -136,6 +139,7 @@ def interruptible_cholesky(A: Matrix) -> Solve:
     with imports:
         from scipy.linalg import get_lapack_funcs
 
+    include_loaded()
     (potrs,) = get_lapack_funcs(("potrs",), (A,))
     try:
         upper = interruptibly(lambda: np.linalg.cholesky(A.T)).T

@@ -9,6 +9,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silence
+from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status of scipy's result
@@ -30,6 +31,7 @@ def linprog(
     with imports:
         from scipy.optimize import linprog as solve
 
+    include_loaded()
     bounds = np.column_stack((np.zeros(objective.size), np.broadcast_to(upper, objective.size)))
     seconds = max(min(seconds, remaining()), 0.0)
     options = TOLERANCES | ({"time_limit": seconds} if seconds < math.inf else {})

@@ -13,6 +13,7 @@ from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import product
+from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
 LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
@@ -149,6 +150,7 @@ class _DenseFactors:
         with imports:
             from scipy.linalg import get_lapack_funcs
 
+        include_loaded()
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
     def cholesky(self, A: Matrix) -> Solve:

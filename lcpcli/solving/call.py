@@ -16,7 +16,7 @@ from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
 
-COMMON_OPTIONS = ("x0", "z0", "tol", "max_iterations", "time_limit", "scale", "finish", "trace")
+COMMON_OPTIONS = ("x0", "z0", "tol", "max_iterations", "time_limit", "scale", "finish", "trace", "threads")
 
 
 def solve(
@@ -46,7 +46,8 @@ def solve(
     max_iterations, time_limit : when to give up: by default after 10000 iterations, with no time limit (in seconds).
     trace : whether the result keeps all iterates.
     options : options of the method, as on the command line with underscores; None means "not given". For "shi" p,
-        k_star, rho, sigma and x1, for "fixed-point" omega and anderson, for both scale and finish.
+        k_star, rho, sigma and x1, for "fixed-point" omega and anderson, for both scale and finish; for all threads, the
+        number used for dense linear algebra, by default one unless the environment sets it or M is very large.
 
     Returns
     -------
@@ -90,6 +91,6 @@ def _refuse_unknown(method: str, names: Collection[str]) -> None:
         return
     known = [name for name in methods.parameters_of(method) if name not in COMMON_OPTIONS]
     for name in names:
-        if name not in known and name not in methods.OPTIONS and name not in methods.ADDITIONS:
+        if name not in {*known, *COMMON_OPTIONS, *methods.OPTIONS, *methods.ADDITIONS}:
             hint = likely(name, (*known, *COMMON_OPTIONS), f"it has {', '.join((*known, *COMMON_OPTIONS))}")
             raise OptionError(name, f"is not an option of {method}", hint)

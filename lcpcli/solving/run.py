@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from lcpcli.clock import Stopwatch, imports, seconds
 from lcpcli.errors import OptionError
 from lcpcli.interrupts import within
+from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Stage
 from lcpcli.model import scaled
@@ -30,6 +31,7 @@ from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 
 
+@with_limited_threads
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
 def run(
     problem: Problem,
@@ -46,6 +48,7 @@ def run(
     began: float | None = None,
     scale: bool = False,
     finish: bool = False,
+    threads: int | None = None,  # noqa: ARG001 (the decorator limits them)
     **chosen: Any,
 ) -> Result:
     """Run a method on a problem from x0, or from z0 (by default the problem's own start, else the origin).
@@ -57,7 +60,7 @@ def run(
     `curve` keep iterates, each as it was set up to. `conclude` is whether to add what the result means: its `advice`,
     and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals with the
     progress, as in `observer.Observer`. `began` is when the run began by the `clock`, by default now; the time limit
-    counts everything from then on but imports.
+    counts everything from then on but imports. `threads` is as for `call.solve`.
 
     >>> from lcpcli import Limits, Problem, run
     >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])

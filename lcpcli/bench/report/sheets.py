@@ -48,9 +48,10 @@ def _title(record: Record) -> str:
 def _lines(record: Record) -> list[str]:
     options, machine = record.options, record.machine
     memory = f", {machine.memory / 2**30:.3g} GiB" if machine.memory else ""
+    threads = f", {count(machine.threads, 'thread')}" if machine.threads else ""
     lines = [
         f"tolerance {options.tol:g}, accepted to {options.accept:g}, time limit {options.time_limit:g} s",
-        f"{machine.processor}, {machine.cores or '?'} cores{memory}, {machine.system}",
+        f"{machine.processor}, {machine.cores or '?'} cores{memory}{threads}, {machine.system}",
         ", ".join(f"{name} {version}" for name, version in record.versions.items()),
     ]
     return lines + [f"not installed: {', '.join(record.missing)}" for _ in record.missing[:1]]

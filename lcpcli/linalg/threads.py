@@ -1,0 +1,146 @@
+"""How many threads the BLAS uses: one, unless the matrix is so large that more pay.
+
+The threads of a BLAS wait for each other busily. Beside two processes that keep both of two processors busy, a dense
+problem with n = 2000 was seen to take up to 27 times as long as alone, with one thread 1.5 times; alone, two threads
+save it a tenth to a third of the time.
+
+The number belongs to the process. Commands set it in the environment before numpy, which reads it when it is loaded
+(`lcpcli.cli.threads`); where numpy is loaded, threadpoolctl changes it for the duration of a call. Nothing heavy is
+imported here before it is needed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
+from functools import cache, wraps
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+from lcpcli import options
+from lcpcli.clock import imports
+from lcpcli.errors import OptionError
+
+if TYPE_CHECKING:
+    from lcpcli.typing import Matrix
+
+GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
+VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", GENERAL)
+FEWEST_ROWS = 100  # of a matrix: with fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway
+# Rows of a dense matrix from which more threads pay. Measured on two processors, with one thread / two, in seconds:
+# n = 2000 0.16 / 0.11 by auto and 0.27 / 0.21 by fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and
+# 2.9 / 2.0. Beside two busy processes two threads took up to 12 times as long as one at n = 3000, 4 times at 5000.
+MANY_ROWS = 5000
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def in_environment() -> int | None:
+    """The number that the environment sets; None if it sets none."""
+    values = [os.environ.get(name, "") for name in VARIABLES]
+    return next((int(value) for value in values if value.isdecimal()), None)
+
+
+def with_limited_threads(function: Function) -> Function:
+    """The function (problem, ...), called with as many threads as its keyword `threads` says.
+
+    By default these are as many as the environment sets; if it sets none, one, unless M is so large that more pay.
+    """
+
+    @wraps(function)
+    def limited_function(problem: Any, *given: Any, **named: Any) -> Any:
+        number = _number(problem.M, named.get(options.THREADS.name))
+        if number is None:
+            return function(problem, *given, **named)
+        with limited(number):
+            return function(problem, *given, **named)
+
+    return cast(Function, limited_function)
+
+
+def _number(M: Matrix, asked: int | None) -> int | None:
+    """The number of threads for a matrix, None to leave it as it is; OptionError if what is asked for cannot be set."""
+    if asked is not None:
+        options.check((options.THREADS,), {options.THREADS.name: asked})
+        if _controller(_scipy_is_loaded()) is None:
+            raise OptionError(
+                options.THREADS.name, "needs threadpoolctl", "pip install 'linear-complementarity[threads]'"
+            )
+        return int(asked)
+    if M.shape[0] < FEWEST_ROWS or _decided_by_environment():
+        return None
+    from lcpcli.linalg.matrices import is_sparse
+
+    return 1 if is_sparse(M) or M.shape[0] < MANY_ROWS else None
+
+
+@cache  # the BLAS too reads it only once
+def _decided_by_environment() -> bool:
+    return in_environment() is not None
+
+
+_changing = threading.Lock()  # held while the number is not the one of the process
+
+
+@contextmanager
+def limited(number: int) -> Iterator[None]:
+    """A context in which the BLAS uses that many threads, if threadpoolctl is installed.
+
+    As it belongs to the process, only the first of contexts that overlap, nested or in several threads, changes it.
+    """
+    if _controller(_scipy_is_loaded()) is None or not _changing.acquire(blocking=False):
+        yield
+        return
+    try:
+        with ExitStack() as changes:
+            token = _change.set(_Change(number, changes))
+            try:
+                include_loaded()
+                yield
+            finally:
+                _change.reset(token)
+    finally:
+        _changing.release()
+
+
+class _Change:
+    """A number in force, in the BLAS of numpy and, once it is loaded, in that of scipy, until `changes` is closed."""
+
+    def __init__(self, number: int, changes: ExitStack) -> None:
+        self._number, self._changes = number, changes
+        self._of_scipy: bool | None = None
+
+    def include_loaded(self) -> None:
+        """Put the number in force in what has been loaded since."""
+        of_scipy = _scipy_is_loaded()
+        if of_scipy is not self._of_scipy:
+            self._of_scipy = of_scipy
+            self._changes.enter_context(_controller(of_scipy).limit(limits=self._number, user_api="blas"))
+
+
+_change: ContextVar[_Change | None] = ContextVar("change", default=None)
+
+
+def include_loaded() -> None:
+    """Limit the threads of scipy's BLAS too, if it has just been loaded and the number is limited."""
+    change = _change.get()
+    if change is not None:
+        change.include_loaded()
+
+
+def _scipy_is_loaded() -> bool:
+    return "scipy.linalg.blas" in sys.modules
+
+
+@cache
+def _controller(of_scipy: bool) -> Any:  # noqa: ARG001 (there is one with scipy's BLAS and one without)
+    """threadpoolctl's controller of what is loaded, which takes milliseconds to find it; None without threadpoolctl."""
+    with imports:
+        try:
+            from threadpoolctl import ThreadpoolController
+        except ImportError:
+            return None
+        return ThreadpoolController()

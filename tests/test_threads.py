@@ -1,0 +1,299 @@
+"""The number of BLAS threads: one by default, in a command from the start, in a program for the duration of a call."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.cli import threads as cli
+from lcpcli.errors import OptionError
+from lcpcli.files import shipped
+from lcpcli.linalg import threads
+
+EXAMPLE = shipped.path("paper-example-1.json")
+# What a command sees: whether numpy was loaded when it settled the number, what the environment then said, and what
+# the BLAS made of it.
+COMMAND = """
+import json, os, sys
+from lcpcli.cli import threads
+from lcpcli.cli.main import main
+
+settle = threads.settle
+def settled(*given):
+    seen["early"] = "numpy" not in sys.modules
+    settle(*given)
+    seen["numbers"] = [os.environ.get(name) for name in threads.VARIABLES]
+threads.settle, seen, sys.argv = settled, {}, ["lcp", *sys.argv[1:]]
+try:
+    main()
+finally:
+    from threadpoolctl import threadpool_info
+    seen["blas"] = [each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"]
+    print(json.dumps(seen), file=sys.stderr)
+"""
+BUSY = pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one processor, one thread")
+
+
+@pytest.fixture
+def clean(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An environment that says nothing about threads, and is read anew."""
+    monkeypatch.setattr(threads, "_decided_by_environment", lambda: threads.in_environment() is not None)
+    for name in threads.VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+
+
+def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
+
+
+def seen_by(*arguments: str) -> dict[str, Any]:
+    """What the command sees."""
+    done = python(COMMAND, *arguments)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stderr.splitlines()[-1])
+    return found
+
+
+@pytest.mark.usefixtures("clean")
+@pytest.mark.parametrize(
+    "line",
+    [
+        f"solve {EXAMPLE} --method newton",
+        "compare",
+        f"bench {EXAMPLE} --method newton --budget 0",
+        f"inspect {EXAMPLE}",
+        f"check {EXAMPLE} 1,0,1,0",
+        "make obstacle -n 4",
+    ],
+)
+def test_command_uses_one_thread_and_says_so_before_numpy_is_loaded(line: str) -> None:
+    pytest.importorskip("threadpoolctl")
+    seen = seen_by(*line.split())
+    assert seen["early"]
+    assert seen["numbers"] == ["1"] * len(threads.VARIABLES)
+    assert set(seen["blas"]) <= {1}
+
+
+@pytest.mark.usefixtures("clean")
+@pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "compare", f"bench {EXAMPLE} --method newton --budget 0"])
+def test_option_sets_the_number_also_against_the_environment(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("threadpoolctl")
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
+    seen = seen_by(*line.split(), "--threads", "2")
+    assert seen["early"]
+    assert seen["numbers"] == ["2"] * len(threads.VARIABLES)
+
+
+@pytest.mark.usefixtures("clean")
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        ({"OPENBLAS_NUM_THREADS": "3"}, ["3", "1", "1", "1", "1"]),
+        ({"MKL_NUM_THREADS": "4", "BLIS_NUM_THREADS": ""}, ["1", "4", "1", "1", "1"]),
+        ({"OMP_NUM_THREADS": "5"}, [None, None, None, None, "5"]),
+    ],
+)
+def test_command_keeps_what_the_environment_says(
+    given: dict[str, str], found: list[str | None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.environ", {**os.environ, **given})
+    cli.settle([])
+    assert [os.environ.get(name) for name in threads.VARIABLES] == found
+
+
+@pytest.mark.usefixtures("clean")
+def test_very_large_file_leaves_the_number_to_the_blas(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("os.environ", dict(os.environ))
+    file = tmp_path / "large.npz"
+    with file.open("wb") as large:
+        large.truncate(cli.LARGE_FILE)
+    cli.settle([str(tmp_path / "missing.json"), None, str(file)])
+    assert threads.in_environment() is None
+    with file.open("wb") as large:
+        large.truncate(cli.LARGE_FILE - 1)
+    cli.settle([str(file)])
+    assert threads.in_environment() == 1
+
+
+def test_number_out_of_range_is_refused(lcp: Callable[..., Any]) -> None:
+    outcome = lcp("solve", EXAMPLE, "--threads", "0")
+    assert (outcome.code, outcome.err) == (2, "lcp: --threads: 0 is out of range; it must be: whole number >= 1\n")
+    with pytest.raises(OptionError, match="out of range"):
+        lcpcli.solve([[1]], [-1], threads=-1)
+
+
+@pytest.mark.usefixtures("clean")
+def test_bench_records_the_number_and_is_resumed_with_the_same(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "r.json"
+    lcp("bench", EXAMPLE, "--method", "newton", "--budget", "0", "--threads", "2", "-q", "-o", str(file))
+    record = json.loads(file.read_text())
+    assert record["machine"]["threads"] == 2
+    assert "2 threads" in lcp("bench", "--resume", str(file)).out
+    file.write_text(json.dumps({**record, "measurements": []}))
+    assert "was measured with threads 2, here is 1; give --threads 2" in lcp("bench", "--resume", str(file)).err
+    assert lcp("bench", "--resume", str(file), "--threads", "2", "-q").code == 0
+
+
+@pytest.fixture
+def numbers(clean: None, monkeypatch: pytest.MonkeyPatch) -> list[int]:  # noqa: ARG001
+    """The numbers to which threads are limited."""
+    found: list[int] = []
+
+    @contextlib.contextmanager
+    def limited(number: int) -> Iterator[None]:
+        found.append(number)
+        yield
+
+    monkeypatch.setattr(threads, "limited", limited)
+    return found
+
+
+def solve(n: int, form: Callable[[Any], Any] = np.asarray, **options: Any) -> None:
+    assert lcpcli.solve(form(2 * np.eye(n)), -np.ones(n), "newton", **options).solved
+
+
+@pytest.mark.parametrize(
+    ("n", "form", "limits"),
+    [
+        (99, np.asarray, []),
+        (100, np.asarray, [1]),
+        (149, np.asarray, [1]),
+        (150, np.asarray, []),
+        (99, sparse.csr_array, []),
+        (150, sparse.csr_array, [1]),
+    ],
+)
+def test_one_thread_where_the_blas_would_use_more_and_they_do_not_pay(
+    n: int, form: Callable[[Any], Any], limits: list[int], numbers: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(threads, "MANY_ROWS", 150)
+    solve(n, form)
+    assert numbers == limits
+
+
+@pytest.mark.parametrize("n", [2, 200])
+def test_number_that_the_caller_gives_is_used(n: int, numbers: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("threadpoolctl")
+    monkeypatch.setattr(threads, "MANY_ROWS", 150)
+    solve(n, threads=3)
+    lcpcli.run(Problem(np.eye(n), -np.ones(n)), "shi", threads=2)
+    assert numbers == [3, 2]
+
+
+@pytest.mark.parametrize("name", threads.VARIABLES)
+def test_program_keeps_what_the_environment_says(
+    name: str, numbers: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(name, "2")
+    solve(150)
+    assert numbers == []
+
+
+LIBRARY = """
+import sys
+import numpy as np
+import lcpcli
+from threadpoolctl import threadpool_info
+
+def numbers():
+    return {each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"}
+
+def observed(*_):
+    seen.append((len([each for each in threadpool_info() if each["user_api"] == "blas"]), numbers()))
+"""
+
+
+@BUSY
+@pytest.mark.usefixtures("clean")
+def test_number_is_limited_in_a_blas_that_is_loaded_in_the_middle_too_and_put_back() -> None:
+    pytest.importorskip("threadpoolctl")
+    code = """
+from lcpcli.linalg import factors, threads
+before = numbers()
+with threads.limited(1):
+    assert numbers() == {1}, "that of numpy"
+    assert "scipy.linalg" not in sys.modules
+    factors.factorizer(np.eye(300))
+    assert "scipy.linalg" in sys.modules
+    assert numbers() == {1}, "that of scipy too"
+assert before != {1}
+assert numbers() == before
+with threads.limited(1):
+    assert numbers() == {1}
+    with threads.limited(2):
+        assert numbers() == {1}, "the first one decides"
+try:
+    lcpcli.run(lcpcli.Problem(np.eye(300), -np.ones(300)), "newton", omega=1)
+except lcpcli.errors.OptionError:
+    assert numbers() == before
+else:
+    raise AssertionError
+"""
+    done = python(LIBRARY + code)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@BUSY
+@pytest.mark.usefixtures("clean")
+def test_calls_that_overlap_leave_the_number_as_it_was() -> None:
+    info = pytest.importorskip("threadpoolctl").threadpool_info
+    before = info()
+    entered, left = threading.Event(), threading.Event()
+
+    def other() -> None:
+        with threads.limited(1):
+            entered.set()
+            left.wait(20)
+
+    thread = threading.Thread(target=other)
+    with threads.limited(1):
+        thread.start()
+        entered.wait(20)
+    left.set()
+    thread.join()
+    assert info() == before
+
+
+@pytest.mark.usefixtures("clean")
+def test_small_problem_does_not_even_load_threadpoolctl() -> None:
+    code = """
+import sys
+import numpy as np
+import lcpcli
+lcpcli.solve(2 * np.eye(99), -np.ones(99))
+print("threadpoolctl" in sys.modules)
+lcpcli.solve(2 * np.eye(100), -np.ones(100))
+print("threadpoolctl" in sys.modules)
+"""
+    pytest.importorskip("threadpoolctl")
+    assert python(code).stdout == "False\nTrue\n"
+
+
+@pytest.mark.usefixtures("clean")
+def test_without_threadpoolctl_only_a_given_number_is_refused() -> None:
+    code = """
+import sys
+sys.modules["threadpoolctl"] = None
+import numpy as np
+import lcpcli
+print(lcpcli.solve(2 * np.eye(150), -np.ones(150)).solved)
+try:
+    lcpcli.solve([[1]], [-1], threads=1)
+except lcpcli.errors.OptionError as error:
+    print(error)
+"""
+    told = "threads: needs threadpoolctl; pip install 'linear-complementarity[threads]'"
+    assert python(code).stdout == f"True\n{told}\n"
