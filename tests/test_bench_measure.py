@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from lcpcli.bench.answer import SOLUTION, Answer
-from lcpcli.bench.measure import CURVES, LEAST, MOST, is_stable, measure
+from lcpcli.bench.measure import CURVES, LEAST, MOST, WARM_UP, is_stable, measure
 
 
 class Machine:
@@ -92,9 +92,15 @@ def test_failure_is_made_once() -> None:
 
 
 def test_solver_without_a_curve_is_not_run_for_one() -> None:
-    machine = Machine(steady(0.001), curve=False)
-    machine.measure(budget=1.0)
+    machine = Machine(steady(1.0), curve=False)
+    machine.measure(budget=10.0)
     assert machine.curves == [True, *[False] * LEAST]
+
+
+def test_brief_runs_are_warmed_up_before_they_count() -> None:
+    machine = Machine(steady(0.0005), curve=False)
+    _, times = machine.measure(budget=1.0)
+    assert len(machine.curves) == 1 + round(WARM_UP / 0.0005) + len(times)
 
 
 @pytest.mark.parametrize(

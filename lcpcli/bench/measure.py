@@ -11,6 +11,7 @@ from lcpcli.linalg.products import THREADED
 
 LEAST, MOST = 3, 25  # repeats
 NARROW = 0.05  # half-width of the median's interval, relative to the median, at which it counts as known
+WARM_UP = 0.02  # seconds of untimed runs before brief ones are measured
 CURVES = 3  # runs of which the fastest provides the curve
 REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
@@ -36,9 +37,9 @@ def measure(
     """An answer with its error curve, and the seconds of each repeat.
 
     The first run provides the curve and is an untimed warm-up, unless it claims nothing: as times of failures are not
-    used, it is then the only run. There are at least LEAST repeats; they end when their median is known, after MOST of
-    them, or when the budget of wall-clock time is spent; a repeat longer than the whole budget is always the last.
-    Otherwise the curve is recorded again, by the fastest of CURVES warm runs.
+    used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least LEAST repeats; they
+    end when their median is known, after MOST of them, or when the budget of wall-clock time is spent; a repeat longer
+    than the whole budget is always the last. Otherwise the curve is recorded again, by the fastest of CURVES warm runs.
 
     solve : makes one run; its argument is whether to record the error curve.
     budget : seconds for the repeats.
@@ -48,6 +49,8 @@ def measure(
     first = solve(True)
     if not first.claim:
         return first, [first.seconds]
+    for _ in range(int(WARM_UP / first.seconds) if first.seconds else 0):
+        solve(False)
     began = clock()
     times: list[float] = []
     while len(times) < MOST:
