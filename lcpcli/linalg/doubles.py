@@ -12,6 +12,7 @@ EPS = float(np.finfo(np.float64).eps)  # from 1 to the next number
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)  # bounds the error of an underflow
 LARGEST = float(np.finfo(np.float64).max)
 ROW_ROUNDING = 8 * EPS  # relative to the terms of a row: a bound on the rounding error in w = M z + q
+FAR = 2.0**200  # from one: beyond it, products of a few numbers may over- or underflow
 SHORT = 32  # entries up to which Python's own loop is faster than a reduction by numpy
 
 
@@ -34,3 +35,9 @@ def least(v: Vector) -> float:
         return float(v.min())
     values = v.tolist()
     return min(values) if math.isfinite(sum(values)) else float(v.min())
+
+
+def are_moderate(values: Vector) -> bool:
+    """Whether no number but 0 is farther from one than FAR."""
+    sizes = np.abs(values)
+    return bool(sizes.max(initial=0.0) <= FAR and sizes.min(where=sizes > 0, initial=1.0) >= 1 / FAR)

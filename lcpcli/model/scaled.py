@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import are_moderate
 from lcpcli.linalg.equilibration import LARGEST_POWER, equilibrate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.modulus import LARGEST_X
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-FAR = 200  # the power of two beyond which a number is far from one
 MODERATE = 300  # the power of two up to which R q is left unchanged
 
 
@@ -60,11 +60,7 @@ def scale(problem: Problem) -> Scaled:
 
 def is_far_from_one(problem: Problem) -> bool:
     """Whether numbers of the problem are so large or small that products of a few of them overflow or underflow."""
-    for values in (problem.M.data if is_sparse(problem.M) else problem.M, problem.q):
-        sizes = np.abs(values)
-        if sizes.max(initial=0.0) > 2.0**FAR or sizes.min(where=sizes > 0, initial=1.0) < 2.0**-FAR:
-            return True
-    return False
+    return not all(map(are_moderate, (problem.M.data if is_sparse(problem.M) else problem.M, problem.q)))
 
 
 def _common_power(q: Vector, R: Vector, C: Vector) -> float:

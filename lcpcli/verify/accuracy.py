@@ -9,7 +9,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import products
-from lcpcli.linalg.doubles import ROW_ROUNDING, largest, least
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate, largest, least
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
@@ -184,12 +185,15 @@ def times(v: Vector, factors: tuple[Vector, ...]) -> Vector:
     return v
 
 
-def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> list[float]:
+def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[float]:
     """(M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
+    M, q = problem.M[rows], problem.q[rows]
+    if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
+        w: Vector = 0.0 - accurate_residual(M, z, -q)
+        return w
     with imports:
         from lcpcli.rational import sums
 
-    M = problem.M[rows]
     used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
     parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]
-    return [sums.rounded_sum(*part, float(problem.q[i])) for i, part in zip(rows, parts, strict=True)]
+    return [sums.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]
