@@ -1,8 +1,8 @@
 """How many threads the BLAS uses: one, unless the matrix is so large that more pay.
 
-The threads of a BLAS wait for each other busily. Beside two processes that keep both of two processors busy, a dense
-problem with n = 2000 was seen to take up to 27 times as long as alone, with one thread 1.5 times; alone, two threads
-save it a tenth to a third of the time.
+The threads of a BLAS wait for each other busily. Beside two busy processes on two processors, a dense problem with
+n = 2000 was seen to take 8 to 27 times as long as alone in two threads, and 1.6 times as long in one thread; alone, two
+threads save a tenth to a quarter of the time.
 
 The number belongs to the process. Commands set it in the environment before numpy, which reads it when it is loaded
 (`lcpcli.cli.threads`); where numpy is loaded, threadpoolctl changes it for the duration of a call. Nothing heavy is
