@@ -149,6 +149,7 @@ def test_growth_beyond_the_digits_of_a_double_is_solved_exactly(n: int) -> None:
     M, q = np.eye(n) - np.tril(np.ones((n, n)), -1), -np.ones(n)
     result = solve(M, q)
     assert result.solved
+    assert result.route[-1] == "newton"
     assert np.array_equal(result.z, 2.0 ** np.arange(n))
     assert result.residual == 0
 

@@ -114,7 +114,7 @@ class Loop:
             self.first_bound = bound
         if self.observer:
             self.observer.note(iterate.method or self.method, self.k, bound)
-        if point is not None and point.solves():
+        if point is not None and (point.solves() if iterate.F is not None else bound <= self.limits.tol):
             self.best = iterate.x
             self.extra += 1
             if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
@@ -135,7 +135,7 @@ class Loop:
         if not iterate.signs_final and self.k % MEASURED_EVERY:
             return math.inf, None
         point = self._at(iterate.x)
-        return self.limits.tol if point.solves() else point.relative_residual, point
+        return self.limits.tol if self._solves(point) else point.relative_residual, point
 
     def _stopping_rule(self, bound: float) -> tuple[Status, str] | None:
         """The first stopping rule that holds after an iterate with this residual bound, other than that it solves the
