@@ -31,7 +31,7 @@ ROOMS = {
     "gallery": "model",
     "peers": "linalg model",
     "report": "linalg model rational classes verify solving diagnosis",
-    "bench": "linalg model verify solving diagnosis files gallery peers report",
+    "bench": "linalg model verify methods solving diagnosis files gallery peers report",
     "cli": "linalg model rational bounds verify methods solving diagnosis files gallery peers report bench",
 }
 # Libraries that only some rooms import.

@@ -9,6 +9,7 @@ import numpy as np
 
 from lcpcli.clock import seconds
 from lcpcli.interrupts import hides_interrupt
+from lcpcli.methods import variants
 from lcpcli.model.problem import Problem
 from lcpcli.peers import registry as peers
 from lcpcli.report.formats import LEVELS
@@ -67,7 +68,7 @@ class Solver(Protocol):
 
 @dataclass(frozen=True)
 class Method:
-    """One of METHODS with its default options."""
+    """One of METHODS, with its default options but for those in its name, as in shi:p=10."""
 
     name: str
     kind: str = "method"
@@ -81,9 +82,10 @@ class Method:
         known = bool(problem.solutions)
         levels = LEVELS if known else ()
         curve = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
-        began, limits = seconds(), Limits(tol, time_limit=time_limit)
+        variant, limits = variants.parse(self.name), Limits(tol, time_limit=time_limit)
+        options, began = variant.options, seconds()
         anew = Problem(problem.M, problem.q, x0=problem.x0, x1=problem.x1, solutions=problem.solutions)
-        result = driver.run(anew, self.name, limits=limits, curve=curve, conclude=False, began=began)
+        result = driver.run(anew, variant.method, limits=limits, curve=curve, conclude=False, began=began, **options)
         if result.interrupted:
             raise KeyboardInterrupt
         claim = {0: SOLUTION, 3: NONE}.get(result.status.exit_code, "")

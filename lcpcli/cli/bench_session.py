@@ -17,6 +17,7 @@ from lcpcli.bench.record import Record, Settings
 from lcpcli.bench.report import plot
 from lcpcli.bench.report.render import render
 from lcpcli.cli.exit_codes import INTERRUPTED
+from lcpcli.cli.options import chosen_variants
 from lcpcli.cli.output import emit, form_of, terminal
 from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file
@@ -26,7 +27,7 @@ from lcpcli.options import ACCEPT, BUDGET, TIME_LIMIT, TOL, flag
 from lcpcli.report.figures import drawing as figures
 
 MEASURING = (TOL, TIME_LIMIT, ACCEPT, BUDGET)
-ASKED = ("suite", "methods", "peers", "tol", "time_limit", "accept", "budget")  # fixed by the record of a resumed bench
+ASKED = ("suite", "methods", "sweep", "peers", "tol", "time_limit", "accept", "budget")  # fixed by a resumed record
 
 
 def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> int:
@@ -82,13 +83,14 @@ def _start(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit
         if value is None:
             numbers[name] = defaults.get(name, next(option.default for option in MEASURING if option.name == name))
     settings = Settings(**{name: float(value) for name, value in numbers.items()})
-    return benching.start(asked, given["methods"] or methods, given["peers"], settings)
+    names = [str(variant) for variant in chosen_variants(given, methods)]
+    return benching.start(asked, names, given["peers"], settings)
 
 
 def _resume(given: dict[str, Any]) -> Record:
     for name in ASKED:
         if given[name] not in (None, ()):
-            place = "SUITE" if name == "suite" else flag(name.removesuffix("s"))
+            place = "SUITE" if name == "suite" else flag(name if name == "sweep" else name.removesuffix("s"))
             raise OptionError(
                 place, "has no effect with --resume, which keeps the options of the bench", "leave it out"
             )

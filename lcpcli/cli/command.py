@@ -6,7 +6,7 @@ they are declared with, the names that it accepts, and its exit codes.
 
 from __future__ import annotations
 
-from collections import UserDict
+from collections import Counter, UserDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from lcpcli.errors import likely, quoted
+from lcpcli.methods.registry import OPTIONS
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
+SWEEP = "--sweep"  # the option by which values of another are compared
 HELP = "Help"  # the heading of options that click declares
 WIDEST_TERM = 26  # columns; the meaning of a longer term begins on the next line
 
@@ -95,6 +97,7 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given = list(args)
         try:
+            self._refuse_repeated(ctx, given)
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
             # For -tol, click's parser reports only -t.
@@ -102,6 +105,15 @@ class Command(click.Command):
             name = name.partition("=")[0]
             known = [flag for param in self.get_params(ctx) for flag in param.opts if flag.startswith("--")]
             raise click.UsageError(f"no option {quoted(name)}; {likely(name, known, 'look them up')}", ctx) from None
+
+    def _refuse_repeated(self, ctx: click.Context, args: Sequence[str]) -> None:
+        """Refuse an option that takes one value and is given twice, where click would take the last one in silence."""
+        _, _, order = self.make_parser(ctx).parse_args(list(args))
+        for param, times in Counter(order).items():
+            if isinstance(param, click.Option) and times > 1 and not param.multiple and not _is_plain_flag(param):
+                many = f"; {SWEEP} {param.opts[-1][2:]}=... compares values" if param.name in OPTIONS else ""
+                swept = many * any(SWEEP in other.opts for other in self.get_params(ctx))
+                raise click.UsageError(f"{param.opts[-1]} is given {times} times; give it once{swept}", ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
@@ -126,6 +138,11 @@ class Command(click.Command):
         last = {HELP: tables.pop(HELP)}
         exits = {"Exit codes": [(str(code), meaning) for code, meaning in self.exits.items()]} if self.exits else {}
         return {**tables, **last, **{heading: list(told.items()) for heading, told in self.lists.items()}, **exits}
+
+
+def _is_plain_flag(option: click.Option) -> bool:
+    """Whether it only says yes, so that saying it twice changes nothing."""
+    return option.is_flag and not option.secondary_opts
 
 
 class Commands(UserDict[str, click.Command]):

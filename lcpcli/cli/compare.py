@@ -8,7 +8,7 @@ import click
 
 from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, argument
-from lcpcli.cli.options import EXITS, numeric, several_methods, solving
+from lcpcli.cli.options import EXITS, chosen_variants, numeric, several_methods, solving
 from lcpcli.files import shipped
 from lcpcli.methods.registry import meanings
 from lcpcli.options import WARM
@@ -24,6 +24,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
         "lcp compare",
         "lcp compare problems/tridiagonal-100.json --every 10",
         "lcp compare --method newton --method lemke --method shi",
+        "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
         "lcp compare --method shi --k-star 1 --format csv",
         "lcp compare problems/paper-example-1.json --plot errors.svg --warm 0.01",
     ),
@@ -42,7 +43,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
 @several_methods("Method", "compare", AS_PUBLISHED)
 @numeric("Method", WARM)
 @solving
-def compare(files: tuple[str, ...], methods: tuple[str, ...], **given: Any) -> int:
+def compare(files: tuple[str, ...], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
     paths = files or tuple(shipped.path(name) for name in shipped.PAPER_EXAMPLES)
-    return session.run([(path, None) for path in paths], methods or AS_PUBLISHED, given, levels=LEVELS)
+    return session.run([(path, None) for path in paths], chosen_variants(given, AS_PUBLISHED), given, levels=LEVELS)

@@ -11,9 +11,11 @@ import click
 
 from lcpcli import options
 from lcpcli.cli import candidates
-from lcpcli.cli.command import Choice, argument, option
+from lcpcli.cli.command import SWEEP, Choice, argument, option
 from lcpcli.errors import OptionError
+from lcpcli.methods import variants
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, meanings, parameters_of
+from lcpcli.methods.variants import Variant
 from lcpcli.options import AUTO, EVERY, LIMITS, THREADS, Option, flag
 from lcpcli.report.formats import FORMATS
 
@@ -97,17 +99,53 @@ def format_option(formats: Mapping[str, str], default: str | None = None) -> Dec
     )
 
 
+class MethodChoice(Choice):
+    """A method, with or without options of its own, as in shi:p=10."""
+
+    name = "method"
+
+    def __init__(self) -> None:
+        super().__init__(meanings())
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variant:
+        if isinstance(value, Variant):
+            return value
+        super().convert(value.partition(":")[0], param, ctx)
+        return variants.parse(value)
+
+
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
-    """The declaration of a repeatable --method, for a purpose."""
-    return option(
+    """The declaration of a repeatable --method, for a purpose, and of --sweep; `chosen_variants` makes one list of both."""
+    methods = option(
         heading,
         "--method",
         "methods",
-        metavar="NAME",
+        metavar="NAME[:OPTION=VALUE,...]",
         multiple=True,
-        type=Choice(meanings()),
-        help=f"A method to {purpose}, from the list below; repeatable.  [default: {', '.join(default)}]",
+        type=MethodChoice(),
+        help=f"A method to {purpose}, from the list below, with options of its own as in shi:p=10,k-star=5; repeatable."
+        f"  [default: {', '.join(default)}]",
     )
+    sweep = option(
+        heading,
+        SWEEP,
+        metavar="OPTION=VALUE,...",
+        multiple=True,
+        help="Run the methods that have this option once for each value, as in p=1,10,100; several make a grid."
+        "  [default: none]",
+    )
+    return lambda command: methods(sweep(command))
+
+
+def chosen_variants(given: dict[str, Any], default: Sequence[str]) -> list[Variant]:
+    """The methods among the given options, or those by default, with the values of --sweep; what a sweep sets may not
+    be given beside it."""
+    asked = given["methods"] or [Variant(name) for name in default]
+    for axis in given["sweep"]:
+        name = axis.partition("=")[0].strip().replace("-", "_")
+        if given.get(name) is not None:
+            raise OptionError(SWEEP, f"{flag(name)} is given beside it", "leave one out")
+    return variants.sweep(list(dict.fromkeys(asked)), given["sweep"])
 
 
 def output_file(
@@ -152,8 +190,10 @@ def limits(given: dict[str, Any]) -> Limits:
     return Limits(**{limit.name: given[limit.name] for limit in LIMITS if given[limit.name] is not None})
 
 
-def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -> list[dict[str, Any]]:
-    """For each method, the given options that it has; OptionError for an option that no method has."""
+def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Problem) -> list[dict[str, Any]]:
+    """For each variant, its own options and those given that its method has; OptionError for one that none takes."""
+    names = [variant.method for variant in asked]
+    own_options = [variant.options for variant in asked]
     chosen = {name: given[name] for name in (*OPTIONS, *STARTS) if given[name] is not None}
     for name in STARTS:
         if name in chosen:
@@ -161,14 +201,21 @@ def for_methods(given: dict[str, Any], names: Sequence[str], problem: Problem) -
     if "x0" in chosen and "z0" in chosen:
         raise OptionError("--z0", "gives the starting point, and so does --x0", "leave one out")
     chosen |= {name: given[name] for name in ADDITIONS if given[name] is not None}
-    known = [{"x0", "z0", *parameters_of(name), *(ADDITIONS if METHODS[name].iterates else ())} for name in names]
+    known = [
+        {"x0", "z0", *parameters_of(name), *(ADDITIONS if METHODS[name].iterates else ())} - set(own)
+        for name, own in zip(names, own_options, strict=True)
+    ]
     for name in chosen:
         if not any(name in own for own in known):
             said = flag(f"no-{name}" if chosen[name] is False else name)
-            raise OptionError(said, f"has no effect with {' and '.join(names)}", "leave it out")
-    for name in names:
-        options.check(METHODS[name].options, chosen)
-    return [{name: value for name, value in chosen.items() if name in own} for own in known]
+            raise OptionError(said, f"has no effect with {' and '.join(map(str, asked))}", "leave it out")
+    values = [
+        {name: value for name, value in chosen.items() if name in free} | own
+        for free, own in zip(known, own_options, strict=True)
+    ]
+    for name, own in zip(names, values, strict=True):
+        options.check(METHODS[name].options, own)
+    return values
 
 
 class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]

@@ -17,6 +17,7 @@ from lcpcli.cli.progress import Line, wanted
 from lcpcli.errors import OptionError
 
 if TYPE_CHECKING:
+    from lcpcli.methods.variants import Variant
     from lcpcli.model.problem import Problem
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.solving.limits import Limits
@@ -30,7 +31,7 @@ Paths = Sequence[tuple[str, str | None]]
 
 def run(
     paths: Paths,
-    methods: Sequence[str],
+    variants: Sequence[Variant],
     given: dict[str, Any],
     *,
     levels: tuple[float, ...] = (),
@@ -53,11 +54,11 @@ def run(
     _refuse_amiss(paths, output, plot)
     bounds = limits(given)
     problems, data = _read(paths, exact)
-    chosen = [for_methods(given, methods, problem) for problem in problems]
+    chosen = [for_methods(given, variants, problem) for problem in problems]
     if levels or plot.path is not None:
         problems = [_referred(problem, bounds) for problem in problems]
     width, color = (None, False) if output.path else terminal()
-    runs = _runs(problems, methods, chosen, bounds, given.get("warm"), (output, plot, width), wanted(given["quiet"]))
+    runs = _runs(problems, variants, chosen, bounds, given.get("warm"), (output, plot, width), wanted(given["quiet"]))
     results, interrupted = _finished(runs, data, bounds, given["bound"])
     if not output.silent:
         results = [_concluded(own, compared=bool(levels)) for own in results]
@@ -128,37 +129,46 @@ def _show(results: Sequence[Sequence[Result]], output: Output, width: int | None
 
 def _runs(
     problems: Sequence[Problem],
-    methods: Sequence[str],
+    variants: Sequence[Variant],
     chosen: Sequence[Sequence[dict[str, Any]]],
     bounds: Limits,
     warm: float | None,
     shown: tuple[Output, Plot, int | None],
     watched: bool,
 ) -> Iterator[tuple[int, Result]]:
-    """One result per problem and method, each with the number of its problem; with `warm`, a second one started near
+    """One result per problem and variant, each with the number of its problem; with `warm`, a second one started near
     the solution."""
     from lcpcli.methods.registry import METHODS
+    from lcpcli.methods.variants import labels
     from lcpcli.solving import run as driver
 
     output, plot, width = shown
     timed = plot.path is not None or not output.silent
 
-    def run_once(problem: Problem, method: str, values: dict[str, Any]) -> Result:
+    def run_once(problem: Problem, variant: Variant, label: str, values: dict[str, Any]) -> Result:
         trace, curve = output.trace(problem, width), plot.curve(problem)
         with Line() as line:
             observe = line.tell if watched else None
-            return driver.run(
-                problem, method, limits=bounds, trace=trace, curve=curve, observe=observe, conclude=False, **values
+            result = driver.run(
+                problem,
+                variant.method,
+                limits=bounds,
+                trace=trace,
+                curve=curve,
+                observe=observe,
+                conclude=False,
+                **values,
             )
+            return replace(result, label=label)
 
     for i, (problem, own) in enumerate(zip(problems, chosen, strict=True)):
         near = None if warm is None else _near(problem, warm)
-        for method, values in zip(methods, own, strict=True):
-            for result in _quickest(partial(run_once, problem, method, values), timed):
+        for variant, label, values in zip(variants, labels(variants), own, strict=True):
+            for result in _quickest(partial(run_once, problem, variant, label, values), timed):
                 yield i, result
-            if near is not None and METHODS[method].uses_start:
+            if near is not None and METHODS[variant.method].uses_start:
                 again = {**values, "x0": near, "z0": None}
-                for result in _quickest(partial(run_once, problem, method, again), timed):
+                for result in _quickest(partial(run_once, problem, variant, label, again), timed):
                     yield i, replace(result, warm=True)
 
 

@@ -7,9 +7,10 @@ from typing import Any
 import click
 
 from lcpcli.cli import session
-from lcpcli.cli.command import Choice, Command, option
-from lcpcli.cli.options import EXITS, problem_file, solving
+from lcpcli.cli.command import Command, option
+from lcpcli.cli.options import EXITS, MethodChoice, problem_file, solving
 from lcpcli.methods.registry import meanings
+from lcpcli.methods.variants import Variant
 
 
 @click.command(
@@ -31,13 +32,13 @@ from lcpcli.methods.registry import meanings
     "Method",
     "--method",
     metavar="NAME",
-    type=Choice(meanings()),
+    type=MethodChoice(),
     default="auto",
     show_default=True,
     help="Solution method, one of those listed below.",
 )
 @option("Proof", "--exact", is_flag=True, help="Prove the result in rational arithmetic, decimals taken as written.")
 @solving
-def solve(file: str, q_file: str | None, method: str, exact: bool, **given: Any) -> int:
+def solve(file: str, q_file: str | None, method: Variant, exact: bool, **given: Any) -> int:
     """Solve the problem in FILE, or prove that it has no solution."""
     return session.run([(file, q_file)], [method], given, exact=exact)

@@ -71,7 +71,7 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     header = ["method", "k", *columns, *others]
     groups = []
     for result, rows in zip(results, traces, strict=True):
-        labels = _labels(rows, " warm" if result.warm else "")
+        labels = _labels(rows, result)
         largest = float(np.max(result.z))
         tails = [[cell(row) for cell in others.values()] for row in rows]
         cells = [_components(row, largest, components is not None) for row in rows]
@@ -84,10 +84,11 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     return IterationTable(_title(problem), header, groups, *lines, summary.leaders(results), head, facts, remarks)
 
 
-def _labels(rows: Sequence[TraceRow], start: str) -> list[str]:
-    """The name of each row's method, with the start, if it differs from that of the previous row."""
-    before = ["", *(row.method for row in rows)]
-    return [row.method + start if row.method != earlier else "" for row, earlier in zip(rows, before, strict=False)]
+def _labels(rows: Sequence[TraceRow], result: Result) -> list[str]:
+    """The name of each row's method, or of the run for its own method, where it differs from that of the row before."""
+    start = " warm" * result.warm
+    names = [summary.name(result) if row.method == result.method else row.method + start for row in rows]
+    return [name if name != earlier else "" for name, earlier in zip(names, ["", *names], strict=False)]
 
 
 def _components(row: TraceRow, largest: float, elided: bool) -> list[str]:

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.report import answers
+from lcpcli.report import answers, summary
 from lcpcli.report.numbers import finite
 from lcpcli.solving.result import Result
 
@@ -23,6 +23,7 @@ def _object(result: Result) -> dict[str, Any]:
         "problem": result.problem.name,
         "n": result.problem.n,
         "method": result.method,
+        "label": summary.name(result),
         "route": list(result.route),
         "status": result.status.word,
         "message": result.message,

@@ -41,8 +41,8 @@ def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
 
 
 def name(result: Result) -> str:
-    """The name of a run: its method, marked "warm" if it started near the solution."""
-    return f"{result.method} warm" if result.warm else result.method
+    """The name of a run: its method, the options that set it apart, and "warm" if it started near the solution."""
+    return f"{result.label or result.method}{' warm' * result.warm}"
 
 
 def residual(result: Result) -> str:

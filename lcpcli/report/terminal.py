@@ -91,7 +91,8 @@ def trimmed(out: StringIO) -> str:
 
 def _label_down(group: list[list[str]]) -> list[list[str]]:
     """The group with its method's name down the first column, one word per row as in the paper, if there is room."""
-    words = group[0][0].replace("-", "- ").split() if group else []
+    name, _, options = (group[0][0] if group else "").partition(":")
+    words = [*name.replace("-", "- ").split(), *options.replace(",", " ").split()]
     if len(words) > len(group) or any(row[0] for row in group[1:]):
         return group
     return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]

@@ -94,6 +94,7 @@ class Result:
     tol : the tolerance for the relative residual.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
+    label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace : the rows kept, or None if not requested.
     curve : a second trace, for figures and milestones; None if not requested.
     route : the methods that took part, in order.
@@ -133,6 +134,7 @@ class Result:
     curve: Trace | None
     route: tuple[str, ...]
     certificate: Certificate | None
+    label: str = ""
     bound: Bound | None = None
     exact: Exact | None = None
     advice: str = ""

@@ -16,8 +16,15 @@ MOST_PANELS = 4
 
 def draw(record: Record, form: str) -> bytes:
     """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
-    profiles = [Profile(name, name, ratios) for name, ratios in performance_ratios(times(record)).items() if ratios]
+    profiles = [
+        Profile(_method(name), name, ratios) for name, ratios in performance_ratios(times(record)).items() if ratios
+    ]
     return figures.bench(profiles, _panels(record), _growth_panels(record), form)
+
+
+def _method(solver: str) -> str:
+    """The method of a solver, which decides how it is drawn: shi of shi:p=10."""
+    return solver.partition(":")[0]
 
 
 def _panels(record: Record) -> list[Panel]:
@@ -47,11 +54,11 @@ def _curve(row: Measurement, measure: str) -> Curve:
     """A method's curve; a peer, of which only the end is known, is a single point."""
     if row.curve:
         k, seconds, errors = zip(*row.curve, strict=True)
-        return Curve(row.solver, row.solver, k, seconds, errors, row.success)
+        return Curve(_method(row.solver), row.solver, k, seconds, errors, row.success)
     end = row.error if measure == "error" else row.residual
     if end is None:
-        return Curve(row.solver, row.solver, [], [], [], row.success)
-    return Curve(row.solver, row.solver, [None], [summary(row.seconds).median], [end], row.success)
+        return Curve(_method(row.solver), row.solver, [], [], [], row.success)
+    return Curve(_method(row.solver), row.solver, [None], [summary(row.seconds).median], [end], row.success)
 
 
 def _growth_panels(record: Record) -> list[GrowthPanel]:
@@ -59,7 +66,7 @@ def _growth_panels(record: Record) -> list[GrowthPanel]:
     for name, own in groupby(growths(record), key=lambda growth: growth.series):
         lines = [
             Growth(
-                name=growth.solver,
+                name=_method(growth.solver),
                 label=growth.solver,
                 n=[n for n, _ in growth.points],
                 seconds=[seconds for _, seconds in growth.points],

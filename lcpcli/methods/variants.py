@@ -1,0 +1,163 @@
+"""Variants of methods: a method with values for options of its own, written shi:p=10,k-star=5, and sweeps over values.
+
+Nothing heavy is imported, so that a mistake in one is reported at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lcpcli import options
+from lcpcli.errors import OptionError, likely, quoted
+from lcpcli.methods.registry import ADDITIONS, OPTIONS, declared
+from lcpcli.options import AUTO, Option
+
+TRUTHS = {"true": True, "false": False}
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A method and the options that are set for this run of it, as texts: ("shi", (("p", "10"), ("k_star", "5")))."""
+
+    method: str
+    settings: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The values of the options that are set, by name."""
+        return {name: _value(name, text) for name, text in self.settings}
+
+    def __str__(self) -> str:
+        """As it is written: shi:p=10,k-star=5."""
+        return _written(self.method, self.settings)
+
+
+def parse(text: str) -> Variant:
+    """The variant written METHOD or METHOD:OPTION=VALUE,...; an addition such as scale may stand alone.
+
+    Raises OptionError for an unknown method, for an option that it does not have, and for a value out of range.
+    """
+    method, _, rest = text.partition(":")
+    settings = [_setting(part) for part in rest.split(",")] if rest else []
+    return _checked(Variant(method, tuple(settings)))
+
+
+def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
+    """Each variant once for every value, written OPTION=VALUE,VALUE,...; several options make a grid.
+
+    A variant of a method without the option remains as it is. Raises OptionError for an option that none has, and for
+    one that a variant sets already.
+    """
+    for axis in axes:
+        name, values = _axis(axis)
+        if not any(name in _known(variant.method) for variant in variants):
+            raise _without_effect(name, variants)
+        swept: list[Variant] = []
+        for variant in variants:
+            if name in _known(variant.method):
+                if name in dict(variant.settings):
+                    raise OptionError("--sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
+                swept += [Variant(variant.method, (*variant.settings, (name, value))) for value in values]
+            else:
+                swept.append(variant)
+        variants = [_checked(variant) for variant in swept]
+    return list(dict.fromkeys(variants))
+
+
+def labels(variants: Sequence[Variant]) -> list[str]:
+    """A name for each variant: its method, with the settings in which the variants of that method differ."""
+    shared = {
+        method: set.intersection(*(set(each.settings) for each in variants if each.method == method))
+        for method, own in _counts(variants).items()
+        if own > 1
+    }
+    return [
+        _written(each.method, [setting for setting in each.settings if setting not in shared.get(each.method, ())])
+        for each in variants
+    ]
+
+
+def _counts(variants: Sequence[Variant]) -> Mapping[str, int]:
+    return {method: sum(each.method == method for each in variants) for method in {each.method for each in variants}}
+
+
+def _written(method: str, settings: Sequence[tuple[str, str]]) -> str:
+    parts = [_dashed(name) if (name, value) in _ALONE else f"{_dashed(name)}={value}" for name, value in settings]
+    return f"{method}:{','.join(parts)}" if parts else method
+
+
+_ALONE = {(name, "true") for name in ADDITIONS}
+
+
+def _dashed(name: str) -> str:
+    return name.replace("_", "-")
+
+
+def _setting(part: str) -> tuple[str, str]:
+    name, equals, value = (word.strip() for word in part.partition("="))
+    name = name.replace("-", "_")
+    if not equals and name in ADDITIONS:
+        return name, "true"
+    if not equals or not value:
+        raise OptionError("--method", f"{quoted(part)} has no value", "write METHOD:OPTION=VALUE, as in shi:p=10")
+    return name, value
+
+
+def _axis(axis: str) -> tuple[str, list[str]]:
+    name, _, rest = axis.partition("=")
+    name, values = name.strip().replace("-", "_"), [value.strip() for value in rest.split(",")]
+    if not all(values):
+        raise OptionError("--sweep", f"{quoted(axis)} lacks a value", "write OPTION=VALUE,VALUE,..., as in p=1,10,100")
+    return name, values
+
+
+def _known(method: str) -> list[str]:
+    """The options that a variant of the method may set."""
+    found = declared(method)
+    return [*(option.name for option in found.options), *(ADDITIONS if found.iterates else ())]
+
+
+def _checked(variant: Variant) -> Variant:
+    """The variant, whose options are known, set once and in their ranges."""
+    known = _known(variant.method)
+    for i, (name, _) in enumerate(variant.settings):
+        if name not in known:
+            words = [_dashed(one) for one in known]
+            hint = likely(_dashed(name), words, f"it has {', '.join(words)}") if words else "it has none"
+            raise OptionError("--method", f"{variant.method} has no option {_dashed(name)}", hint)
+        if name in dict(variant.settings[:i]):
+            raise OptionError("--method", f"{_dashed(name)} is set twice in {variant}", "leave one out")
+    options.check(declared(variant.method).options, variant.options)
+    return variant
+
+
+def _value(name: str, text: str) -> Any:
+    """The value of an option from its text: a number, auto, or true or false for an addition."""
+    if name in ADDITIONS:
+        if text not in TRUTHS:
+            raise OptionError(options.flag(name), f"{quoted(text)} is not a value of it", "write true or false")
+        return TRUTHS[text]
+    option: Option = OPTIONS[name]
+    if option.auto and text == AUTO:
+        return AUTO
+    try:
+        if "_" in text:
+            raise ValueError
+        number = float(text)
+    except ValueError:
+        fault = f"{quoted(text)} is not a number"
+        raise OptionError(options.flag(name), fault, f"it must be: {option.range}") from None
+    return int(number) if option.kind is int and number.is_integer() else number
+
+
+def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
+    from lcpcli.methods.registry import METHODS
+
+    owners = [method for method in METHODS if name in _known(method)]
+    if owners:
+        fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
+        return OptionError("--sweep", fault, f"add --method {owners[0]}")
+    words = [_dashed(one) for one in (*OPTIONS, *ADDITIONS)]
+    return OptionError("--sweep", f"{quoted(_dashed(name))} is not an option of any method", likely(name, words))
