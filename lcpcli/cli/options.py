@@ -115,7 +115,7 @@ class MethodChoice(Choice):
 
 
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
-    """The declaration of a repeatable --method, for a purpose, and of --sweep; `chosen_variants` makes one list of both."""
+    """The declaration of a repeatable --method, for a purpose, and of --sweep; see `chosen_variants`."""
     methods = option(
         heading,
         "--method",

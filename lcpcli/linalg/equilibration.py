@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import FAR
 from lcpcli.typing import Matrix, Vector
 
 SWEEPS = 30
@@ -20,7 +21,6 @@ FAR_APART = 40.0  # exponent of the ratio of units above which logarithms are ba
 NEAR = 4.0  # exponent of the ratio of units up to which the exponents of the first sweep limit those of the others
 MARGIN = 4.0  # binary digits by which exponents may leave the range of the first sweep's
 FEW = 2.0 ** (2 * NEAR - 2)  # the ratio of units up to which that is certain
-MODERATE = 2.0**200  # units up to which bounds on them are computed
 LARGEST_POWER = 1000.0  # exponents are limited to this, so that R, C and what they divide stay finite
 
 
@@ -77,7 +77,7 @@ def range_of_units(least: float, largest: float) -> tuple[float, float]:
 
     The largest entry of each row and column lies between the two. If both ask for the same power of two, that is it.
     """
-    if not (least > 0 and largest <= least * FEW and least > 1 / MODERATE and largest < MODERATE):
+    if not (least > 0 and largest <= least * FEW and least > 1 / FAR and largest < FAR):
         return 0.0, math.inf
     first, last = -round(math.log2(largest) / 2), -round(math.log2(least) / 2)
     if first == last:

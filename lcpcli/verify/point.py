@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import products
-from lcpcli.linalg.doubles import ROW_ROUNDING, least
-from lcpcli.linalg.equilibration import MODERATE, range_of_units
+from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, least
+from lcpcli.linalg.equilibration import range_of_units
 from lcpcli.linalg.matrices import FEW
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.accuracy import SCALE_FLOOR, Accuracy, times
@@ -98,7 +98,7 @@ class Point:
         only bounded, by `range_of_units`.
         """
         low, high = range_of_units(least(self.accuracy.diagonal), self.accuracy.problem.largest)
-        if low > 0 and 1 / MODERATE < self.accuracy.greatest < MODERATE:
+        if low > 0 and 1 / FAR < self.accuracy.greatest < FAR:
             known = _Known(1 / (low * high), self.accuracy.greatest, self.accuracy.tol * low / high)
             if low == high:
                 return self._are_closed(z, w, sizes, known)
