@@ -58,15 +58,13 @@ def test_victories_are_counted_at_each_level(record: Record) -> None:
         own = 1.0 if row.solver == "shi" else 2.0
         held = [(level, k, own) for level, k, _ in row.milestones or []]
         object.__setattr__(record.measurements[i], "milestones", held[: 3 if row.solver == "shi" else 2])
-    (note,) = convergence.reached(record).notes
-    assert note == (
-        "First to an error of 1e-3: fixed-point 0, shi 2, 1e-6: fixed-point 0, shi 2, 1e-9: fixed-point 0, shi 2."
-    )
+    sheet = convergence.firsts(record)
+    assert sheet.header == ["solver", "to 1e-3", "to 1e-6", "to 1e-9"]
+    assert sheet.groups == [[["fixed-point", "0", "0", "0"], ["shi", "2", "2", "2"]]]
     for i, row in enumerate(record.measurements):
         if row.solver == "shi":
             object.__setattr__(record.measurements[i], "milestones", [])
-    (note,) = convergence.reached(record).notes
-    assert "1e-6: fixed-point 2, shi 0, 1e-9: fixed-point 0, shi 0" in note
+    assert convergence.firsts(record).groups == [[["fixed-point", "2", "2", "0"], ["shi", "0", "0", "0"]]]
 
 
 def test_rate_of_fixed_point_is_shown_beside_its_theory(record: Record) -> None:
@@ -85,7 +83,8 @@ def test_record_of_rates_and_milestones_reads_back(record: Record) -> None:
 
 
 @pytest.mark.parametrize("form", ["markdown", "latex", "table"])
-def test_every_format_shows_both(form: str, lcp: Lcp) -> None:
+def test_every_format_shows_them(form: str, lcp: Lcp) -> None:
     out = lcp("bench", *FILES, *FAST, "--method", "fixed-point", "--method", "shi", "--format", form).out
     assert "Time to an error of 1e-6" in out
+    assert "How often first to an error, on 2 problems" in out
     assert "Linear convergence of fixed-point" in out

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import groupby
 
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.report.sheet import Sheet
+from lcpcli.errors import count
 from lcpcli.report import numbers
 from lcpcli.report.formats import LEVELS
 
@@ -15,24 +17,35 @@ ALIKE = 1.02  # times within this factor count as equal
 
 
 def reached(record: Record) -> Sheet:
-    """The time of each method to an error of SHOWN on each problem, and how often each was first to each level."""
-    first = {level: dict.fromkeys(record.methods, 0) for level in LEVELS}
+    """The time of each method to an error of SHOWN on each problem."""
     rows = []
-    for name, group in groupby(record.measurements, key=lambda row: row.problem):
-        own = {row.solver: row for row in group if row.milestones is not None}
-        if len(own) < 2:
-            continue
-        for level in LEVELS:
-            for winner in _first(own, level):
-                first[level][winner] += 1
+    for name, own in _competing(record):
         times = [_seconds(own.get(method), SHOWN) for method in record.methods]
         length, unit = numbers.unit(min((seconds for seconds in times if seconds is not None), default=0.0))
         cells = [NOT_REACHED if seconds is None else numbers.digits(seconds / length) for seconds in times]
         rows.append([name, unit if set(cells) != {NOT_REACHED} else "", *cells])
     title = f"Time to an error of {numbers.level(SHOWN)} relative to the solution's largest component"
-    counts = [_count(level, wins) for level, wins in first.items()]
-    notes = [f"First to an error of {', '.join(counts)}."]
-    return Sheet(title, ["problem", "in", *record.methods], [rows] if rows else [], notes)
+    return Sheet(title, ["problem", "in", *record.methods], [rows] if rows else [])
+
+
+def firsts(record: Record) -> Sheet:
+    """On how many of these problems each method was the first to each level of error."""
+    problems = [own for _, own in _competing(record)]
+    winners = {level: [name for own in problems for name in _first(own, level)] for level in LEVELS}
+    rows = [[method, *(str(names.count(method)) for names in winners.values())] for method in record.methods]
+    header = ["solver", *(f"to {numbers.level(level)}" for level in LEVELS)]
+    notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
+    return Sheet(
+        f"How often first to an error, on {count(len(problems), 'problem')}", header, [rows] if problems else [], notes
+    )
+
+
+def _competing(record: Record) -> Iterator[tuple[str, dict[str, Measurement]]]:
+    """The problems with a known solution on which at least two methods ran: the name, and the methods' measurements."""
+    for name, group in groupby(record.measurements, key=lambda row: row.problem):
+        own = {row.solver: row for row in group if row.milestones is not None}
+        if len(own) >= 2:
+            yield name, own
 
 
 def _seconds(row: Measurement | None, level: float) -> float | None:
@@ -44,11 +57,6 @@ def _first(own: dict[str, Measurement], level: float) -> list[str]:
     """The methods that are first to a level, more than one for equal times."""
     times = {method: seconds for method, row in own.items() if (seconds := _seconds(row, level)) is not None}
     return [method for method, seconds in times.items() if seconds <= ALIKE * min(times.values())]
-
-
-def _count(level: float, wins: dict[str, int]) -> str:
-    told = ", ".join(f"{method} {number}" for method, number in wins.items())
-    return f"{numbers.level(level)}: {told}"
 
 
 def rates(record: Record) -> Sheet:

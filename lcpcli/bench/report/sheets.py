@@ -32,8 +32,14 @@ class Report:
 
 def build(record: Record, width: int | None) -> Report:
     """The report on a bench, in so many columns of text; None sets no limit."""
-    sheets = [_solvers(record), _times(record, width), convergence.reached(record), convergence.rates(record)]
-    sheets += [stability.build(record), _failures(record, width), _exclusions(record), _growth(record)]
+    sheets = [_solvers(record), _times(record, width), convergence.reached(record), convergence.firsts(record)]
+    sheets += [
+        convergence.rates(record),
+        stability.build(record),
+        _failures(record, width),
+        _exclusions(record),
+        _growth(record),
+    ]
     return Report(_title(record), _lines(record), [sheet for sheet in sheets if sheet.groups])
 
 
