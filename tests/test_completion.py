@@ -16,6 +16,7 @@ from lcpcli.bench import suites
 from lcpcli.cli import program, shells
 from lcpcli.cli.command import VARIABLE
 from lcpcli.cli.completion import SHELLS
+from lcpcli.cli.help import TOPICS
 from lcpcli.files import reading
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
@@ -96,6 +97,8 @@ def test_methods_are_all_and_only_those_that_can_be_given(name: str, lcp: Lcp) -
         (["solve", "x.json", "--format", ""], list(FORMATS)),
         (["check", "--format", ""], ["table", "json"]),
         (["completion", ""], list(SHELLS)),
+        (["help", ""], [*TOPICS, *program.lcp.commands]),
+        (["help", "me"], ["measuring", "methods"]),
         (["bench", "sp"], ["sparse", "speed"]),
         (["solve", "--tol", ""], []),
         (["nonsense", "x"], []),

@@ -37,6 +37,7 @@ HEADINGS = {
     "inspect": ["Problem", "Stopping", "Output"],
     "make": ["Family", "Problem", "Output"],
     "completion": ["Shell", "Shells, and where the script belongs"],
+    "help": ["Topic", "Topics"],
 }
 WITHOUT_DEFAULT = {  # options that do nothing unless they are given
     **dict.fromkeys(COMMANDS, ("--plot", "--warm")),

@@ -44,6 +44,9 @@ def modules_after(*arguments: str) -> set[str]:
         ["check", "--help"],
         ["completion", "--help"],
         ["completion", "bash"],
+        ["help"],
+        ["help", "methods"],
+        ["help", "solve"],
         [],
     ],
 )

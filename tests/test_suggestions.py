@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from lcpcli.bench.suites import SUITES
 from lcpcli.cli import program
 from lcpcli.cli.completion import SHELLS
+from lcpcli.cli.help import TOPICS
 from lcpcli.errors import likely
 from lcpcli.gallery.families import FAMILIES
 from lcpcli.methods.registry import METHODS
@@ -28,6 +29,7 @@ KINDS = {
     "peer": list(PEERS),
     "format": list(FORMATS),
     "shell": list(SHELLS),
+    "topic": list(TOPICS),
     "option": [param.opts[-1] for param in program.lcp.commands["solve"].params if isinstance(param, click.Option)],
 }
 

@@ -146,7 +146,7 @@ SUITES = {
     "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
-    "speed": Suite("the problems of README's table of speed: small and large, dense and sparse", SPEED),
+    "speed": Suite("the problems of lcp help speed: small and large, dense and sparse", SPEED),
     "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 SWEEP = "--sweep"  # the option by which values of another are compared
 HELP = "Help"  # the heading of options that click declares
+WIDEST_LINE = 100  # columns of help on a wide terminal
 WIDEST_TERM = 26  # columns; the meaning of a longer term begins on the next line
 
 Declared = TypeVar("Declared", bound=Callable[..., Any])
@@ -119,12 +120,7 @@ class Command(click.Command):
         with formatter.section("Examples"):
             for line in self.examples:
                 formatter.write(f"{'':{formatter.current_indent}}{line}\n")
-        tables = self.tables(ctx)
-        terms = [len(term) for rows in tables.values() for term, _ in rows]
-        widest = max(width for width in terms if width <= WIDEST_TERM)
-        for heading, rows in tables.items():
-            with formatter.section(heading):
-                formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
+        write_tables(formatter, self.tables(ctx))
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
         """What help shows after the examples: under each heading, terms with their meanings."""
@@ -138,6 +134,15 @@ class Command(click.Command):
         last = {HELP: tables.pop(HELP)}
         exits = {"Exit codes": [(str(code), meaning) for code, meaning in self.exits.items()]} if self.exits else {}
         return {**tables, **last, **{heading: list(told.items()) for heading, told in self.lists.items()}, **exits}
+
+
+def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None:
+    """Write each table under its heading, all meanings in one column."""
+    terms = [len(term) for rows in tables.values() for term, _ in rows]
+    widest = max(width for width in terms if width <= WIDEST_TERM)
+    for heading, rows in tables.items():
+        with formatter.section(heading):
+            formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
 
 
 def _is_plain_flag(option: click.Option) -> bool:
@@ -163,8 +168,11 @@ class Group(Command, click.Group):
     """A group of commands; the error for an unknown one suggests the most likely."""
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
-        commands = [(name, command.get_short_help_str(100)) for name, command in self.commands.items()]
-        return {"Commands": commands, **super().tables(ctx)}
+        return {"Commands": list(self.meanings().items()), **super().tables(ctx)}
+
+    def meanings(self) -> dict[str, str]:
+        """The commands with what they do."""
+        return {name: command.get_short_help_str(WIDEST_LINE) for name, command in self.commands.items()}
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -5,19 +5,20 @@ from __future__ import annotations
 import click
 
 from lcpcli import __version__
-from lcpcli.cli.command import Commands, Group
+from lcpcli.cli.command import WIDEST_LINE, Commands, Group
 from lcpcli.cli.options import EXITS
 
 
 @click.group(
     cls=Group,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST_LINE},
     invoke_without_command=True,
     examples=(
         "lcp solve problems/paper-example-1.json",
         "lcp make obstacle -n 100 | lcp solve -",
         "lcp compare",
         "lcp solve --help",
+        "lcp help methods",
     ),
     exits={**EXITS, 141: "the reader of a pipe has closed it"},
 )
@@ -29,4 +30,4 @@ def lcp(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-lcp.commands = Commands(("solve", "compare", "bench", "check", "inspect", "make", "completion"))
+lcp.commands = Commands(("solve", "compare", "bench", "check", "inspect", "make", "completion", "help"))

@@ -1,0 +1,72 @@
+"""lcp help: the topics and commands, a page in a pipe and on a terminal, and the help of a command."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from lcpcli.cli import help as command
+from lcpcli.cli import program
+from lcpcli.cli.help import FOLDER, TOPICS
+from lcpcli.report import pages
+
+Lcp = Callable[..., Any]
+
+
+def source(topic: str) -> str:
+    return (FOLDER / f"{topic}.md").read_text(encoding="utf-8")
+
+
+def words(text: str) -> list[str]:
+    return re.findall(r"\w+", text)
+
+
+def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
+    outcome = lcp("help")
+    assert (outcome.code, outcome.err) == (0, "")
+    for topic, meaning in TOPICS.items():
+        assert f"\n  {topic} " in outcome.out
+        assert source(topic).startswith(f"# {meaning}\n\n")
+    assert all(f"\n  {name} " in outcome.out for name in program.lcp.commands if name != "help")
+    assert not set(TOPICS) & set(program.lcp.commands)
+    assert all(topic in lcp("--help").out for topic in TOPICS)
+
+
+@pytest.mark.parametrize("name", program.lcp.commands)
+def test_help_on_a_command_is_its_own_help(name: str, lcp: Lcp) -> None:
+    assert lcp("help", name).out == lcp(name, "--help").out
+
+
+def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:
+    outcome = lcp("help", "metods")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "lcp help: no topic 'metods'; did you mean methods? (see lcp help --help)\n"
+    assert "choose one of development, " in lcp("help", "zzz").err
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_page_in_a_pipe_is_its_markdown(topic: str, lcp: Lcp) -> None:
+    assert lcp("help", topic).out == source(topic)
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_page_fits_a_terminal_of_eighty_columns_with_every_line_of_code_whole(topic: str) -> None:
+    shown = pages.render(source(topic), 80, color=False)
+    assert max(map(len, shown.splitlines())) <= 80
+    assert sorted(words(shown)) == sorted(words(re.sub(r"^```\w*$", "", source(topic), flags=re.MULTILINE)))
+    for block in re.findall(r"^```\w+\n(.*?)^```$", source(topic), flags=re.MULTILINE | re.DOTALL):
+        assert all(f" {line}".rstrip() in shown.splitlines() for line in block.splitlines())
+
+
+@pytest.mark.parametrize("color", [False, True])
+def test_terminal_shows_the_page_formatted(color: bool, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "terminal", lambda: (200, color))
+    shown = lcp("help", "statuses").out
+    assert "```" not in shown
+    assert "**" not in shown
+    assert ("\x1b[" in shown) == color
+    plain = re.sub(r"\x1b\[[\d;]*m", "", shown)
+    assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100
