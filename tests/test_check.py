@@ -178,9 +178,9 @@ def test_exhaustion_holds_nothing_to_check(checked: Callable[..., Any]) -> None:
     ("answer", "words"),
     [
         ("0 1 2", "z: has 3 entries for 4 unknowns"),
-        ("0 a 2 3", "line 1: has 'a', not a number"),
+        ("0 a 2 3", "line 1, column 2: has 'a', not a number"),
         ("0 1/0 2 3", "not a fraction"),
-        ("1 2\n3 4\n", "rows of several columns"),
+        ("1 2\n3 4\n", "2 rows and 2 columns without a header"),
         ("# nothing", "z: has 0 entries"),
         ("", "is empty"),
         ("[0, null, 1, 2]", "[1]: is null"),

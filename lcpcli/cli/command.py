@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
+OPTIONAL = "--trace"  # the option whose value may be left out
 SWEEP = "--sweep"  # the option by which values of another are compared
 HELP = "Help"  # the heading of options that click declares
 WIDEST_LINE = 100  # columns of help on a wide terminal
@@ -100,6 +101,11 @@ class Command(click.Command):
         try:
             self._refuse_repeated(ctx, given)
             return super().parse_args(ctx, args)
+        except click.MissingParameter as error:
+            if OPTIONAL in given[:-1]:  # it takes the next word as its file
+                taken = given[given.index(OPTIONAL) + 1]
+                raise click.UsageError(f"{error.format_message()} {OPTIONAL} has taken {quoted(taken)}", ctx) from None
+            raise
         except click.NoSuchOption as error:
             # For -tol, click's parser reports only -t.
             name = next((word for word in given if word.startswith(error.option_name)), error.option_name)

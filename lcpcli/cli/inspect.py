@@ -43,7 +43,7 @@ def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, 
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
     output = None if output == "-" else output
     form = form or form_of(output, SUFFIXES)
-    refuse_clashes([name for name in (file, q_file) if name], output)
+    refuse_clashes([name for name in (file, q_file) if name], {"--output": output})
     from lcpcli.files import atomic_write, reading
 
     if output is not None:

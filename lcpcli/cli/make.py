@@ -90,7 +90,7 @@ def make(
     for name, source in sources.items():
         if source is not None:
             _refuse_beside(name, **given, **{other: file for other, file in sources.items() if other != name})
-            session.refuse_clashes([source], output)
+            session.refuse_clashes([source], {"--output": output})
             _write(partial(_converted, name, source), output)
             return 0
     if family is None:

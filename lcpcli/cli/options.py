@@ -12,6 +12,7 @@ import click
 from lcpcli import options
 from lcpcli.cli import candidates
 from lcpcli.cli.command import SWEEP, Choice, argument, option
+from lcpcli.cli.output import ITERATES
 from lcpcli.errors import OptionError
 from lcpcli.methods import variants
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, meanings, parameters_of
@@ -57,7 +58,16 @@ def solving(command: Command) -> Command:
             help="Prove a bound on the error of z; more expensive than solving.",
         ),
         format_option(FORMATS),
-        option("Output", "--trace", is_flag=True, help="Add the iterates to JSON; the other formats always show them."),
+        option(
+            "Output",
+            "--trace",
+            metavar="[FILE]",
+            is_flag=False,
+            flag_value=ITERATES,
+            shell_complete=candidates.files(".csv"),
+            help="Write the iterates to this .csv file; without a file, add them to JSON, or make CSV of them."
+            "  [default: none]",
+        ),
         numeric("Output", EVERY),
         option(
             "Output",

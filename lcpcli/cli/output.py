@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,10 +21,12 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
+    from lcpcli.typing import Indices
 
 MOST_ROWS = 60  # of one method in a table, unless --every is given
 FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows shown even on a small one, and lines that are not rows
 MOST_POINTS = 400  # of one method in a figure
+ITERATES = ""  # as the file of the iterates: add them to the output
 HERE = "-"  # as the file of the figure: draw it on standard output
 
 
@@ -33,7 +36,7 @@ class Output:
     def __init__(
         self,
         form: str | None,
-        trace: bool,
+        trace: str | None,
         every: int | None,
         output: str | None,
         quiet: bool,
@@ -41,43 +44,56 @@ class Output:
         exact: bool,
         compared: bool,
     ) -> None:
+        options.check((EVERY,), {"every": every})
         output = None if output == "-" else output
         self.form = form or form_of(output)
         self.path, self.silent = output, quiet and output is None
-        if trace and self.silent:
-            raise OptionError("--trace", "has no effect with --quiet", "leave it out")
-        if trace and self.form != "json":
-            raise OptionError(
-                "--trace", f"has no effect on the format {self.form}, which shows the iterates", "leave it out"
-            )
-        if every is not None and (self.silent or (self.form == "json" and not trace)):
+        self.trace_path = None if trace in (None, ITERATES) else trace
+        self.with_iterates = not self.silent and trace == ITERATES
+        if trace == ITERATES and self.silent:
+            raise OptionError("--trace", "has no effect with --quiet", "name a file for the iterates, or leave it out")
+        shown = self.with_iterates or (self.form in TABLES and not self.silent)
+        if every is not None and not shown and self.trace_path is None:
             raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
         if bound and self.silent:
             raise OptionError("--bound", "has no effect with --quiet", "leave it out")
         for flag, wanted in (("--bound", bound), ("--exact", exact)):
             if wanted and self.form == "csv":
-                raise OptionError(flag, "has no effect on the format csv, which shows only iterates", "leave it out")
-        options.check((EVERY,), {"every": every})
+                raise OptionError(flag, "has no effect on the format csv, which holds no proofs", "leave it out")
         if output is not None:
             from lcpcli.files.atomic_write import refuse_unwritable
 
             refuse_unwritable(output)
-        self._iterates = not self.silent and (trace or self.form != "json")
-        self._every, self._compared = every, compared
+        if self.trace_path is not None:
+            _refuse_as_trace(self.trace_path)
+        self._shown, self._every, self._compared = shown, every, compared
 
     def trace(self, problem: Problem, width: int | None) -> Trace | None:
-        """An empty trace for a run whose iterates are shown in that width; it keeps only what is shown."""
-        if not self._iterates:
+        """An empty trace for a run whose iterates are shown in that width, or written; it keeps only what is needed."""
+        if not self._shown and self.trace_path is None:
             return None
         from lcpcli.solving.trace import Trace
 
-        if self.form not in TABLES:
+        if self.form not in TABLES or self.trace_path is not None:
             return Trace(self._every or 1)
+        return Trace(*self._selection(problem, width), residuals=not problem.solutions)
+
+    def shown(self, result: Result, width: int | None) -> Result:
+        """The result with what is shown of its trace, where more was kept for a file."""
+        if self.trace_path is None or result.trace is None:
+            return result
+        shown = result.trace if self.with_iterates else None
+        if self.form in TABLES:
+            shown = result.trace.selected(*self._selection(result.problem, width))
+        return replace(result, trace=shown)
+
+    def _selection(self, problem: Problem, width: int | None) -> tuple[int, int | None, Indices | None]:
+        """Which iterates a table shows, every so many and at most so many, and which of their components."""
         from lcpcli.report.iterations import shown_components
 
         components = shown_components(problem.n, width if self.form == "table" else None)
         every, most = (self._every, None) if self._every else (int(EVERY.value), self._most(width))
-        return Trace(every, most, components, residuals=not problem.solutions)
+        return every, most, components
 
     def _most(self, width: int | None) -> int:
         """The largest number of rows shown: for a single result, what a screen holds below it."""
@@ -86,6 +102,21 @@ class Output:
         from shutil import get_terminal_size
 
         return min(MOST_ROWS, max(FEWEST_ROWS, get_terminal_size().lines - AROUND))
+
+
+def _refuse_as_trace(path: str) -> None:
+    """Refuse to write iterates to a file of another kind, or over one that holds something else: --trace may have
+    taken a problem's file as its own."""
+    from lcpcli.files.atomic_write import refuse_unwritable
+    from lcpcli.report.trace_csv import OPENING
+
+    if Path(path).suffix.lower() != ".csv":
+        raise OptionError("--trace", f"{path} does not end in .csv", "name a .csv file, or put --trace last")
+    refuse_unwritable(path)
+    if Path(path).is_file():
+        with Path(path).open("rb") as file:
+            if file.read(len(OPENING)) not in (b"", OPENING.encode()):
+                raise OptionError("--trace", f"{path} exists and holds no iterates", "choose another file")
 
 
 def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwise: str = " or give --format") -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -62,6 +62,7 @@ def run(
     results, interrupted = _finished(runs, data, bounds, given["bound"])
     if not output.silent:
         results = [_concluded(own, compared=bool(levels)) for own in results]
+    _write_trace(results, output.trace_path)
     _show(results, output, width, color, compared=bool(levels))
     plot.show(results)
     return INTERRUPTED if interrupted else max(result.exit_code for own in results for result in own)
@@ -99,7 +100,10 @@ def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
 
 def _refuse_amiss(paths: Paths, output: Output, plot: Plot) -> None:
     """Refuse conflicting inputs and outputs."""
-    refuse_clashes([name for pair in paths for name in pair if name], output.path, plot.path)
+    refuse_clashes(
+        [name for pair in paths for name in pair if name],
+        {"--output": output.path, "--trace": output.trace_path, "--plot": plot.path},
+    )
     if plot.path == HERE and output.path is None and output.form != "table":
         form = {"markdown": "Markdown", "latex": "LaTeX"}.get(output.form, output.form.upper())
         raise OptionError("--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o")
@@ -113,6 +117,16 @@ def _read(paths: Paths, exact: bool) -> tuple[list[Problem], list[ExactProblem]]
     return [known.problem for known in data] or [reading.read(*path) for path in paths], data
 
 
+def _write_trace(results: Sequence[Sequence[Result]], path: str | None) -> None:
+    """Write all iterates to the file for them, if there is one."""
+    if path is None:
+        return
+    from lcpcli.files import atomic_write
+    from lcpcli.report import trace_csv
+
+    atomic_write.write_whole(path, trace_csv.render([result for own in results for result in own]))
+
+
 def _show(results: Sequence[Sequence[Result]], output: Output, width: int | None, color: bool, compared: bool) -> None:
     """Print the results, or write them to the output file."""
     if output.silent:
@@ -120,7 +134,9 @@ def _show(results: Sequence[Sequence[Result]], output: Output, width: int | None
     from lcpcli.files import atomic_write
     from lcpcli.report import render as report
 
-    text = report.render(results, output.form, width, color, compared=compared, whole=output.path is not None)
+    shown = [[output.shown(result, width) for result in own] for own in results]
+    whole, iterates = output.path is not None, output.with_iterates
+    text = report.render(shown, output.form, width, color, compared=compared, whole=whole, iterates=iterates)
     if output.path is None:
         emit(text, color)
     else:
@@ -216,15 +232,19 @@ def _referred(problem: Problem, bounds: Limits) -> Problem:
     return reference.with_reference(problem, min(bounds.time_limit, reference.SECONDS))
 
 
-def refuse_clashes(inputs: Sequence[str], *outputs: str | None) -> None:
-    """Refuse to read standard input twice, and outputs that would overwrite a problem or each other."""
+def refuse_clashes(inputs: Sequence[str], outputs: Mapping[str, str | None]) -> None:
+    """Refuse to read standard input twice, and outputs, by their options, that would overwrite a problem or each
+    other."""
     refuse_twice(inputs)
-    written = [output for output in outputs if output is not None]
-    for output in written:
+    written: dict[Path, str] = {}
+    for option, output in outputs.items():
+        if output is None:
+            continue
         if any(same_file(output, name) for name in inputs):
             raise OptionError(output, "holds the problem", "choose another file for the output")
-    if len(written) > 1 and Path(written[0]).absolute() == Path(written[1]).absolute():
-        raise OptionError("--plot", "goes to the same file as --output", "choose another file for one")
+        earlier = written.setdefault(Path(output).absolute(), option)
+        if earlier != option:
+            raise OptionError(option, f"goes to the same file as {earlier}", "choose another file for one")
 
 
 def refuse_twice(paths: Sequence[str | None]) -> None:

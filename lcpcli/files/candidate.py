@@ -1,23 +1,21 @@
 """Proposed solutions in files: a z to be verified, or a Farkas vector, with all digits.
 
-Results in JSON as `lcp solve` writes them, of several the first; lists in JSON; one row or one column of numbers.
+Results in JSON or CSV as `lcp solve` writes them, of several the first; lists in JSON; rows and columns of numbers.
 Besides decimals, fractions like 15/29 are read, in JSON as strings. Of a result with exact vectors, these are read.
 """
 
 from __future__ import annotations
 
-import re
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
+from lcpcli.files import csv_answer
 from lcpcli.files.content import decode
-from lcpcli.files.csv_format import NUMERIC, is_number
 from lcpcli.files.json_format import load_first
 from lcpcli.rational.numbers import fraction, ratio
 
 EXPECTED = "give a list of numbers, or what lcp solve --format json prints"
-PARTING = re.compile(r"[\s,;]+")
 
 
 class Candidate(NamedTuple):
@@ -57,23 +55,8 @@ def of_json(content: bytes, n: int) -> Candidate:
 
 
 def of_text(content: bytes, n: int) -> Candidate:
-    """The z, of n entries, in a text of one row or one column of decimals and fractions."""
-    lines = [(k, line.strip()) for k, line in enumerate(decode(content).splitlines(), 1)]
-    rows = [(k, PARTING.split(line.strip(",;"))) for k, line in lines if line and line[0] != "#"]
-    if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):
-        del rows[0]
-    if len(rows) > 1 and any(len(row) > 1 for _, row in rows):
-        raise ProblemError(
-            "", f"has {len(rows)} rows of several columns", "give one row or one column, or a result in JSON"
-        )
-    values = []
-    for k, row in rows:
-        for entry in row:
-            try:
-                values.append(ratio(entry))
-            except ProblemError as error:
-                raise error.inside(f"line {k}") from None
-    return Candidate("solution", _of_length("z", values, n))
+    """The z, of n entries, in a text as `csv_answer` describes it."""
+    return Candidate("solution", _of_length("z", csv_answer.parse(content).z, n))
 
 
 def _part(held: dict[str, Any], key: str) -> dict[str, Any]:

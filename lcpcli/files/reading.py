@@ -95,15 +95,24 @@ def _problem(path: str, q_path: str | None, fetch: Callable[[str, str], bytes]) 
 
 
 def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
-    """A starting point of length n, x or else z, from a file with it or a result that `lcp solve --format json` wrote.
+    """A starting point of length n, x or else z, from a file with it or a result that `lcp solve -o` wrote.
 
-    A result gives its final iterate; of several results, one per line, the first is taken.
+    A result gives its final iterate; of several results the first is taken.
     """
     content = _read(path, LINE)
-    from lcpcli.files import json_format
+    from lcpcli.files import csv_answer, csv_format, json_format
+    from lcpcli.model.arrays import as_vector
+    from lcpcli.rational.numbers import rounded
 
     def parse() -> Vector:
         form = _format(path, content)
+        if form is csv_format:
+            try:
+                given = csv_answer.parse(content)
+            except ProblemError as error:
+                raise error if error.where else error.inside(field) from None
+            first = as_vector(field, rounded(given.z), n)
+            return first if given.w is None or not as_x else x_of(first, as_vector(field, rounded(given.w), n))
         if form is not json_format or not content.lstrip().startswith(b"{"):
             return form.parse_vector(field, content, n)
         z, w = json_format.parse_result(field, content, n)

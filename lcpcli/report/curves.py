@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lcpcli.report import numbers, summary
+from lcpcli.report import numbers, provenance, summary
 from lcpcli.report.figures.data import Curve, Panel
 from lcpcli.solving.result import Result
 
@@ -21,7 +21,8 @@ def _panel(results: Sequence[Result]) -> Panel:
     problem = results[0].problem
     measure = "error" if problem.solutions else "residual"
     name = numbers.title(problem)
-    return Panel(f"{name}, n = {problem.n}" if name else f"n = {problem.n}", measure, [_curve(r) for r in results])
+    title = f"{name}, n = {problem.n}" if name else f"n = {problem.n}"
+    return Panel(title, measure, [_curve(result) for result in results], provenance.line(results))
 
 
 def _curve(result: Result) -> Curve:

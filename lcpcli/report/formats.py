@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 FORMATS = {
     "table": "human-readable",
     "json": "one object per line, for scripts",
-    "csv": "every iterate with all digits",
+    "csv": "z and w with all digits",
     "markdown": "the table in Markdown",
     "latex": "the table in LaTeX with booktabs",
 }

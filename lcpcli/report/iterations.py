@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.model.problem import Problem
-from lcpcli.report import answers, numbers, outcome, summary
+from lcpcli.report import answers, numbers, outcome, provenance, summary
 from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import TraceRow
@@ -31,6 +31,7 @@ class IterationTable:
 
     leaders : the best cells of the summary, by row and column.
     verdict, facts : of a single result, shown above its iterates; "" and none for a comparison.
+    provenance : the program's version, the limits and the options in force.
     """
 
     title: str
@@ -42,6 +43,7 @@ class IterationTable:
     verdict: str
     facts: list[str]
     remarks: list[str]
+    provenance: str
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -81,7 +83,10 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     facts = [] if compared else outcome.facts(results[0], width, whole)
     elided = components is not None if compared else ELLIPSIS in "".join(facts)
     remarks = _remarks(results, compared, elided)
-    return IterationTable(_title(problem), header, groups, *lines, summary.leaders(results), head, facts, remarks)
+    made_by = provenance.line(results)
+    return IterationTable(
+        _title(problem), header, groups, *lines, summary.leaders(results), head, facts, remarks, made_by
+    )
 
 
 def _labels(rows: Sequence[TraceRow], result: Result) -> list[str]:

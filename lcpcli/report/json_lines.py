@@ -6,20 +6,21 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.report import answers, summary
+from lcpcli.report import answers, provenance, summary
 from lcpcli.report.numbers import finite
 from lcpcli.solving.result import Result
-
-STARTS = ("x1",)  # vectors among a method's options
 
 
 def render(results: Sequence[Result]) -> str:
     """One line per result."""
-    return "".join(json.dumps(_object(result), allow_nan=False, ensure_ascii=False) + "\n" for result in results)
+    return "".join(json.dumps(data(result), allow_nan=False, ensure_ascii=False) + "\n" for result in results)
 
 
-def _object(result: Result) -> dict[str, Any]:
+def data(result: Result) -> dict[str, Any]:
+    """The object of a result."""
+    made_by = provenance.data(result)
     return {
+        "version": made_by["version"],
         "problem": result.problem.name,
         "n": result.problem.n,
         "method": result.method,
@@ -48,7 +49,10 @@ def _object(result: Result) -> dict[str, Any]:
         "certificate": _certificate(result),
         "exact": _exact(result),
         "answer": answers.data(result),
-        "options": {name: _option(value) for name, value in result.options.items() if name not in STARTS},
+        "tol": made_by["tol"],
+        "max_iterations": made_by["max_iterations"],
+        "time_limit": made_by["time_limit"],
+        "options": made_by["options"],
         "trace": _trace(result),
     }
 
@@ -74,10 +78,6 @@ def _trace(result: Result) -> list[dict[str, Any]] | None:
         }
         for row in result.trace.rows
     ]
-
-
-def _option(value: Any) -> Any:
-    return value if isinstance(value, (bool, str)) else finite(value)
 
 
 def _certificate(result: Result) -> dict[str, Any] | None:

@@ -27,7 +27,7 @@ def render(tables: Sequence[IterationTable]) -> str:
 def _environment(table: IterationTable) -> str:
     lines = [
         r"\begin{table}",
-        rf"\caption{{{escape(table.title)}}}",
+        rf"\caption{{{escape(f'{table.title}. {table.provenance}.')}}}",
         r"\centering",
         *tabular(table.header, table.groups, LEFT),
     ]

@@ -19,7 +19,7 @@ def _section(table: IterationTable) -> str:
     parts = [title, iterates, grid(table.summary_header, table.summary, LEFT), *remarks]
     if table.verdict:
         parts = [title, f"**{escape(table.verdict)}**", *remarks, iterates]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join([*parts, escape(table.provenance)]) + "\n"
 
 
 def grid(header: list[str], rows: list[list[str]], left: Collection[str]) -> str:

@@ -18,6 +18,7 @@ def render(
     *,
     compared: bool = True,
     whole: bool = False,
+    iterates: bool = False,
 ) -> str:
     """The results as text in a format.
 
@@ -25,15 +26,17 @@ def render(
     width, color : of the terminal; width is None if there is none.
     compared : whether the iterates come first and then one line per result; else the result comes first.
     whole : whether a result that comes first shows all components of z.
+    iterates : whether CSV is made of the iterates instead of the answers.
     """
     if form == "json":
         from lcpcli.report import json_lines
 
         return json_lines.render(list(chain.from_iterable(runs)))
     if form == "csv":
-        from lcpcli.report import csv_rows
+        from lcpcli.report import answer_csv, trace_csv
 
-        return csv_rows.render(list(chain.from_iterable(runs)))
+        results = list(chain.from_iterable(runs))
+        return trace_csv.render(results) if iterates else answer_csv.render(results, compared)
     from lcpcli.report import iterations
 
     tables = [iterations.build(run, width, compared, whole) for run in runs]

@@ -76,16 +76,17 @@ def bound(result: Result) -> str:
 
 
 def _counts(results: Sequence[Result]) -> Cells:
-    header = ["method", "iterations", "evaluations", "time", "residual", "error", "status"]
+    header = ["method", "iterations", "evaluations", "end", "residual", "error", "status", "verified"]
     rows = [
         [
             name(result),
             str(result.iterations),
             str(result.evaluations),
-            numbers.duration(result.seconds),
+            numbers.duration(_end(result)),
             residual(result),
             error(result.error, result.problem),
             result.status.word.replace("_", " "),
+            _verified(result),
         ]
         for result in results
     ]
@@ -103,17 +104,29 @@ def _milestones(results: Sequence[Result]) -> Cells:
         "end",
         "error",
         "status",
-        "claim",
+        "verified",
     ]
     rows = []
     for result in results:
         reached = {m.level: _cell(m) for m in (result.curve.milestones if result.curve else ())}
-        end = _taken(result.iterations, result.seconds)
-        claim = NOT_REACHED if result.verified is None else "verified" if result.verified else "FALSE"
+        end = _taken(result.iterations, _end(result))
         levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
         status = SHORT.get(result.status.word, result.status.word)
-        rows.append([name(result), *levels, end, error(result.error, result.problem), status, claim])
+        rows.append([name(result), *levels, end, error(result.error, result.problem), status, _verified(result)])
     return header, rows
+
+
+def _end(result: Result) -> float:
+    """The seconds until the last iterate, by the clock of the iterates."""
+    rows = result.trace.rows if result.trace else []
+    return rows[-1].seconds if rows else result.seconds
+
+
+def _verified(result: Result) -> str:
+    """The time until the verified answer; FALSE for a claim that does not hold."""
+    if result.verified is None:
+        return NOT_REACHED
+    return numbers.duration(result.seconds) if result.verified else "FALSE"
 
 
 def _cell(milestone: Milestone) -> str:

@@ -35,6 +35,7 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
         if not table.verdict:
             console.print(grid(table.summary_header, [table.summary], width, LEFT, table.leaders))
             _print_lines(console, table.remarks, width, REMARK)
+        _print_lines(console, [table.provenance], width or PIPE, "")
     return trimmed(out)
 
 

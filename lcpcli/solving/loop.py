@@ -212,7 +212,7 @@ class Loop:
             iterations=max(self.k, 0),
             evaluations=self.evaluations,
             parts=self.stopwatch.parts,
-            tol=self.limits.tol,
+            limits=self.limits,
             warm=False,
             options=in_force,
             trace=self.kept[0],

@@ -8,6 +8,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.model.problem import Problem
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Certificate
@@ -91,7 +92,7 @@ class Result:
         neither imports nor what is kept in traces counts. They are the sum of three:
     setup_seconds, solve_seconds, verify_seconds : in setting up the method, in its iterations, and in measuring how
         accurate they are.
-    tol : the tolerance for the relative residual.
+    limits : the tolerance for the relative residual, and when the run had to stop.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
@@ -127,7 +128,7 @@ class Result:
     iterations: int
     evaluations: int
     parts: Mapping[str, float]
-    tol: float
+    limits: Limits
     warm: bool
     options: dict[str, Any]
     trace: Trace | None
@@ -166,6 +167,11 @@ class Result:
     @property
     def error(self) -> float | None:
         return self.point.error
+
+    @property
+    def tol(self) -> float:
+        """The tolerance for the relative residual."""
+        return self.limits.tol
 
     @property
     def setup_seconds(self) -> float:

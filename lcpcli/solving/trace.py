@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class TraceRow:
     z : its z = |x| + x, shape (n,), or the components that the trace keeps.
     residual, error : as in Result; None if not requested, or if no solution is known.
     rounding : whether the residual is at rounding level, as defined by `accuracy.Accuracy.is_rounding`.
-    seconds : time that the method alone took from the end of its set-up to this iterate.
+    seconds : from the beginning of the run to this iterate, without what is kept or measured for the trace.
     step : the step of the published algorithm that made it; "" if the method has only one.
     method : the method that made it.
     """
@@ -108,6 +108,16 @@ class Trace:
         self._last.clear()
         if self._waiting:
             self._measure(accuracy)
+
+    def selected(self, every: int, most: int | None, components: Indices | None) -> Trace:
+        """A trace with the rows and components that one set up like this would have kept of the same run."""
+        rows, last = self.rows[:-3], self.rows[-3:]
+        chosen = Trace(every, most, components, self.residuals, self.levels, milestones=self.milestones)
+        while most is not None and sum(map(chosen._is_kept, (row.k for row in rows))) + len(last) > most:
+            chosen.every *= 2
+        kept = [*(row for row in rows if chosen._is_kept(row.k)), *last]
+        chosen.rows = [row if components is None else replace(row, z=row.z[components]) for row in kept]
+        return chosen
 
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0

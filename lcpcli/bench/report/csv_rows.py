@@ -1,4 +1,4 @@
-"""A bench as CSV: a header, then one line per measurement with all digits; missing values are empty."""
+"""A bench as CSV: comments on how it was measured, a header, then one line per measurement with all digits."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from io import StringIO
 from typing import Any
 
 from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.report.sheets import conditions
 from lcpcli.bench.statistics import summary
 
 COPIED = (
@@ -36,8 +37,9 @@ COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
 def render(record: Record) -> str:
-    """Parameters are JSON, booleans are written as in JSON; only the record has the curves."""
+    """Parameters are JSON, booleans as in JSON, missing values empty; only the record has the curves."""
     out = StringIO()
+    out.writelines(f"# {line}\n" for line in conditions(record))
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow([*COPIED, *COMPUTED])
     for row in record.measurements:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 
 from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.report.sheets import conditions
 from lcpcli.bench.scores import growths, times
 from lcpcli.bench.statistics import performance_ratios, summary
 from lcpcli.bench.suites import series
@@ -19,7 +20,7 @@ def draw(record: Record, form: str) -> bytes:
     profiles = [
         Profile(_method(name), name, ratios) for name, ratios in performance_ratios(times(record)).items() if ratios
     ]
-    return figures.bench(profiles, _panels(record), _growth_panels(record), form)
+    return figures.bench(profiles, _panels(record), _growth_panels(record), form, conditions(record))
 
 
 def _method(solver: str) -> str:

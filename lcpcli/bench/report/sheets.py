@@ -40,7 +40,7 @@ def build(record: Record, width: int | None) -> Report:
         _exclusions(record),
         _growth(record),
     ]
-    return Report(_title(record), _lines(record), [sheet for sheet in sheets if sheet.groups])
+    return Report(_title(record), conditions(record), [sheet for sheet in sheets if sheet.groups])
 
 
 def _title(record: Record) -> str:
@@ -51,7 +51,8 @@ def _title(record: Record) -> str:
     return f"{' '.join(['lcp bench', *suites])}: {count(len(record.cases), 'problem')}{progress}"
 
 
-def _lines(record: Record) -> list[str]:
+def conditions(record: Record) -> list[str]:
+    """Lines on how a bench was measured: the limits, the machine, the versions, and what is missing."""
     options, machine = record.options, record.machine
     memory = f", {machine.memory / 2**30:.3g} GiB" if machine.memory else ""
     threads = f", {count(machine.threads, 'thread')}" if machine.threads else ""

@@ -28,11 +28,16 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """The runs on one problem. measure: "error" or "residual", what the curves' errors are."""
+    """The runs on one problem.
+
+    measure : "error" or "residual", what the curves' errors are.
+    provenance : what made them, for the file's metadata.
+    """
 
     title: str
     measure: str
     curves: Sequence[Curve]
+    provenance: str = ""
 
 
 @dataclass(frozen=True)

@@ -28,22 +28,28 @@ def convergence(panels: Sequence[Panel], form: str) -> bytes:
     from lcpcli.report.figures import convergence_figure, style
 
     with style.context():
-        return style.save(convergence_figure.draw(panels), form)
+        told = [f"{panel.title}: {panel.provenance}" for panel in panels]
+        return style.save(convergence_figure.draw(panels), form, "Error against run time and iteration", told)
 
 
 def bench(
-    profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Sequence[GrowthPanel], form: str
+    profiles: Sequence[Profile],
+    panels: Sequence[Panel],
+    growth_panels: Sequence[GrowthPanel],
+    form: str,
+    provenance: Sequence[str] = (),
 ) -> bytes:
     """A picture of a benchmark: the performance profile, error against run time, and the growth of time over n.
 
-    Each of the three may be empty and is then left out, but not all. form : one of FORMS.
+    Each of the three may be empty and is then left out, but not all. form : one of FORMS. provenance : lines on what
+    was measured, and how, for the file's metadata.
     Raises OptionError where matplotlib is missing.
     """
     require()
     from lcpcli.report.figures import bench_figure, style
 
     with style.context():
-        return style.save(bench_figure.draw(profiles, panels, growth_panels), form)
+        return style.save(bench_figure.draw(profiles, panels, growth_panels), form, "Benchmark", provenance)
 
 
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:

@@ -7,7 +7,7 @@ that the methods' lightness rises in steps of about ten and they are told apart 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO
@@ -148,15 +148,16 @@ def context() -> Iterator[None]:
         yield
 
 
-def save(figure: Figure, form: str) -> bytes:
-    """The figure as a file; the same figure gives the same bytes."""
-    undated: dict[str, dict[str, None]] = {
-        "png": {"Software": None},
-        "svg": {"Date": None},
-        "pdf": {"CreationDate": None},
+def save(figure: Figure, form: str, title: str, provenance: Sequence[str]) -> bytes:
+    """The figure as a file, with its provenance as metadata; the same figure gives the same bytes."""
+    told = "; ".join(provenance)
+    metadata: dict[str, dict[str, str | None]] = {
+        "png": {"Title": title, "Description": told, "Software": None},
+        "svg": {"Title": title, "Description": told, "Date": None},
+        "pdf": {"Title": title, "Subject": told, "CreationDate": None},
     }
     buffer = BytesIO()
-    figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata=undated[form])
+    figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata=metadata[form])
     return buffer.getvalue()
 
 

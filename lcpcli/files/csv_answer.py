@@ -1,0 +1,108 @@
+"""z, and w if it is there, in CSV: one row or one column of numbers, or a table such as lcp solve -o z.csv writes.
+
+In a table with a header the columns z and w are read; a column `component` gives the order, and of several results the
+first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ..., or names.
+Numbers are decimals or fractions such as 15/29.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+from lcpcli.errors import ProblemError, count
+from lcpcli.files.content import decode
+from lcpcli.files.csv_format import NUMERIC, is_number
+from lcpcli.rational.numbers import ratio
+
+PARTING = re.compile(r"[\s,;]+")
+DELIMITERS = ";\t,"
+RUN = ("problem", "method")  # the columns that tell one result from another
+HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
+
+Rows = list[tuple[int, list[str]]]
+
+
+class Answer(NamedTuple):
+    """z, and w where the table has it."""
+
+    z: list[Fraction]
+    w: list[Fraction] | None
+
+
+def parse(content: bytes) -> Answer:
+    """The answer in a text, or a ProblemError that names the line."""
+    lines = [(k, line) for k, line in enumerate(decode(content).splitlines(), 1)]
+    lines = [(k, line) for k, line in lines if line.strip() and line.lstrip()[0] != "#"]
+    rows = [(k, _cells(line)) for k, line in lines]
+    header: list[str] = []
+    if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):
+        header = [name.strip().casefold() for name in rows.pop(0)[1]]
+    if len(rows) > 1 and max(len(row) for _, row in rows) > 1:
+        return _table(header or _columns(rows), _first_run(header, rows))
+    if len(header) > 1 and "z" in header:
+        return _table(header, rows)
+    return Answer([_number(k, j, entry) for k, row in rows for j, entry in enumerate(row, 1) if entry], None)
+
+
+def _cells(line: str) -> list[str]:
+    delimiter = next((mark for mark in DELIMITERS if mark in line), None)
+    if delimiter is None:
+        return PARTING.split(line.strip())
+    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    while len(cells) > 1 and not cells[-1]:
+        cells.pop()
+    return [part for cell in cells for part in (cell.split() or [""])]
+
+
+def _columns(rows: Rows) -> list[str]:
+    """The names of the columns of a table without a header."""
+    width = len(rows[0][1])
+    first = [row[0] for _, row in rows]
+    indexed = any(first == [str(i) for i in range(start, start + len(rows))] for start in (0, 1))
+    named = not any(is_number(entry) for entry in first)
+    if width in (2, 3) and (indexed or named):
+        return ["index", "z", "w"][:width]
+    raise ProblemError("", f"has {len(rows)} rows and {width} columns without a header", HINT)
+
+
+def _first_run(header: Sequence[str], rows: Rows) -> Rows:
+    """The rows of the first result."""
+    places = [header.index(name) for name in RUN if name in header]
+    own = [rows[0][1][j] for j in places]
+    return [(k, row) for k, row in rows if [row[j] for j in places if j < len(row)] == own]
+
+
+def _table(names: Sequence[str], rows: Rows) -> Answer:
+    if "z" not in names:
+        raise ProblemError("", "has no column headed z", HINT)
+    for k, row in rows:
+        if len(row) != len(names):
+            raise ProblemError(
+                f"line {k}", f"has {count(len(row), 'column')} instead of {len(names)}", "make every line alike"
+            )
+    if "component" in names:
+        rows = _ordered(rows, names.index("component"))
+    places = [names.index(name) for name in ("z", "w") if name in names]
+    z, *w = [[_number(k, j + 1, row[j]) for k, row in rows] for j in places]
+    return Answer(z, w[0] if w else None)
+
+
+def _ordered(rows: Rows, place: int) -> Rows:
+    """The rows in the order of their components, each of which must occur once."""
+    held = {row[place]: (k, row) for k, row in rows}
+    wanted = [str(i) for i in range(1, len(rows) + 1)]
+    missing = next((i for i in wanted if i not in held), None)
+    if missing is not None:
+        raise ProblemError("component", f"lacks {missing}", f"give each of 1 to {len(rows)} once")
+    return [held[i] for i in wanted]
+
+
+def _number(line: int, column: int, entry: str) -> Fraction:
+    try:
+        return ratio(entry)
+    except ProblemError as error:
+        raise error.inside(f"line {line}, column {column}") from None

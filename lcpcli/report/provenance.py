@@ -1,0 +1,76 @@
+"""What made a result: the program's version, the problem, the tolerance, the limits and the options in force.
+
+Every format takes it from here, so that a table, a file or a figure that is found later can be made again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from lcpcli import __version__
+from lcpcli.report import numbers, summary
+from lcpcli.solving.result import Result
+
+PROGRAM = f"lcp {__version__}"
+VECTORS = ("x1",)  # among a method's options: starting points, which are too long to be repeated
+
+
+def data(result: Result) -> dict[str, Any]:
+    """As keys of JSON: null for no limit."""
+    limits = result.limits
+    return {
+        "version": __version__,
+        "tol": limits.tol,
+        "max_iterations": limits.max_iterations,
+        "time_limit": numbers.finite(limits.time_limit),
+        "options": {name: _json(value) for name, value in result.options.items() if name not in VECTORS},
+    }
+
+
+def line(results: Sequence[Result]) -> str:
+    """In one line, for results with the same limits: the version, the limits, and the options of each method.
+
+    Options in which runs of one method differ are left out, as the names of the runs have them.
+    """
+    methods = {}
+    for method in dict.fromkeys(result.method for result in results):
+        runs = [_options(result) for result in results if result.method == method]
+        shared = [f"{name}={value}" for name, value in runs[0].items() if all(run[name] == value for run in runs)]
+        if shared:
+            methods[method] = ", ".join(shared)
+    parts = [f"{PROGRAM}, {_limits(results[0])}", *(f"{method}: {told}" for method, told in methods.items())]
+    return "; ".join(parts)
+
+
+def lines(results: Sequence[Result]) -> list[str]:
+    """For a file: the program, then for each result its problem, how it ended, and the options in force."""
+    told = [f"{PROGRAM}, {_limits(results[0])}"]
+    for result in results:
+        options = "".join(f", {name}={value}" for name, value in _options(result).items())
+        problem = f"{numbers.title(result.problem) or 'problem'}, n = {result.problem.n}"
+        told.append(f"{problem}: {summary.name(result)}{options}: {' '.join(result.message.split())}")
+    return told
+
+
+def _limits(result: Result) -> str:
+    limits = result.limits
+    seconds = f", time limit {numbers.duration(limits.time_limit)}" if limits.time_limit < math.inf else ""
+    return f"tol {limits.tol:g}, at most {limits.max_iterations} iterations{seconds}"
+
+
+def _options(result: Result) -> dict[str, str]:
+    """The options in force as texts, by their names on the command line, without those that are off."""
+    options = {name: value for name, value in result.options.items() if name not in (*VECTORS, "time_limit")}
+    return {name.replace("_", "-"): _text(value) for name, value in options.items() if value is not False}
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, (bool, str)):
+        return str(value).lower()
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def _json(value: Any) -> Any:
+    return value if isinstance(value, (bool, str)) else numbers.finite(value)

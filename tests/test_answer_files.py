@@ -1,0 +1,155 @@
+"""A result file is an answer: z and w in CSV, which lcp reads back; the iterates go to a file of their own."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli import Trace, read
+from lcpcli.files import csv_answer, shipped
+from lcpcli.report.figures import drawing
+from lcpcli.report.figures.data import Panel
+
+EXAMPLE = shipped.path("paper-example-2.json")
+
+Lcp = Callable[..., Any]
+
+
+def table(file: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(line for line in StringIO(file.read_text()) if not line.startswith("#")))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_csv_of_a_result_is_component_z_and_w_with_all_digits(lcp: Lcp, folder: Path) -> None:
+    assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv").code == 0
+    record = json.loads(lcp("solve", EXAMPLE, "--format", "json", "-o", "-").out)
+    rows = table(folder / "z.csv")
+    assert [row["component"] for row in rows] == ["1", "2", "3", "4"]
+    assert [float(row["z"]) for row in rows] == record["z"]
+    assert [float(row["w"]) for row in rows] == record["w"]
+
+
+def test_csv_of_several_results_names_problem_and_run(lcp: Lcp, folder: Path) -> None:
+    lcp("compare", EXAMPLE, "--method", "newton", "--method", "shi:k-star=5", "-o", "z.csv")
+    rows = table(folder / "z.csv")
+    assert [(row["method"], row["component"]) for row in rows] == [
+        (run, str(i)) for run in ("newton", "shi:k-star=5") for i in (1, 2, 3, 4)
+    ]
+
+
+@pytest.mark.usefixtures("folder")
+def test_check_and_a_start_read_the_csv_back(lcp: Lcp) -> None:
+    for command in (("solve", EXAMPLE), ("compare", EXAMPLE)):
+        lcp(*command, "-o", "z.csv")
+        assert lcp("check", EXAMPLE, "z.csv").code == 0
+        for start in ("--z0", "--x0"):
+            outcome = lcp("solve", EXAMPLE, "--method", "fixed-point", start, "z.csv", "--format", "json")
+            assert json.loads(outcome.out)["iterations"] == 0
+
+
+READ = {
+    "one column": "0\n15/29\n17/29\n0\n",
+    "one row": "0, 15/29, 17/29, 0\n",
+    "headed": "z\n0\n15/29\n17/29\n0\n",
+    "nodes": "node,z\nA,0\nB,15/29\nC,17/29\nD,0\n",
+    "nodes without a header": "A,0\nB,15/29\nC,17/29\nD,0\n",
+    "index of pandas": ",z\n0,0\n1,15/29\n2,17/29\n3,0\n",
+    "index without a header": "1;0\n2;15/29\n3;17/29\n4;0\n",
+    "w before z": "w,z\n1,0\n0,15/29\n0,17/29\n1,0\n",
+    "sorted by size": "component,z\n3,17/29\n2,15/29\n1,0\n4,0\n",
+}
+
+
+@pytest.mark.parametrize("kind", READ)
+def test_check_reads_the_tables_that_people_have(kind: str, lcp: Lcp, folder: Path) -> None:
+    (folder / "z.csv").write_text(READ[kind])
+    assert csv_answer.parse(READ[kind].encode()).z == [0, Fraction(15, 29), Fraction(17, 29), 0]
+    assert lcp("check", EXAMPLE, "z.csv", "--exact").code == 0
+
+
+REFUSED = {
+    "component,z\n1,0\n2,1\n3,1\n5,0\n": "component: lacks 4",
+    "component,z\n1,0\n2,1\n2,1\n4,0\n": "component: lacks 3",
+    "node,z\nA,0\nB\nC,1\nD,0\n": "line 3: has 1 column instead of 2",
+    "node,z\nA,0\nB,x\nC,1\nD,0\n": "line 3, column 2: has 'x', not a number",
+    "node,y\nA,0\nB,1\nC,1\nD,0\n": "has no column headed z",
+    "5,0\n7,1\n8,1\n9,0\n": "4 rows and 2 columns without a header",
+    "component,z,w\n1,0,0\n2,1,0\n": "z: has 2 entries for 4 unknowns",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_table_that_leaves_z_in_doubt_is_refused(text: str, lcp: Lcp, folder: Path) -> None:
+    (folder / "z.csv").write_text(text)
+    outcome = lcp("check", EXAMPLE, "z.csv")
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+    assert REFUSED[text] in outcome.err
+
+
+def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) -> None:
+    arguments = ("solve", EXAMPLE, "--method", "fixed-point")
+    alone = lcp(*arguments).out.splitlines()
+    beside = lcp(*arguments, "--trace", "t.csv").out.splitlines()
+    assert [line.split()[:-1] for line in beside[6:]] == [line.split()[:-1] for line in alone[6:]]
+    rows = table(folder / "t.csv")
+    assert [int(row["k"]) for row in rows] == list(range(len(rows)))
+    assert [row["status"] for row in rows] == [""] * (len(rows) - 1) + ["solved"]
+    assert json.loads(lcp(*arguments, "--trace", "t.csv", "--format", "json").out)["trace"] is None
+    assert lcp(*arguments, "-q", "--trace", "t.csv", "--every", "10").out == ""
+    assert len(table(folder / "t.csv")) < len(rows) / 5
+
+
+def test_trace_of_the_table_is_what_a_table_alone_would_keep() -> None:
+    from lcpcli.solving.run import run
+
+    problem, whole = read(EXAMPLE), Trace()
+    run(problem, "fixed-point", trace=whole)
+    for most in (None, 12, 30):
+        alone = Trace(5, most)
+        run(problem, "fixed-point", trace=alone)
+        assert [row.k for row in whole.selected(5, most, None).rows] == [row.k for row in alone.rows]
+
+
+@pytest.mark.usefixtures("folder")
+def test_redundant_options_are_accepted(lcp: Lcp) -> None:
+    for given in (("--format", "json", "-o", "x.json"), ("--format", "csv", "-o", "x.csv"), ("--trace",), ("-o", "-")):
+        assert (lcp("solve", EXAMPLE, *given).code, lcp("solve", EXAMPLE, *given).err) == (0, "")
+    assert "problem,method,k,z1," in lcp("solve", EXAMPLE, "--trace", "--format", "csv").out
+
+
+def test_no_file_is_overwritten_that_holds_no_iterates(lcp: Lcp, folder: Path) -> None:
+    (folder / "own.csv").write_text("2,1,-5\n1,2,-6\n")
+    for arguments in (("compare", "--trace", "own.csv"), ("solve", "--trace", "own.csv")):
+        outcome = lcp(*arguments)
+        assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+        assert "own.csv" in outcome.err
+    assert (folder / "own.csv").read_text() == "2,1,-5\n1,2,-6\n"
+    assert lcp("compare", EXAMPLE, "--trace", "t.csv").code == 0
+    assert lcp("compare", EXAMPLE, "--trace", "t.csv").code == 0
+
+
+def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the same clock from the same beginning: its points are rows of the file."""
+    drawn: list[Panel] = []
+    monkeypatch.setattr(drawing, "convergence", lambda panels, _: drawn.extend(panels) or b"")
+    lcp("compare", EXAMPLE, "--sweep", "k-star=5,100", "--plot", "figure.svg", "--trace", "t.csv")
+    assert [curve.label for curve in drawn[0].curves] == ["fixed-point", "shi:k-star=5", "shi:k-star=100"]
+    rows = table(folder / "t.csv")
+    for curve in drawn[0].curves:
+        own = {int(row["k"]): row for row in rows if row["method"] == curve.label}
+        for k, seconds, error in zip(curve.k, curve.seconds, curve.errors, strict=True):
+            assert k is not None
+            assert (seconds, error) == (float(own[k]["seconds"]), float(own[k]["error"]))
+        assert curve.solved == (list(own.values())[-1]["status"] == "solved")
