@@ -46,7 +46,7 @@ def refuse_unknown(
             raise ProblemError(f"{field}.{shown}" if field else shown, f"is not a key of {whole}", hint)
 
 
-class LCPError(Exception):
+class LCPError(ValueError):
     """Base class of all errors that this package raises deliberately.
 
     Parameters
@@ -72,6 +72,10 @@ class ProblemError(LCPError):
 
 class OptionError(LCPError):
     """An option's value is out of its range, or the option has no effect on the request."""
+
+
+class ParameterError(OptionError):
+    """An OptionError of the library: `where` is a name as in Python, which the command line writes as its flag."""
 
 
 def count(n: int, noun: str) -> str:

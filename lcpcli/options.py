@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 
 INSPECTION_SECONDS = 2.0  # after which an inspection starts no further step, by default
 AUTO = "auto"  # the value of an option that is to be derived from the problem
@@ -54,17 +54,17 @@ class Option:
         return self.default
 
     def check(self, value: float | str) -> None:
-        """Raise OptionError unless the value is of this option's kind and in its range."""
+        """Raise ParameterError unless the value is of this option's kind and in its range."""
         if self.auto and isinstance(value, str) and value == AUTO:
             return
         if not isinstance(value, numbers.Real) or isinstance(value, bool) or not self._admits(value):
-            raise OptionError(flag(self.name), f"{value} is out of range", f"it must be: {self.range}")
+            raise ParameterError(self.name, f"{value} is out of range", f"it must be: {self.range}")
 
     def _admits(self, given: numbers.Real) -> bool:
         try:
             value = float(given)
         except OverflowError:
-            raise OptionError(flag(self.name), "is too large", f"it must be: {self.range}") from None
+            raise ParameterError(self.name, "is too large", f"it must be: {self.range}") from None
         whole = self.kind is not int or (math.isfinite(value) and value == int(value))
         return whole and not math.isnan(value) and self.admits(value)
 
@@ -81,7 +81,7 @@ def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
     for name, option in declared.items():
         if option.above and not float(values[option.above]) < float(values[name]):
             hint = f"with {option.above} = {values[option.above]} it must be: {option.range}"
-            raise OptionError(flag(name), f"{values[name]} is out of range", hint)
+            raise ParameterError(name, f"{values[name]} is out of range", hint)
 
 
 TOL = Option(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,9 @@ from scipy import sparse
 import lcpcli
 from lcpcli import Status
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files import shipped
+
+from .conftest import Outcome
 
 M = [[2.0, 1.0, 0.0], [1.0, 3.0, 1.0], [0.0, 1.0, 2.0]]
 Q = [-5.0, -6.0, 1.0]
@@ -107,12 +111,12 @@ def test_a_trace_is_kept_if_asked_for() -> None:
         ({"max_iteration": 3}, "max_iteration: .*did you mean max_iterations"),
         ({"K_star": 3, "method": "shi"}, "K_star: .*did you mean k_star"),
         ({"%": 3, "method": "shi"}, "%: .*it has x1, p, k_star, rho, sigma, x0, z0, tol"),
-        ({"omega": 2.0, "method": "shi"}, "--omega: has no effect with the method shi"),
+        ({"omega": 2.0, "method": "shi"}, "^omega: has no effect with the method shi"),
         ({"every": 2}, "every: is not an option of auto"),
         ({"method": "newtn"}, "'newtn' is unknown; did you mean newton"),
-        ({"tol": 2.0}, "--tol: 2.0 is out of range"),
-        ({"rho": 1.0, "method": "shi"}, "--rho: 1.0 is out of range"),
-        ({"x0": [0, 0, 0], "z0": [0, 0, 0]}, "--z0: .*leave one out"),
+        ({"tol": 2.0}, "^tol: 2.0 is out of range"),
+        ({"rho": 1.0, "method": "shi"}, "^rho: 1.0 is out of range"),
+        ({"x0": [0, 0, 0], "z0": [0, 0, 0]}, "^z0: gives the starting point, and so does x0; leave one out"),
     ],
 )
 def test_bad_options_are_refused(options: dict[str, Any], message: str) -> None:
@@ -132,3 +136,10 @@ def test_bad_options_are_refused(options: dict[str, Any], message: str) -> None:
 def test_bad_problems_are_refused(matrix: Any, q: Any, message: str) -> None:
     with pytest.raises(ProblemError, match=message):
         lcpcli.solve(matrix, q)
+
+
+def test_errors_name_options_as_their_readers_write_them(lcp: Callable[..., Outcome]) -> None:
+    with pytest.raises(ValueError, match=r"^k_star: 0 is out of range; it must be: whole number >= 1$"):
+        lcpcli.solve(M, Q, "shi", k_star=0)
+    outcome = lcp("solve", shipped.path("paper-example-1.json"), "--method", "shi", "--k-star", "0")
+    assert (outcome.code, outcome.err) == (2, "lcp: --k-star: 0 is out of range; it must be: whole number >= 1\n")

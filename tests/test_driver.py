@@ -228,7 +228,7 @@ def test_error_is_to_the_nearest_known_solution() -> None:
 
 
 def test_option_of_another_method_is_refused() -> None:
-    with pytest.raises(OptionError, match=r"--omega: has no effect with the method shi"):
+    with pytest.raises(OptionError, match=r"^omega: has no effect with the method shi"):
         run(EXAMPLE, "shi", omega=2.0)
 
 
@@ -264,5 +264,5 @@ def test_tolerance_is_what_the_relative_residual_comes_down_to() -> None:
     ("name", "value"), [("tol", 0.0), ("tol", 1.0), ("max_iterations", -1), ("time_limit", 0.0), ("tol", math.nan)]
 )
 def test_limits_out_of_range_are_refused(name: str, value: float) -> None:
-    with pytest.raises(OptionError, match=name.replace("_", "-")):
+    with pytest.raises(OptionError, match=name):
         Limits(**{name: value})  # type: ignore[arg-type]

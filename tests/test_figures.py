@@ -258,7 +258,7 @@ def test_the_ending_determines_the_format(path: str) -> None:
 
 @pytest.mark.parametrize("path", ["a", "a.jpg", "png", ".png", "a.png/b"])
 def test_another_ending_is_refused_with_the_endings(path: str) -> None:
-    with pytest.raises(OptionError, match=r"--plot: .*\.png, \.svg, \.pdf"):
+    with pytest.raises(OptionError, match=r"^plot: .*\.png, \.svg, \.pdf"):
         figures.form_of(path)
 
 
@@ -272,7 +272,7 @@ def test_a_missing_package_is_reported_in_one_line(package: str, monkeypatch: py
     for call in (*calls[package], lambda: figures.require(package)):
         with pytest.raises(OptionError) as caught:
             call()
-        assert str(caught.value) == f"--plot: needs {package}; pip install 'linear-complementarity[plot]'"
+        assert str(caught.value) == f"plot: needs {package}; pip install 'linear-complementarity[plot]'"
 
 
 def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> None:

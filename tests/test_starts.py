@@ -99,7 +99,7 @@ def test_the_problems_own_second_point_goes_with_its_own_first(paper_example: Pr
 
 
 def test_x0_and_z0_together_are_refused() -> None:
-    with pytest.raises(OptionError, match=r"--z0.*--x0.*leave one out"):
+    with pytest.raises(OptionError, match=r"z0.*x0.*leave one out"):
         run(read(EXAMPLE), "shi", np.zeros(4), z0=np.zeros(4))
 
 

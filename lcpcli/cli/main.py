@@ -49,8 +49,9 @@ def _run() -> int:
 
     from lcpcli.cli.command import VARIABLE
     from lcpcli.cli.program import lcp
-    from lcpcli.errors import LCPError
+    from lcpcli.errors import LCPError, OptionError, ParameterError
     from lcpcli.interrupts import hides_interrupt
+    from lcpcli.options import flag
 
     if VARIABLE in os.environ:
         from lcpcli.cli import shells as shells  # registers our scripts in place of click's
@@ -66,6 +67,8 @@ def _run() -> int:
         return _complain(f"{where}: {_one_line(error.format_message())} (see {where} --help)")
     except click.ClickException as error:
         return _complain(f"lcp: {_one_line(error.format_message())}")
+    except ParameterError as error:
+        return _complain(f"lcp: {OptionError(flag(error.where), error.fault, error.hint)}")
     except LCPError as error:
         return _complain(f"lcp: {error}")
     except (click.Abort, KeyboardInterrupt):

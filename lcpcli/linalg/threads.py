@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from lcpcli import options
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 
 if TYPE_CHECKING:
     from lcpcli.typing import Matrix
@@ -66,7 +66,7 @@ def _number(M: Matrix, asked: int | None) -> int | None:
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
         if _controller(_scipy_is_loaded()) is None:
-            raise OptionError(
+            raise ParameterError(
                 options.THREADS.name, "needs threadpoolctl", "pip install 'linear-complementarity[threads]'"
             )
         return int(asked)

@@ -14,8 +14,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError, likely
-from lcpcli.options import Option, flag
+from lcpcli.errors import OptionError, ParameterError, likely
+from lcpcli.options import Option
 
 if TYPE_CHECKING:
     from lcpcli.methods.iterate import Stage
@@ -191,7 +191,7 @@ def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> 
     for rejected in (given for given in chosen if given not in known):
         if rejected not in OPTIONS:
             raise OptionError(rejected, "is not an option of any method", f"the options are {', '.join(known)}")
-        raise OptionError(flag(rejected), f"has no effect with the method {name}", "leave it out")
+        raise ParameterError(rejected, f"has no effect with the method {name}", "leave it out")
     values: dict[str, Any] = {vector: chosen.get(vector) for vector in method.vectors}
     for option in method.options:
         value = chosen.get(option.name, option.default)

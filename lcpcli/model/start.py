@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.modulus import x_of
 from lcpcli.model.problem import Problem
@@ -16,7 +16,7 @@ def starting_point(problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None)
     """x0, or the x of z0 and w = M z0 + q, or the problem's own starting point, or the origin."""
     if z0 is not None:
         if x0 is not None:
-            raise OptionError("--z0", "gives the starting point, and so does --x0", "leave one out")
+            raise ParameterError("z0", "gives the starting point, and so does x0", "leave one out")
         z = as_vector("z0", z0, problem.n)
         return as_vector("M z0 + q", x_of(z, problem.w(z)))
     if x0 is not None:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 
 SMALL = 16  # rows up to which FLINT is not faster
 
@@ -32,10 +32,10 @@ class Solutions(NamedTuple):
 
 
 def require() -> Any:
-    """The module flint, or an OptionError that says how to install it."""
+    """The module flint, or a ParameterError that says how to install it."""
     flint = _flint()
     if flint is None:
-        raise OptionError("--exact", "needs python-flint", "pip install 'linear-complementarity[exact]'")
+        raise ParameterError("exact", "needs python-flint", "pip install 'linear-complementarity[exact]'")
     return flint
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lcpcli.clock import Stopwatch, imports, seconds
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
@@ -21,7 +21,6 @@ from lcpcli.model import scaled
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import starting_point
-from lcpcli.options import flag
 from lcpcli.solving.conclusions import concluded
 from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.loop import Loop
@@ -90,7 +89,7 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
     additions = {name: True for name, yes in wanted.items() if yes}
     for name in additions:
         if not methods.declared(method).iterates:
-            raise OptionError(flag(name), f"has no effect with the method {method}", "leave it out")
+            raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     return additions
 
 

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import PurePath
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 from lcpcli.report.figures.data import GrowthPanel, Panel, Profile
 
 FORMS = ("png", "svg", "pdf")
-FLAG = "--plot"
+PLOT = "plot"
 
 
 def convergence(panels: Sequence[Panel], form: str) -> bytes:
@@ -68,11 +68,11 @@ def form_of(path: str) -> str:
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
         endings = ", ".join(f".{form}" for form in FORMS)
-        raise OptionError(FLAG, f"{path!r} does not tell the form of the picture", f"end it in one of {endings}")
+        raise ParameterError(PLOT, f"{path!r} does not tell the form of the picture", f"end it in one of {endings}")
     return ending
 
 
 def require(package: str = "matplotlib") -> None:
     """Refuse before any work is done if the package that draws is missing: matplotlib, or plotext for a terminal."""
     if find_spec(package) is None:
-        raise OptionError(FLAG, f"needs {package}", "pip install 'linear-complementarity[plot]'")
+        raise ParameterError(PLOT, f"needs {package}", "pip install 'linear-complementarity[plot]'")
