@@ -5,7 +5,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     solve        one call from M and q to a Result
     Problem      M and q, with a name, a starting point and known solutions
     read, write  problems from and to files
-    run          a method on a Problem, with Limits and a Trace of the iterates
+    run          the same from a Problem, as read from a file; with the same options
     Result       the outcome: its Status, z, w, the residual and more
     error_bound  a proved bound on the distance of a z from the solution
     from_qp      the Problem of a quadratic program; Result.answer has its minimizer
@@ -34,17 +34,15 @@ if TYPE_CHECKING:
     from lcpcli.model.from_game import from_game as from_game
     from lcpcli.model.from_program import from_qp as from_qp
     from lcpcli.model.problem import Problem as Problem
+    from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
-    from lcpcli.solving.limits import Limits as Limits
     from lcpcli.solving.result import Result as Result
     from lcpcli.solving.result import Status as Status
-    from lcpcli.solving.run import run as run
     from lcpcli.solving.trace import Trace as Trace
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Limits": "solving.limits",
     "Problem": "model.problem",
     "Result": "solving.result",
     "Status": "solving.result",
@@ -53,13 +51,12 @@ _HOMES = {
     "from_game": "model.from_game",
     "from_qp": "model.from_program",
     "read": "files.reading",
-    "run": "solving.run",
+    "run": "solving.call",
     "solve": "solving.call",
     "write": "files.writing",
 }
 
 __all__ = [
-    "Limits",
     "Problem",
     "Result",
     "Status",

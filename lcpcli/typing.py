@@ -1,8 +1,8 @@
-"""Type aliases for the arrays passed between modules, for annotations only."""
+"""Type aliases for what is passed between modules, for annotations only."""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,3 +11,4 @@ Vector: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
 Matrix: TypeAlias = Any  # a dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations
+MethodName: TypeAlias = Literal["auto", "shi", "fixed-point", "newton", "lemke", "milp"]  # the keys of METHODS

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli import Limits, Problem, Status, read, run
+from lcpcli import Problem, Status, read, run
 from lcpcli.files import shipped, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import advice
@@ -98,16 +98,15 @@ def test_what_is_decided_needs_no_advice(M: list[list[float]], q: list[float], s
 
 
 def test_interrupted_run_gets_no_advice() -> None:
-    failed = run(read(shipped.path("paper-example-1.json")), "shi", limits=Limits(max_iterations=1))
+    failed = run(read(shipped.path("paper-example-1.json")), "shi", max_iterations=1)
     assert advice(failed)
     assert advice(replace(failed, status=Status.INTERRUPTED)) == ""
 
 
 def test_additions_in_force_are_not_advised_again() -> None:
     problem = gallery.make("hilbert", 10)
-    limits = Limits(tol=1e-16, max_iterations=3)
-    assert "--scale --finish" in advice(run(gallery.make("harker-pang", 10), "shi", limits=limits))
-    result = run(problem, "shi", limits=limits, scale=True, finish=True)
+    assert "--scale --finish" in advice(run(gallery.make("harker-pang", 10), "shi", tol=1e-16, max_iterations=3))
+    result = run(problem, "shi", tol=1e-16, max_iterations=3, scale=True, finish=True)
     assert not result.solved
     assert "--scale" not in advice(result)
     assert "--finish" not in advice(result)

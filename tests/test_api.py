@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from inspect import signature
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ import lcpcli
 from lcpcli import Status
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import shipped
+from lcpcli.methods import registry
+from lcpcli.typing import MethodName
 
 from .conftest import Outcome
 
@@ -143,3 +146,23 @@ def test_errors_name_options_as_their_readers_write_them(lcp: Callable[..., Outc
         lcpcli.solve(M, Q, "shi", k_star=0)
     outcome = lcp("solve", shipped.path("paper-example-1.json"), "--method", "shi", "--k-star", "0")
     assert (outcome.code, outcome.err) == (2, "lcp: --k-star: 0 is out of range; it must be: whole number >= 1\n")
+
+
+def test_solve_and_run_take_the_same_options() -> None:
+    ours, theirs = (signature(function).parameters for function in (lcpcli.run, lcpcli.solve))
+    assert list(ours.items())[1:] == list(theirs.items())[2:]
+    problem = lcpcli.Problem(M, Q)
+    assert lcpcli.run(problem, "shi", tol=0.5).iterations < lcpcli.run(problem, "shi").iterations
+    assert lcpcli.run(problem, max_iterations=0).status is Status.ITERATION_LIMIT
+    trace = lcpcli.Trace(every=2)
+    assert lcpcli.run(problem, "shi", trace=trace).trace is trace
+    assert lcpcli.run(problem, "shi", trace=True).trace is not None
+
+
+def test_methods_that_type_checkers_accept_are_those_that_there_are() -> None:
+    assert list(get_args(MethodName)) == list(registry.METHODS)
+
+
+def test_what_is_not_a_problem_is_refused() -> None:
+    with pytest.raises(ProblemError, match=r"problem: is a list; make it by Problem\(M, q\)"):
+        lcpcli.run(M)  # type: ignore[arg-type]

@@ -16,9 +16,11 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from lcpcli import Limits, Problem, Status, Trace, read, run, solve, write
+from lcpcli import Problem, Status, Trace, read, solve, write
 from lcpcli.files import shipped
 from lcpcli.gallery import families as gallery
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.run import run
 from lcpcli.verify.certificate import proves_infeasible
 
 from . import exact

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Trace, clock, run
+from lcpcli import Problem, Trace, clock
 from lcpcli.bench.answer import Method
 from lcpcli.files import shipped
+from lcpcli.solving.run import run
 
 EXAMPLE = shipped.path("paper-example-1.json")
 PARTS = ("setup_seconds", "solve_seconds", "verify_seconds")

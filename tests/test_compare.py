@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Limits, Problem, read, run, write
+from lcpcli import Problem, read, run, write
 from lcpcli.files import shipped
 from lcpcli.report import summary
 from lcpcli.report.formats import LEVELS
@@ -94,7 +94,7 @@ def test_claim_is_checked_anew_and_not_believed() -> None:
     assert verified(honest).verified is True
     for wrong in (honest.z + 1e-3, -honest.z):
         assert verified(replace(honest, point=Point(Accuracy(honest.problem), wrong))).verified is False
-    assert verified(run(read(EXAMPLE), "fixed-point", limits=Limits(max_iterations=1))).verified is None
+    assert verified(run(read(EXAMPLE), "fixed-point", max_iterations=1)).verified is None
 
 
 def test_small_residual_far_from_the_solution_is_remarked() -> None:

@@ -8,10 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from lcpcli import Limits, Problem, Trace, run
+from lcpcli import Problem, Trace
 from lcpcli.diagnosis.contraction import contraction, measured
 from lcpcli.model.modulus import x_of
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.reference import with_reference
+from lcpcli.solving.run import run
 
 
 def random_problem(seed: int, n: int, symmetric: bool) -> Problem:

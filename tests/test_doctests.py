@@ -13,7 +13,7 @@ import pytest
 from scipy.sparse import eye_array
 
 import lcpcli
-from lcpcli import Limits, Problem, Trace, read, run, solve
+from lcpcli import Problem, Trace, read, run, solve
 from lcpcli.files import shipped
 
 HOMES = ["lcpcli", *sorted({getattr(lcpcli, name).__module__ for name in lcpcli.__all__})]
@@ -43,7 +43,7 @@ def test_result_shows_what_matters_in_one_line() -> None:
     assert repr(result).startswith("<Result: solved by fixed-point, n = 4, residual ")
     assert ", error 8.2e-11, in " in repr(result)
     assert repr(result).endswith("z = (1, 0, 1, 0)>")
-    failed = run(result.problem, "fixed-point", limits=Limits(max_iterations=2))
+    failed = run(result.problem, "fixed-point", max_iterations=2)
     assert repr(failed).startswith("<Result: iteration limit by fixed-point, ")
 
 
@@ -66,7 +66,7 @@ def test_notebooks_show_tables_in_which_names_are_harmless() -> None:
     shown = run(problem, "newton")._repr_html_()
     assert "solved by newton" in shown
     assert "(2.5, 0)" in shown
-    failed = run(problem, "fixed-point", limits=Limits(max_iterations=1))._repr_html_()
+    failed = run(problem, "fixed-point", max_iterations=1)._repr_html_()
     assert "stopped at the iteration limit" in failed
     assert "try --method auto" in failed
     assert Problem(np.eye(9), np.ones(9))._repr_html_().count("<table>") == 1

@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from lcpcli import Limits, Problem, Status, Trace, read, run
+from lcpcli import Problem, Status, Trace, read
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import shipped
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.run import run
 from lcpcli.solving.trace import PendingRow
 from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy

@@ -15,13 +15,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lcpcli import Limits, Problem, Result, Status, run
+from lcpcli import Problem, Result, Status
 from lcpcli.files import shipped, writing
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving import exact_lemke
 from lcpcli.solving.exact_solution import from_point
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.proof import prove
+from lcpcli.solving.run import run
 from lcpcli.verify.exact_farkas import exact_proof
 
 from . import exact as oracle

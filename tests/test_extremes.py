@@ -11,13 +11,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lcpcli import Limits, Problem, Result, Status, Trace, run, solve
+from lcpcli import Problem, Result, Status, Trace, solve
 from lcpcli.bounds.error_bound import error_bound
 from lcpcli.diagnosis.inspection import inspect
 from lcpcli.errors import ProblemError
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.proof import prove
 from lcpcli.solving.reference import with_reference
+from lcpcli.solving.run import run
 from lcpcli.verify.verification import verify
 
 from . import exact, extremes

@@ -11,12 +11,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 
-from lcpcli import Limits, Problem, Status, read, run
+from lcpcli import Problem, Status, read
 from lcpcli.errors import OptionError
 from lcpcli.files import shipped
 from lcpcli.linalg import factors
 from lcpcli.methods.anderson import Anderson
 from lcpcli.methods.fixed_point import best_omega, fixed_point
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.run import run
 
 EXAMPLE_1 = read(shipped.path("paper-example-1.json"))
 

@@ -12,13 +12,15 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from lcpcli import Limits, Problem, Status, Trace, run, write
+from lcpcli import Problem, Status, Trace, write
 from lcpcli.classes.classify import CLASSES
 from lcpcli.diagnosis.inspection import Inspection, inspect
 from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS
 from lcpcli.report import inspection_json, inspection_text
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.reference import with_reference
+from lcpcli.solving.run import run
 
 from .conftest import Outcome
 

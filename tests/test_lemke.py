@@ -12,10 +12,12 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 
-from lcpcli import Limits, Problem, Status, Trace, read, run
+from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import shipped
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.run import run
 from lcpcli.verify.certificate import proves_infeasible
 
 
@@ -78,7 +80,7 @@ KNOWN: list[tuple[str, ArrayLike, ArrayLike, ArrayLike]] = [
 
 @pytest.mark.parametrize(("M", "q", "z"), [row[1:] for row in KNOWN], ids=[row[0] for row in KNOWN])
 def test_known_solutions_are_found(M: ArrayLike, q: ArrayLike, z: ArrayLike) -> None:
-    result = run(Problem(M, q), "lemke", -np.ones(len(np.asarray(q))))
+    result = run(Problem(M, q, x0=-np.ones(len(np.asarray(q)))), "lemke")
     assert result.solved
     assert np.allclose(result.z, z, rtol=1e-15, atol=1e-15)
 
@@ -112,7 +114,7 @@ def integers(generator: np.random.Generator, kind: str) -> tuple[list[list[int]]
 def test_path_is_that_of_exact_arithmetic_however_many_ties(kind: str, seed: int) -> None:
     M, q = integers(np.random.default_rng(seed), kind)
     z, pivots = exactly(M, q)
-    result = run(Problem(M, q), "lemke", -np.ones(len(q)))
+    result = run(Problem(M, q, x0=-np.ones(len(q))), "lemke")
     assert result.solved == (z is not None)
     assert result.evaluations == pivots
     if z is not None:
@@ -240,7 +242,7 @@ def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do() -> None:
     refused = run(Problem(identity, -np.ones(n)), "lemke")
     assert refused.status is Status.BREAKDOWN
     assert str(module.MAX_UNKNOWNS) in refused.message
-    assert run(Problem(identity, np.ones(n)), "lemke", -np.ones(n)).solved
+    assert run(Problem(identity, np.ones(n), x0=-np.ones(n)), "lemke").solved
 
 
 def test_overflow_is_a_breakdown() -> None:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from lcpcli import Limits, Problem, Result, Status, read, run
+from lcpcli import Problem, Result, Status, read
 from lcpcli.files import shipped
 from lcpcli.interrupts import TimeIsUp, silence
 from lcpcli.methods import enumeration, milp
 from lcpcli.methods.iterate import OutOfTime, Stalled, advance
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.run import run
 from lcpcli.verify.certificate import proves_infeasible
 
 from . import exact
@@ -119,10 +122,10 @@ def test_sparse_problem_is_decided_like_a_dense_one() -> None:
         assert dense.solved == sparse.solved, problem.name
 
 
-def test_start_has_no_influence_but_is_checked_first() -> None:
+def test_start_of_the_problem_has_no_influence_but_is_checked_first() -> None:
     problem = read(shipped.path("paper-example-1.json"))
-    assert run(problem, "milp", np.array([0.5, -0.5, 0.5, -0.5])).iterations == 0
-    assert run(problem, "milp", np.full(4, 7.0)).iterations == 1
+    assert run(replace(problem, x0=np.array([0.5, -0.5, 0.5, -0.5])), "milp").iterations == 0
+    assert run(replace(problem, x0=np.full(4, 7.0)), "milp").iterations == 1
 
 
 def test_solution_is_found_by_the_tree_alone() -> None:

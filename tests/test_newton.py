@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from lcpcli import Limits, Problem, Status, Trace, read, run
+from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import shipped
 from lcpcli.gallery import families
 from lcpcli.linalg import factors, principal
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.run import run
 
 
 def test_rows_of_the_papers_first_table_are_its_own() -> None:

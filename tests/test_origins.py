@@ -162,10 +162,9 @@ def test_an_lcp_without_solution_says_why_there_is_no_minimum(c: Any, A: Any, b:
 
 
 def test_a_run_that_has_not_solved_has_no_answer() -> None:
-    limits = lcpcli.Limits(max_iterations=1)
-    program = run(from_qp(PORTFOLIO_Q, [0, 0, 0], PORTFOLIO_A, PORTFOLIO_B), "shi", limits=limits)
+    program = run(from_qp(PORTFOLIO_Q, [0, 0, 0], PORTFOLIO_A, PORTFOLIO_B), "shi", max_iterations=1)
     assert (minimum(program).x, minimum(program).statement) == (None, "not solved, so there is no x")
-    game = equilibrium(run(from_game(*BATTLE), "shi", limits=limits))
+    game = equilibrium(run(from_game(*BATTLE), "shi", max_iterations=1))
     assert (game.row, game.payoffs, game.statement) == (None, None, "not solved, so there are no strategies")
 
 

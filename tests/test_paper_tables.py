@@ -47,7 +47,7 @@ PRINTED = {1: TABLE_1, 2: TABLE_2}
 
 
 def fixed_point_rows(problem: Problem, x0: list[float] | None = None) -> dict[int, str]:
-    result = run(problem, "fixed-point", None if x0 is None else np.array(x0), trace=Trace())
+    result = run(problem, "fixed-point", x0=None if x0 is None else np.array(x0), trace=Trace())
     assert result.trace is not None
     return {row.k: " ".join(f"{z:.7f}" for z in row.z) for row in result.trace.rows}
 
@@ -77,7 +77,7 @@ def test_vector_division_rows_do_not_come_out_of_the_printed_algorithm() -> None
     """The printed table reaches the solution of example 1 in 3 iterations, from (4, 0, 4, 0)."""
     problem = read(shipped.path("paper-example-1.json"))
     for start in (problem.x0, np.array([1.1, 0.1, 1.2, 0.2])):
-        result = run(problem, "shi", start, trace=Trace())
+        result = run(problem, "shi", x0=start, trace=Trace())
         assert result.trace is not None
         assert result.iterations > 3
         assert all(np.abs(row.z - [4, 0, 4, 0]).max() > 0.1 for row in result.trace.rows)

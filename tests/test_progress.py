@@ -14,13 +14,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lcpcli import Limits, Problem, interrupts, run
+from lcpcli import Problem, interrupts
 from lcpcli.cli import progress
 from lcpcli.files import writing
 from lcpcli.gallery import families as gallery
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Finished, Iterate, Stage
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.observer import INTERVAL, Observer
+from lcpcli.solving.run import run
 from lcpcli.typing import Vector
 
 pty = pytest.importorskip("pty")  # there is none on Windows

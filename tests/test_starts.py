@@ -100,7 +100,7 @@ def test_the_problems_own_second_point_goes_with_its_own_first(paper_example: Pr
 
 def test_x0_and_z0_together_are_refused() -> None:
     with pytest.raises(OptionError, match=r"z0.*x0.*leave one out"):
-        run(read(EXAMPLE), "shi", np.zeros(4), z0=np.zeros(4))
+        run(read(EXAMPLE), "shi", x0=np.zeros(4), z0=np.zeros(4))
 
 
 def test_a_z0_of_another_length_is_refused() -> None:
@@ -113,3 +113,16 @@ def test_x_gives_back_complementary_z_and_w() -> None:
     x = x_of(z, w)
     assert np.array_equal(x, [1.5, -1.0, 0.0, 5e307, 0.0])
     assert np.array_equal(z_of(x)[:4], z[:4])
+
+
+@pytest.mark.parametrize("method", ["lemke", "milp"])
+@pytest.mark.parametrize("start", ["x0", "z0"])
+def test_a_start_for_methods_that_use_none_is_refused(lcp: Callable[..., Outcome], method: str, start: str) -> None:
+    fault = f"has no effect with {method}, which uses no starting point; leave it out"
+    with pytest.raises(OptionError, match=f"{start}: {fault}"):
+        run(read(EXAMPLE), method, **{start: np.ones(4)})
+    alone = lcp("solve", EXAMPLE, "--method", method, f"--{start}", "1,1,1,1")
+    assert (alone.code, alone.err) == (2, f"lcp: --{start}: {fault}\n")
+    both = lcp("compare", EXAMPLE, "--method", "lemke", "--method", "milp", f"--{start}", "1,1,1,1")
+    assert "has no effect with lemke and milp, which use no starting point" in both.err
+    assert lcp("compare", EXAMPLE, "--method", method, "--method", "newton", f"--{start}", "1,1,1,1").code == 0

@@ -7,8 +7,10 @@ import itertools
 import numpy as np
 import pytest
 
-from lcpcli import Limits, Problem, Status, Trace, read, run
+from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import shipped
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.run import run
 from lcpcli.solving.trace import MOST_TOGETHER
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))

@@ -212,13 +212,14 @@ def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Proble
         raise OptionError("--z0", "gives the starting point, and so does --x0", "leave one out")
     chosen |= {name: given[name] for name in ADDITIONS if given[name] is not None}
     known = [
-        {"x0", "z0", *parameters_of(name), *(ADDITIONS if METHODS[name].iterates else ())} - set(own)
+        {*_starts_of(name), *parameters_of(name), *(ADDITIONS if METHODS[name].iterates else ())} - set(own)
         for name, own in zip(names, own_options, strict=True)
     ]
     for name in chosen:
         if not any(name in own for own in known):
             said = flag(f"no-{name}" if chosen[name] is False else name)
-            raise OptionError(said, f"has no effect with {' and '.join(map(str, asked))}", "leave it out")
+            why = f", which use{'s' * (len(asked) == 1)} no starting point" * (name in ("x0", "z0"))
+            raise OptionError(said, f"has no effect with {' and '.join(map(str, asked))}{why}", "leave it out")
     values = [
         {name: value for name, value in chosen.items() if name in free} | own
         for free, own in zip(known, own_options, strict=True)
@@ -226,6 +227,10 @@ def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Proble
     for name, own in zip(names, values, strict=True):
         options.check(METHODS[name].options, own)
     return values
+
+
+def _starts_of(method: str) -> tuple[str, ...]:
+    return ("x0", "z0") if METHODS[method].uses_start else ()
 
 
 class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]

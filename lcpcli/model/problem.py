@@ -113,6 +113,13 @@ class Problem:
         return w
 
 
+def as_problem(given: Any) -> Problem:
+    """A Problem as it is; ProblemError for anything else, such as M alone or the name of a file."""
+    if not isinstance(given, Problem):
+        raise ProblemError("problem", f"is {kind(given)}", "make it by Problem(M, q), or by read(path) from a file")
+    return given
+
+
 def _solutions(given: Sequence[ArrayLike], n: int) -> tuple[Vector, ...]:
     names = ("solution",) if len(given) == 1 else (f"solution[{i}]" for i in range(len(given)))
     return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))

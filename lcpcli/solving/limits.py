@@ -14,7 +14,6 @@ class Limits:
 
     Raises OptionError if one is out of range.
 
-    >>> from lcpcli import Limits
     >>> Limits(time_limit=60)
     Limits(tol=1e-10, max_iterations=10000, time_limit=60)
     """

@@ -50,7 +50,7 @@ def run(
     threads: int | None = None,  # noqa: ARG001 (the decorator limits them)
     **chosen: Any,
 ) -> Result:
-    """Run a method on a problem from x0, or from z0 (by default the problem's own start, else the origin).
+    """The driver behind `call.run`: run a method from x0, or from z0 (by default the problem's own, else the origin).
 
     The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
     or if exact arithmetic shows that z is the solution up to its last digits.
@@ -60,16 +60,12 @@ def run(
     and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals with the
     progress, as in `observer.Observer`. `began` is when the run began by the `clock`, by default now; the time limit
     counts everything from then on but imports. `threads` is as for `call.solve`.
-
-    >>> from lcpcli import Limits, Problem, run
-    >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
-    >>> run(problem, "newton", limits=Limits(tol=1e-12)).error < 1e-12
-    True
     """
     stopwatch = Stopwatch(clock, clock() if began is None else began)
     limits = limits or DEFAULTS
     additions = _additions(method, scale=scale, finish=finish)
     _complete(chosen, method, problem, limits, displaced=x0 is not None or z0 is not None)
+    _refuse_unused_start(method, x0=x0, z0=z0)
     start = starting_point(problem, x0, z0)
     observer = None if observe is None else Observer(observe, method)
     units = scaled.scale(problem) if scale else None
@@ -91,6 +87,13 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
         if not methods.declared(method).iterates:
             raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     return additions
+
+
+def _refuse_unused_start(method: str, **starts: ArrayLike | None) -> None:
+    """Raise ParameterError for a start if the method uses none."""
+    for name, start in starts.items():
+        if start is not None and not methods.declared(method).uses_start:
+            raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
 
 
 def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Limits, displaced: bool) -> None:
