@@ -166,3 +166,18 @@ def test_methods_that_type_checkers_accept_are_those_that_there_are() -> None:
 def test_what_is_not_a_problem_is_refused() -> None:
     with pytest.raises(ProblemError, match=r"problem: is a list; make it by Problem\(M, q\)"):
         lcpcli.run(M)  # type: ignore[arg-type]
+
+
+def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Callable[..., Outcome]) -> None:
+    file = shipped.path("bimatrix.json")
+    failed = lcpcli.run(lcpcli.read(file), "lemke")
+    assert failed.advice == 'try method="auto"'
+    assert lcpcli.run(failed.problem, **failed.suggestions.ways[0]).solved
+    assert "try --method auto\n" in lcp("solve", file, "--method", "lemke").out
+
+
+def test_truth_of_a_result_is_refused() -> None:
+    result = lcpcli.solve(M, Q)
+    assert result.success is result.solved is True
+    with pytest.raises(TypeError, match=r"ask for result\.solved"):
+        bool(result)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.report import answers, provenance, summary
+from lcpcli.report import advice, answers, provenance, summary
 from lcpcli.report.numbers import finite
 from lcpcli.solving.result import Result
 
@@ -17,7 +17,7 @@ def render(results: Sequence[Result]) -> str:
 
 
 def data(result: Result) -> dict[str, Any]:
-    """The object of a result."""
+    """A result as the object of its line."""
     made_by = provenance.data(result)
     return {
         "version": made_by["version"],
@@ -28,7 +28,7 @@ def data(result: Result) -> dict[str, Any]:
         "route": list(result.route),
         "status": result.status.word,
         "message": result.message,
-        "advice": result.advice or None,
+        "advice": advice.line(result) or None,
         "solved": result.solved,
         "z": _numbers(result.z.tolist()),
         "w": _numbers(result.w.tolist()),

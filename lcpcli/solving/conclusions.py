@@ -13,7 +13,7 @@ from lcpcli.verify.refinement import is_rounded_solution
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
-    """The results, all on one problem, with `advice`, and with `answer` if the problem has an origin."""
+    """The results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin."""
     advised = [result if result.solved else _with_advice(result) for result in results]
     if not results or results[0].problem.origin is None:
         return advised
@@ -25,9 +25,9 @@ def concluded(results: Sequence[Result]) -> list[Result]:
 
 def _with_advice(result: Result) -> Result:
     with imports:
-        from lcpcli.solving.advice import advice
+        from lcpcli.solving.advice import suggestions
 
-    return replace(result, advice=advice(result))
+    return replace(result, suggestions=suggestions(result))
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from lcpcli.model.problem import Problem
 from lcpcli.solving.limits import Limits
+from lcpcli.solving.suggestions import NONE, Suggestions, in_python
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Certificate
@@ -105,7 +106,7 @@ class Result:
 
     Conclusions from these, by `conclusions.concluded`:
 
-    advice : what to try next if the problem is not solved; "" if nothing is known to help, or nothing is needed.
+    suggestions : what to try next if the problem is not solved; `advice` has it as one line.
     answer : what it means for the quadratic program or the game that the problem comes from; None if from neither.
     verified : whether a claim to have solved the problem holds when the residual is recomputed from the original
         data; None if there is no such claim, or if not requested.
@@ -138,7 +139,7 @@ class Result:
     label: str = ""
     bound: Bound | None = None
     exact: Exact | None = None
-    advice: str = ""
+    suggestions: Suggestions = NONE
     answer: Answer | None = None
     verified: bool | None = None
 
@@ -194,6 +195,22 @@ class Result:
     def solved(self) -> bool:
         """Whether z is a solution: by its residual, recomputed from M and q, or by exact arithmetic."""
         return self.status is Status.SOLVED
+
+    @property
+    def success(self) -> bool:
+        """The same as `solved`, by the name that scipy gives it."""
+        return self.solved
+
+    def __bool__(self) -> NoReturn:
+        raise TypeError(
+            "a Result is neither true nor false, as not solved may be proved to have no solution; "
+            "ask for result.solved, or for result.status"
+        )
+
+    @property
+    def advice(self) -> str:
+        """What to try next, as options in Python; "" if nothing is known to help, or nothing is needed."""
+        return self.suggestions.line(in_python)
 
     @property
     def interrupted(self) -> bool:
