@@ -5,8 +5,12 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     solve        one call from M and q to a Result
     Problem      M and q, with a name, a starting point and known solutions
     read, write  problems from and to files
-    run          the same from a Problem, as read from a file; with the same options
-    Result       the outcome: its Status, z, w, the residual and more
+    run          one call from a Problem to a Result, with the options of solve
+    Result       the outcome: its Status, z, w, the residual, a Trace of the iterates if asked for, and more
+    exact        the solution of a Problem in fractions, or the fact that there is none, proved
+    check        verify a z for a Problem, from whatever source
+    inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
+    plot         results as a figure of error against time and iteration
     error_bound  a proved bound on the distance of a z from the solution
     from_qp      the Problem of a quadratic program; Result.answer has its minimizer
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
@@ -23,22 +27,25 @@ public names are loaded on first use, so that importing the package costs nothin
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lcpcli.bounds.error_bound import error_bound as error_bound
+    from lcpcli.diagnosis.inspection import inspect as inspect
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.model.from_game import from_game as from_game
     from lcpcli.model.from_program import from_qp as from_qp
     from lcpcli.model.problem import Problem as Problem
+    from lcpcli.report.plotting import plot as plot
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
+    from lcpcli.solving.proof import exact as exact
     from lcpcli.solving.result import Result as Result
     from lcpcli.solving.result import Status as Status
     from lcpcli.solving.trace import Trace as Trace
+    from lcpcli.verify.verification import check as check
 
 __version__ = "0.1.0"
 
@@ -47,9 +54,13 @@ _HOMES = {
     "Result": "solving.result",
     "Status": "solving.result",
     "Trace": "solving.trace",
+    "check": "verify.verification",
     "error_bound": "bounds.error_bound",
+    "exact": "solving.proof",
     "from_game": "model.from_game",
     "from_qp": "model.from_program",
+    "inspect": "diagnosis.inspection",
+    "plot": "report.plotting",
     "read": "files.reading",
     "run": "solving.call",
     "solve": "solving.call",
@@ -61,9 +72,13 @@ __all__ = [
     "Result",
     "Status",
     "Trace",
+    "check",
     "error_bound",
+    "exact",
     "from_game",
     "from_qp",
+    "inspect",
+    "plot",
     "read",
     "run",
     "solve",
@@ -71,10 +86,18 @@ __all__ = [
 ]
 
 
-_PICTURES = {  # representations of classes, by functions of report.notebook
-    "Problem": {"__repr__": "problem_text", "_repr_html_": "problem_html"},
-    "Result": {"__repr__": "result_text", "_repr_html_": "result_html"},
-    "Trace": {"__repr__": "trace_text"},
+_GIVEN = {  # methods of classes, by their modules: functions of report.notebook
+    "model.problem.Problem": {"__repr__": "problem_text", "_repr_html_": "problem_html"},
+    "solving.result.Result": {
+        "__repr__": "result_text",
+        "_repr_html_": "result_html",
+        "to_dict": "result_data",
+        "to_json": "result_json",
+        "plot": "result_plot",
+    },
+    "solving.trace.Trace": {"__repr__": "trace_text"},
+    "verify.verification.Verification": {"__repr__": "verification_text"},
+    "diagnosis.inspection.Inspection": {"__repr__": "inspection_text"},
 }
 
 
@@ -82,25 +105,19 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
-    _give_pictures()
+    _give_methods()
     return value
 
 
-def _give_pictures() -> None:
-    """Give the loaded classes the representations of report/, which is imported on demand."""
-    for name in list(_PICTURES):
-        module = sys.modules.get(f"lcpcli.{_HOMES[name]}")
+def _give_methods() -> None:
+    """Give the loaded classes the methods of report/, which the rooms they are in cannot import."""
+    for path in list(_GIVEN):
+        home, _, name = path.rpartition(".")
+        module = sys.modules.get(f"lcpcli.{home}")
         if module is not None:
-            for method, function in _PICTURES.pop(name).items():
-                setattr(getattr(module, name), method, _picture(function))
-
-
-def _picture(function: str) -> Callable[[Any], str]:
-    def shown(self: Any) -> str:
-        drawn: str = getattr(import_module("lcpcli.report.notebook"), function)(self)
-        return drawn
-
-    return shown
+            notebook = import_module("lcpcli.report.notebook")
+            for method, function in _GIVEN.pop(path).items():
+                setattr(getattr(module, name), method, getattr(notebook, function))
 
 
 def __dir__() -> list[str]:

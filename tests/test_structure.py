@@ -30,7 +30,7 @@ ROOMS = {
     "files": "linalg model rational",
     "gallery": "model",
     "peers": "linalg model",
-    "report": "linalg model rational classes verify solving diagnosis",
+    "report": "linalg model rational classes verify solving diagnosis files",
     "bench": "linalg model verify methods solving diagnosis files gallery peers report",
     "cli": "linalg model rational bounds verify methods solving diagnosis files gallery peers report bench",
 }

@@ -13,7 +13,7 @@ from lcpcli.classes.verdict import YES, Late, Verdict
 from lcpcli.diagnosis import matrix, rates, remarks
 from lcpcli.diagnosis.guarantees import Guarantee, guarantees
 from lcpcli.linalg.band import affordable
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
 
 
@@ -45,18 +45,30 @@ class Inspection:
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
-def inspect(problem: Problem, seconds: float = INSPECTION_SECONDS) -> Inspection:
-    """Inspect a problem for about that many seconds: no expensive computation is started after that.
+def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspection:
+    """Classify and diagnose a problem, as `lcp inspect`: the classes of M, its scaling, which methods are guaranteed.
 
-    A sparse M is made dense only if it is small. A factorization in progress is not interrupted.
+    Parameters
+    ----------
+    problem : a Problem; a sparse M is made dense only if it is small.
+    time_limit : seconds after which no further expensive computation is started; one in progress is not interrupted.
+
+    Returns an Inspection, which the interpreter shows as the command prints it. A class is "yes" or "no" only where
+    rounding errors cannot affect the answer.
+
+    >>> import lcpcli
+    >>> found = lcpcli.inspect(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
+    >>> found.classes["p_matrix"].word, found.guarantees["lemke"].word
+    ('yes', 'yes')
     """
-    deadline = time.perf_counter() + seconds
+    as_problem(problem)
+    deadline = time.perf_counter() + time_limit
 
     def check() -> None:
         if time.perf_counter() > deadline:
             raise Late
 
-    found = classify.classify(problem.M, seconds)
+    found = classify.classify(problem.M, time_limit)
     definite = found["symmetric"].word == found["positive_definite"].word == YES
     before, after, scaled = matrix.spreads(problem)
     condition = equilibrated = spectrum = published = best = None

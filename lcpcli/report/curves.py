@@ -10,7 +10,7 @@ from lcpcli.solving.result import Result
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
-    """The curves of the runs, grouped by problem; each run must have recorded a `curve`.
+    """The curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
 
     Errors are drawn if a solution is known or computed, else residuals. Time is that of the rows.
     """
@@ -26,7 +26,8 @@ def _panel(results: Sequence[Result]) -> Panel:
 
 
 def _curve(result: Result) -> Curve:
-    rows = result.curve.rows if result.curve else []
+    kept = result.curve or result.trace
+    rows = kept.rows if kept else []
     known = bool(result.problem.solutions)
     return Curve(
         name=result.method,

@@ -1,21 +1,28 @@
-"""Results and problems as one line for the interpreter, and as small HTML tables for notebooks."""
+"""What the interpreter and notebooks show: results and problems as one line and as small HTML tables, findings as the
+commands print them; and results as objects and as JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import count
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.report import numbers
 
 if TYPE_CHECKING:
+    from lcpcli.diagnosis.inspection import Inspection
     from lcpcli.model.problem import Problem
+    from lcpcli.report.plotting import Picture
     from lcpcli.solving.result import Result
-    from lcpcli.solving.trace import Trace
+    from lcpcli.solving.trace import Trace, TraceRow
+    from lcpcli.verify.verification import Verification
 
 WIDTH = 60  # of z
+MOST_ROWS = 20  # of the iterates
 SMALL = 6  # largest number of unknowns of a problem whose numbers are shown
 
 
@@ -25,10 +32,69 @@ def result_text(result: Result) -> str:
 
 
 def result_html(result: Result) -> str:
-    """The same as a table, with the message and what to try next."""
+    """The same as a table, with the iterations, the message, what to try next and what it means; below it the iterates,
+    if they were asked for, as a figure where matplotlib is installed."""
+    from lcpcli.report import answers
+
     (_, status), *facts = _facts(result)
-    remarks = [("", result.message)] * (not result.solved) + [("", result.advice)] * bool(result.advice)
-    return _table(status, [*facts, *remarks])
+    facts.insert(1, ("iterations", str(result.iterations)))
+    told = [result.message] * (not result.solved) + [result.advice] * bool(result.advice)
+    table = _table(status, [*facts, *(("", text) for text in (*told, *answers.lines(result, compared=False)))])
+    return table if result.trace is None else table + _iterates(result, result.trace.rows)
+
+
+def _iterates(result: Result, rows: Sequence[TraceRow]) -> str:
+    if find_spec("matplotlib") is not None:
+        from base64 import b64encode
+
+        from lcpcli.report import curves
+        from lcpcli.report.figures import drawing
+
+        picture = b64encode(drawing.convergence(curves.panels([[result]]), "svg")).decode()
+        return f'<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
+    kept = rows if len(rows) <= MOST_ROWS else [*rows[: MOST_ROWS // 2], *rows[-MOST_ROWS // 2 :]]
+    known = bool(result.problem.solutions)
+    cells = [
+        (row.k, row.step or row.method, numbers.short(row.error if known else row.residual), f"{row.seconds:.2e}")
+        for row in kept
+    ]
+    return _grid(("k", "step", "error" if known else "residual", "seconds"), cells)
+
+
+def result_data(result: Result) -> dict[str, Any]:
+    """The result as the object that `lcp solve --format json` writes, of numbers, texts, lists and None alone; `advice`
+    is in the words of Python."""
+    from lcpcli.report.json_lines import data
+
+    return {**data(result), "advice": result.advice or None}
+
+
+def result_json(result: Result) -> str:
+    """The result as JSON in one line: that of `to_dict`."""
+    import json
+
+    return json.dumps(result_data(result), allow_nan=False, ensure_ascii=False)
+
+
+def result_plot(result: Result, file: str | os.PathLike[str] | None = None) -> Picture:
+    """Draw its iterates, as `lcpcli.plot`; it must have been solved with trace=True."""
+    from lcpcli.report.plotting import plot
+
+    return plot(result, file)
+
+
+def verification_text(verification: Verification) -> str:
+    """As `lcp check` prints it."""
+    from lcpcli.report.verification import render
+
+    return render(verification, "table").rstrip()
+
+
+def inspection_text(inspection: Inspection) -> str:
+    """As `lcp inspect` prints it."""
+    from lcpcli.report.inspection_text import render
+
+    return render(inspection).rstrip()
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
@@ -60,9 +126,7 @@ def problem_html(problem: Problem) -> str:
     if problem.n > SMALL or is_sparse(problem.M):
         return head
     cells = [[f"{v:.7g}" for v in (*row, last)] for row, last in zip(problem.M, problem.q, strict=True)]
-    names = "".join(f"<th>M<sub>{j + 1}</sub></th>" for j in range(problem.n)) + "<th>q</th>"
-    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in cells)
-    return f"{head}<table><tr>{names}</tr>{body}</table>"
+    return head + _grid([*(f"M<sub>{j + 1}</sub>" for j in range(problem.n)), "q"], cells)
 
 
 def _properties(problem: Problem) -> list[str]:
@@ -76,6 +140,12 @@ def trace_text(trace: Trace) -> str:
     rows = trace.rows
     span = f", k = {rows[0].k} to {rows[-1].k}" if rows else ""
     return f"<Trace: {count(len(rows), 'iterate')}{span}, every = {trace.every}>"
+
+
+def _grid(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    names = "".join(f"<th>{name}</th>" for name in header)
+    body = "".join(f"<tr>{''.join(f'<td>{escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><tr>{names}</tr>{body}</table>"
 
 
 def _table(title: str, rows: Iterable[tuple[str, str]]) -> str:

@@ -17,13 +17,15 @@ from fractions import Fraction
 
 import numpy as np
 
+from lcpcli.model.problem import Problem, as_problem
 from lcpcli.rational.linear import require
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving import exact_lemke
 from lcpcli.solving import run as driver
+from lcpcli.solving.conclusions import concluded
 from lcpcli.solving.exact_solution import from_point
-from lcpcli.solving.limits import Limits
+from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
@@ -35,6 +37,39 @@ SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
 INFEASIBLE = "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0"
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
 UNPROVED = "no exact proof was found for the numbers as written"
+
+
+def exact(problem: Problem, time_limit: float | None = None) -> Result:
+    """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact`.
+
+    The doubles M and q count as they are, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
+    decimals of a file as written. Up to n = 200 it takes seconds.
+
+    Parameters
+    ----------
+    problem : a Problem.
+    time_limit : seconds after which to give up; by default there is no limit.
+
+    Returns
+    -------
+    Result : `exact` has z and w, or the Farkas vector y that proves that there is no z >= 0 with M z + q >= 0, as
+        fractions, and says how they are proved; its status is None if nothing was proved.
+
+    Raises
+    ------
+    OptionError : python-flint is missing, which comes with the extra `exact`, or the time limit is out of range.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> result = lcpcli.exact(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
+    >>> [str(value) for value in result.exact.z], result.exact.proof
+    (['4/3', '7/3'], "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic")
+    """
+    require()
+    limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
+    result = driver.run(as_problem(problem), "auto", limits=limits, conclude=False)
+    return concluded([prove(ExactProblem.of_floats(problem), result, limits.time_limit - result.seconds)])[0]
 
 
 def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> Result:

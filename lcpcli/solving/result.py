@@ -16,9 +16,11 @@ from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.point import Point
 
 if TYPE_CHECKING:
+    import os
     from fractions import Fraction
 
     from lcpcli.bounds.error_bound import Bound
+    from lcpcli.report.plotting import Picture
     from lcpcli.solving.answer import Answer
 
 
@@ -111,6 +113,8 @@ class Result:
     verified : whether a claim to have solved the problem holds when the residual is recomputed from the original
         data; None if there is no such claim, or if not requested.
 
+    to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`.
+
     >>> import lcpcli
     >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
     >>> result.solved, result.z.round(3).tolist(), result.residual < 1e-9
@@ -142,6 +146,13 @@ class Result:
     suggestions: Suggestions = NONE
     answer: Answer | None = None
     verified: bool | None = None
+
+    if TYPE_CHECKING:  # `lcpcli` gives them to the class, from report/
+
+        def to_dict(self) -> dict[str, Any]: ...
+        def to_json(self) -> str: ...
+        def plot(self, file: str | os.PathLike[str] | None = None) -> Picture: ...
+        def _repr_html_(self) -> str: ...
 
     @property
     def exit_code(self) -> int:

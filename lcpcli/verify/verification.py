@@ -17,13 +17,17 @@ from fractions import Fraction
 from typing import Generic, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from lcpcli import options
 from lcpcli.bounds.error_bound import Bound, error_bound
-from lcpcli.errors import count
+from lcpcli.errors import ParameterError, count
 from lcpcli.linalg import products
-from lcpcli.model.problem import Problem
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.problem import Problem, as_problem
+from lcpcli.options import TOL
 from lcpcli.rational.numbers import brief, rounded
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import proves_infeasible
@@ -79,6 +83,49 @@ class Verification:
     def exit_code(self) -> int:
         """0 if the answer is accepted, else 1."""
         return 0 if self.accepted else 1
+
+
+def check(
+    problem: Problem, z: ArrayLike | None = None, *, y: ArrayLike | None = None, tol: float | None = None
+) -> Verification:
+    """Verify a proposed solution z of a problem, or a proof y that there is none, from whatever source: `lcp check`.
+
+    Parameters
+    ----------
+    problem : a Problem.
+    z : shape (n,); accepted if its relative residual is at most tol.
+    y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
+    tol : 1e-10 by default.
+
+    Returns
+    -------
+    Verification : whether the answer is accepted and why, with the residuals, the violated conditions and the
+        componentwise backward error; the interpreter shows it as the command prints it.
+
+    Raises
+    ------
+    ProblemError, OptionError : z or y has the wrong length or is not finite; tol is out of range; not one of z and y.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
+    >>> lcpcli.check(problem, [4 / 3, 7 / 3]).accepted, lcpcli.check(problem, [1, 2]).violated
+    (True, 2)
+    >>> lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[1]).accepted
+    True
+    """
+    n = as_problem(problem).n
+    options.check((TOL,), {"tol": tol})
+    if z is None and y is None:
+        raise ParameterError("z", "is missing", "give z, or a proof y")
+    if z is not None and y is not None:
+        raise ParameterError("y", "is given beside z", "leave one out")
+    if z is not None:
+        return verify(problem, as_vector("z", z, n), TOL.value if tol is None else tol)
+    if tol is not None:
+        raise ParameterError("tol", "has no effect on a proof", "leave it out")
+    return verify_farkas(problem, fractions_of(as_vector("y", y, n)))
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite

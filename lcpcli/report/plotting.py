@@ -1,0 +1,87 @@
+"""Runs as a picture, for a file or a notebook."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.errors import ParameterError, count
+from lcpcli.files.atomic_write import write_whole
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
+from lcpcli.report import curves
+from lcpcli.report.figures import drawing
+from lcpcli.report.figures.data import Panel
+from lcpcli.solving.result import Result
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Picture:
+    """The curves of runs, one panel per problem; a notebook shows it."""
+
+    panels: Sequence[Panel]
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write it as .png, .svg or .pdf, completely or not at all."""
+        file = os.fspath(file)
+        write_whole(file, drawing.convergence(self.panels, drawing.form_of(file)))
+
+    def __repr__(self) -> str:
+        runs = sum(len(panel.curves) for panel in self.panels)
+        return f"<Picture: {count(runs, 'run')} on {count(len(self.panels), 'problem')}>"
+
+    def _repr_svg_(self) -> str:
+        return drawing.convergence(self.panels, "svg").decode()
+
+
+def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:
+    """Draw error against run time and against iteration, or the residual where no solution is known.
+
+    Parameters
+    ----------
+    results : one or several, each solved with trace=True. Those on the same M and q share a panel.
+    file : where to write the picture as well: .png, .svg or .pdf.
+
+    Returns
+    -------
+    Picture : a notebook shows it; its `save(file)` writes it.
+
+    Raises
+    ------
+    OptionError : a result has no trace; the suffix is not one of these; the file cannot be written; matplotlib is
+        missing, which comes with the extra `plot`.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
+    >>> lcpcli.plot([lcpcli.run(problem, method, trace=True) for method in ("shi", "fixed-point")], "errors.svg")
+    <Picture: 2 runs on 1 problem>
+    """
+    drawing.require()
+    groups: list[list[Result]] = []
+    for result in [results] if isinstance(results, Result) else results:
+        if result.trace is None and result.curve is None:
+            raise ParameterError("trace", f"{result.method} has kept no iterates", "solve with trace=True")
+        group = next((group for group in groups if _is_same(group[0].problem, result.problem)), None)
+        if group is None:
+            groups.append(group := [])
+        group.append(result)
+    if not groups:
+        raise ParameterError("results", "there are none", "give at least one")
+    picture = Picture(curves.panels(groups))
+    if file is not None:
+        picture.save(file)
+    return picture
+
+
+def _is_same(one: Problem, other: Problem) -> bool:
+    """Whether two problems have the same M and q."""
+    if one is other:
+        return True
+    if one.n != other.n or is_sparse(one.M) != is_sparse(other.M) or not np.array_equal(one.q, other.q):
+        return False
+    return not (one.M != other.M).nnz if is_sparse(one.M) else np.array_equal(one.M, other.M)

@@ -1,0 +1,127 @@
+"""The commands as functions, and what their results show to the interpreter, to notebooks and to other programs."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files import shipped
+from lcpcli.report import notebook
+
+from .conftest import Outcome
+
+EXAMPLE = shipped.path("paper-example-2.json")
+M, Q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
+INFEASIBLE = lcpcli.Problem([[-1.0]], [-2.0])
+
+
+def test_result_is_the_object_that_the_command_writes(lcp: Callable[..., Outcome]) -> None:
+    result = lcpcli.run(lcpcli.read(EXAMPLE), "shi", trace=True)
+    ours, theirs = result.to_dict(), json.loads(lcp("solve", EXAMPLE, "--method", "shi", "--format", "json").out)
+    assert json.loads(result.to_json()) == ours
+    assert "\n" not in result.to_json()
+    assert list(ours) == list(theirs)
+    assert (ours["z"], ours["status"], ours["options"]) == (theirs["z"], theirs["status"], theirs["options"])
+    assert len(ours["trace"]) == result.iterations + 1
+    failed = lcpcli.run(result.problem, "shi", max_iterations=1)
+    assert failed.to_dict()["advice"] == failed.advice
+
+
+def test_check_reports_what_the_command_does(lcp: Callable[..., Outcome]) -> None:
+    problem = lcpcli.read(EXAMPLE)
+    assert repr(lcpcli.check(problem, [0, 1, 1, 0])) == lcp("check", EXAMPLE, "0,1,1,0").out.rstrip()
+    assert lcpcli.check(problem, lcpcli.run(problem).z).accepted
+    assert not lcpcli.check(INFEASIBLE, [1.0], tol=1e-3).accepted
+
+
+def test_check_verifies_a_proof_that_there_is_no_solution() -> None:
+    certificate = lcpcli.run(INFEASIBLE).certificate
+    assert certificate is not None
+    assert lcpcli.check(INFEASIBLE, y=certificate.vector).accepted
+    assert not lcpcli.check(lcpcli.Problem(M, Q), y=[1.0, 1.0]).accepted
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "z: is missing"),
+        ({"z": [1.0], "y": [1.0]}, "y: is given beside z"),
+        ({"y": [1.0], "tol": 0.1}, "tol: has no effect on a proof"),
+        ({"z": [1.0], "tol": 0.0}, "tol: 0.0 is out of range"),
+        ({"z": [1.0, 2.0]}, "z: has 2 entries for 1 unknown"),
+    ],
+)
+def test_check_refuses_what_it_cannot_verify(given: dict[str, object], message: str) -> None:
+    with pytest.raises((OptionError, ProblemError), match=message):
+        lcpcli.check(INFEASIBLE, **given)  # type: ignore[arg-type]
+
+
+def test_inspect_shows_what_the_command_does(lcp: Callable[..., Outcome]) -> None:
+    assert repr(lcpcli.inspect(lcpcli.read(EXAMPLE))) == lcp("inspect", EXAMPLE).out.rstrip()
+
+
+@pytest.mark.parametrize("function", [lcpcli.run, lcpcli.check, lcpcli.inspect, lcpcli.exact])
+def test_functions_of_a_problem_refuse_a_matrix(function: Callable[..., object]) -> None:
+    with pytest.raises(ProblemError, match=r"problem: is a list; make it by Problem\(M, q\)"):
+        function(M)
+
+
+def test_exact_proves_a_solution_or_that_there_is_none() -> None:
+    pytest.importorskip("flint")
+    proved = lcpcli.exact(lcpcli.Problem([[3.0]], [-1.0])).exact
+    assert proved is not None
+    assert str(proved.z) == "[Fraction(1, 3)]"
+    none = lcpcli.exact(INFEASIBLE)
+    assert none.status.word == "infeasible"
+    assert none.exact is not None
+    assert none.exact.y is not None
+    game = lcpcli.exact(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
+    assert game.answer is not None
+    assert game.answer.exact is not None
+
+
+def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    results = [lcpcli.solve(M, Q, method, trace=True) for method in ("shi", "fixed-point")]
+    results += [lcpcli.solve(csr_array(M), Q, "shi", trace=True), lcpcli.solve([[1.0]], [-1.0], trace=True)]
+    picture = lcpcli.plot(results, tmp_path / "errors.png")
+    assert (tmp_path / "errors.png").read_bytes().startswith(b"\x89PNG")
+    assert [len(panel.curves) for panel in picture.panels] == [2, 1, 1]
+    assert "<svg" in picture._repr_svg_()
+    assert repr(results[0].plot()) == "<Picture: 1 run on 1 problem>"
+    with pytest.raises(OptionError, match=r"plot: 'errors\.txt' .* \.png, \.svg, \.pdf"):
+        lcpcli.plot(results[0], "errors.txt")
+    with pytest.raises(OptionError, match="trace: newton has kept no iterates; solve with trace=True"):
+        lcpcli.plot(lcpcli.solve(M, Q, "newton"))
+
+
+def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib")
+    shown = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))._repr_html_()
+    assert all(part in shown for part in ("solved by", "iterations", "residual", "payoffs"))
+    assert "<img" not in shown
+    traced = lcpcli.solve(M, Q, "shi", trace=True)
+    picture = re.search(r'src="data:image/svg\+xml;base64,([^"]+)"', traced._repr_html_())
+    assert picture is not None
+    assert b"<svg" in base64.b64decode(picture[1])
+    monkeypatch.setattr(notebook, "find_spec", lambda package: None)  # noqa: ARG005
+    table = traced._repr_html_()
+    assert "<img" not in table
+    assert 2 < table.count("<tr>") - lcpcli.solve(M, Q, "shi")._repr_html_().count("<tr>") <= 1 + notebook.MOST_ROWS
+
+
+def test_long_traces_make_small_pictures() -> None:
+    pytest.importorskip("matplotlib")
+    n = 100
+    slow = lcpcli.solve(np.eye(n) + np.tri(n), -np.ones(n), "fixed-point", omega=300, trace=True, max_iterations=3000)
+    assert slow.iterations > 500
+    assert len(slow._repr_html_()) < 300_000
