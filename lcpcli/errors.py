@@ -60,6 +60,9 @@ class LCPError(ValueError):
         self.where, self.fault, self.hint = where, fault, hint
         super().__init__(": ".join(part for part in (where, "; ".join(p for p in (fault, hint) if p)) if part))
 
+    def __reduce__(self) -> tuple[type[LCPError], tuple[str, str, str]]:  # so that it passes between processes
+        return type(self), (self.where, self.fault, self.hint)
+
     def inside(self, place: str) -> LCPError:
         """The same error, located from one level further out (the file that contains the field)."""
         where = f"{place}: {self.where}" if self.where else place

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import pickle
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -125,3 +126,12 @@ def test_long_traces_make_small_pictures() -> None:
     slow = lcpcli.solve(np.eye(n) + np.tri(n), -np.ones(n), "fixed-point", omega=300, trace=True, max_iterations=3000)
     assert slow.iterations > 500
     assert len(slow._repr_html_()) < 300_000
+
+
+def test_results_and_errors_pass_between_processes() -> None:
+    result = lcpcli.solve(M, Q, "newton", trace=True)
+    again = pickle.loads(pickle.dumps(result))
+    assert (again.z.tolist(), again.status, again.residual) == (result.z.tolist(), result.status, result.residual)
+    with pytest.raises(OptionError) as caught:
+        lcpcli.solve(M, Q, tol=2)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)

@@ -135,8 +135,11 @@ def _given(options: dict[str, Any]) -> dict[str, Any]:
 
 def _refuse_unknown(method: str, names: Collection[str]) -> None:
     """Raise OptionError for a name that is not an option of any method, with those that this method has."""
+    names = [name for name in names if name not in COMMON_OPTIONS]
+    if not names:
+        return
     known = [name for name in methods.parameters_of(method) if name not in COMMON_OPTIONS]
     for name in names:
-        if name not in {*known, *COMMON_OPTIONS, *methods.OPTIONS, *methods.ADDITIONS}:
+        if name not in {*known, *methods.OPTIONS}:
             hint = likely(name, (*known, *COMMON_OPTIONS), f"it has {', '.join((*known, *COMMON_OPTIONS))}")
             raise OptionError(name, f"is not an option of {method}", hint)
