@@ -79,9 +79,11 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
 
 
 def _is_same(one: Problem, other: Problem) -> bool:
-    """Whether two problems have the same M and q."""
+    """Whether two problems have the same M and q, and curves of the same measure."""
     if one is other:
         return True
-    if one.n != other.n or is_sparse(one.M) != is_sparse(other.M) or not np.array_equal(one.q, other.q):
+    if bool(one.solutions) != bool(other.solutions) or is_sparse(one.M) != is_sparse(other.M):
+        return False
+    if not np.array_equal(one.q, other.q):
         return False
     return not (one.M != other.M).nnz if is_sparse(one.M) else np.array_equal(one.M, other.M)

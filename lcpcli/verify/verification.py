@@ -79,6 +79,10 @@ class Verification:
     violations: Sequence[Violation[float] | Violation[Fraction]] = ()
     violated: int = 0
 
+    def __bool__(self) -> bool:
+        """Whether the answer is accepted."""
+        return self.accepted
+
     @property
     def exit_code(self) -> int:
         """0 if the answer is accepted, else 1."""
