@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
-from lcpcli.report import curves
+from lcpcli.report import curves, summary
 from lcpcli.report.figures import drawing
 from lcpcli.report.figures.data import Panel
 from lcpcli.solving.result import Result
@@ -42,7 +42,8 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
 
     Parameters
     ----------
-    results : one or several, each solved with trace=True. Those on the same M and q share a panel.
+    results : one or several, each solved with trace=True. Those on the same M and q share a panel, in which runs of
+        one method are told apart by the options in which they differ.
     file : where to write the picture as well: .png, .svg or .pdf.
 
     Returns
@@ -72,10 +73,26 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
         group.append(result)
     if not groups:
         raise ParameterError("results", "there are none", "give at least one")
-    picture = Picture(curves.panels(groups))
+    picture = Picture(curves.panels([_told_apart(group) for group in groups]))
     if file is not None:
         picture.save(file)
     return picture
+
+
+def _told_apart(group: Sequence[Result]) -> list[Result]:
+    """The results with labels that name the options in which runs of one method differ."""
+    labelled = []
+    for result in group:
+        alike = [other.options for other in group if summary.name(other) == summary.name(result)]
+        apart = [
+            f"{name}={value if isinstance(value, (bool, str)) else f'{value:g}'}"
+            for name, value in result.options.items()
+            if isinstance(value, (bool, int, float, str)) and any(options.get(name) != value for options in alike)
+        ]
+        labelled.append(
+            replace(result, label=f"{result.label or result.method}:{','.join(apart)}") if apart else result
+        )
+    return labelled
 
 
 def _is_same(one: Problem, other: Problem) -> bool:
