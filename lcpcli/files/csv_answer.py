@@ -8,7 +8,6 @@ Numbers are decimals or fractions such as 15/29.
 from __future__ import annotations
 
 import csv
-import re
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
@@ -18,7 +17,6 @@ from lcpcli.files.content import decode
 from lcpcli.files.csv_format import NUMERIC, is_number
 from lcpcli.rational.numbers import ratio
 
-PARTING = re.compile(r"[\s,;]+")
 DELIMITERS = ";\t,"
 RUN = ("problem", "method")  # the columns that tell one result from another
 HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
@@ -49,9 +47,7 @@ def parse(content: bytes) -> Answer:
 
 
 def _cells(line: str) -> list[str]:
-    delimiter = next((mark for mark in DELIMITERS if mark in line), None)
-    if delimiter is None:
-        return PARTING.split(line.strip())
+    delimiter = next((mark for mark in DELIMITERS if mark in line), " ")
     cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
