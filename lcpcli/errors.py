@@ -15,13 +15,18 @@ def quoted(text: str) -> str:
 
 def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
     """The hint for an unknown word: the known one that is likely meant; failing that, `otherwise` or all of them."""
+    known = list(known)
+    close = nearest(given, known)
+    return f"did you mean {close}?" if close else otherwise or f"choose one of {', '.join(known)}"
+
+
+def nearest(given: str, known: Sequence[str]) -> str | None:
+    """The known word that begins like an unknown one or else resembles it; None if none does."""
     from difflib import get_close_matches
 
-    known = list(known)
     folded = given.casefold()
     begun = [word for word in known if folded and word.startswith(folded)]
-    close = begun or get_close_matches(folded, known, n=1)
-    return f"did you mean {close[0]}?" if close else otherwise or f"choose one of {', '.join(known)}"
+    return next(iter(begun or get_close_matches(folded, known, n=1)), None)
 
 
 def refuse_unknown(

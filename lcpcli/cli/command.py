@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from lcpcli.errors import likely, quoted
+from lcpcli.errors import likely, nearest, quoted
 from lcpcli.methods.registry import OPTIONS
 
 if TYPE_CHECKING:
@@ -25,6 +25,32 @@ SWEEP = "--sweep"  # the option by which values of another are compared
 HELP = "Help"  # the heading of options that click declares
 WIDEST_LINE = 100  # columns of help on a wide terminal
 WIDEST_TERM = 26  # columns; the meaning of a longer term begins on the next line
+ELSEWHERE = {  # words of other tools for options, with ours
+    "eps": "tol",
+    "f": "format",
+    "figure": "plot",
+    "iterations": "max-iterations",
+    "m": "method",
+    "maxit": "max-iterations",
+    "maxiter": "max-iterations",
+    "silent": "quiet",
+    "solver": "method",
+    "start": "x0",
+    "timeout": "time-limit",
+    "tolerance": "tol",
+}
+COMMANDS_ELSEWHERE = {  # the same for commands
+    "run": "solve",
+    "verify": "check",
+    "plot": "compare --plot FILE",
+    "classify": "inspect",
+    "analyze": "inspect",
+    "generate": "make",
+    "gallery": "make --list",
+    "list": "make --list",
+    "help": "--help",
+    "version": "--version",
+}
 
 Declared = TypeVar("Declared", bound=Callable[..., Any])
 Rows = Sequence[tuple[str, str]]
@@ -110,8 +136,21 @@ class Command(click.Command):
             # For -tol, click's parser reports only -t.
             name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
             name = name.partition("=")[0]
-            known = [flag for param in self.get_params(ctx) for flag in param.opts if flag.startswith("--")]
-            raise click.UsageError(f"no option {quoted(name)}; {likely(name, known, 'look them up')}", ctx) from None
+            raise click.UsageError(f"no option {quoted(name)}; {self._meant(ctx, name)}", ctx) from None
+
+    def _meant(self, ctx: click.Context, given: str) -> str:
+        """The hint for an unknown option: it is a value of another, another tool's word, or near a known one."""
+        word = given.lstrip("-").casefold().replace("_", "-")
+        options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
+        for param in options:
+            if isinstance(param.type, click.Choice) and word in param.type.choices:
+                return f"did you mean {param.opts[-1]} {word}?"
+        if ctx.parent and word == "version":
+            return f"did you mean {ctx.find_root().info_name} --version?"
+        known = [flag[2:] for param in options for flag in (*param.opts, *param.secondary_opts) if flag[:2] == "--"]
+        word = ELSEWHERE.get(word, word)
+        meant = nearest(word, known) if len(word) > 1 or word in known else None
+        return f"did you mean --{meant}?" if meant else "look them up"
 
     def _refuse_repeated(self, ctx: click.Context, args: Sequence[str]) -> None:
         """Refuse an option that takes one value and is given twice, where click would take the last one in silence."""
@@ -184,5 +223,14 @@ class Group(Command, click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args[0] not in self.commands and not ctx.resilient_parsing:
-            ctx.fail(f"no command {quoted(args[0])}; {likely(args[0], self.commands)}")
+            ctx.fail(f"no command {quoted(args[0])}; {self._meant_command(args[0])}")
         return super().resolve_command(ctx, args)
+
+    def _meant_command(self, given: str) -> str:
+        if given.casefold() in COMMANDS_ELSEWHERE:
+            return f"did you mean lcp {COMMANDS_ELSEWHERE[given.casefold()]}?"
+        from lcpcli.cli import candidates
+
+        if given == "-" or given.casefold().endswith(candidates.PROBLEMS):
+            return f"did you mean lcp solve {given}?"
+        return likely(given, self.commands)

@@ -219,7 +219,8 @@ def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Proble
         if not any(name in own for own in known):
             said = flag(f"no-{name}" if chosen[name] is False else name)
             why = f", which use{'s' * (len(asked) == 1)} no starting point" * (name in ("x0", "z0"))
-            raise OptionError(said, f"has no effect with {' and '.join(map(str, asked))}{why}", "leave it out")
+            fault = f"has no effect with {' and '.join(map(str, asked))}{why}"
+            raise OptionError(said, fault, "leave it out" if why else _remedy(name, asked))
     values = [
         {name: value for name, value in chosen.items() if name in free} | own
         for free, own in zip(known, own_options, strict=True)
@@ -231,6 +232,14 @@ def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Proble
 
 def _starts_of(method: str) -> tuple[str, ...]:
     return ("x0", "z0") if METHODS[method].uses_start else ()
+
+
+def _remedy(name: str, asked: Sequence[Variant]) -> str:
+    """The hint for an option that none of the methods asked for has: which methods do."""
+    owners = [own for own in METHODS if name in parameters_of(own) or (name in ADDITIONS and METHODS[own].iterates)]
+    chosen = len(asked) == 1 and asked[0].method != "auto"
+    cure = "leave it out, or give" if chosen else "add"
+    return f"it belongs to {' and '.join(owners)}: {cure} --method {' or '.join(owners)}"
 
 
 class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
