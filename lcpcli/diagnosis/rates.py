@@ -11,10 +11,10 @@ from lcpcli.diagnosis import contraction
 from lcpcli.diagnosis.matrix import Spectrum
 from lcpcli.linalg import matrices
 from lcpcli.linalg.band import affordable
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import OMEGA
 from lcpcli.methods.shi import default_p
+from lcpcli.methods.smoothing import error as smoothing_error
 from lcpcli.model.problem import Problem
 from lcpcli.options import TOL
 from lcpcli.typing import Matrix
@@ -67,18 +67,7 @@ def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
 def smoothing(problem: Problem) -> Smoothing:
     """The difference between F~ and F with the default p of `shi`."""
     p = default_p(problem)
-    with np.errstate(over="ignore"):
-        return Smoothing(p, math.log(3) / p * _distance_from_identity(problem.M))
-
-
-def _distance_from_identity(M: Matrix) -> float:
-    if is_sparse(M):
-        from scipy.sparse import eye_array
-
-        return matrices.norm_inf((M - eye_array(M.shape[0])).tocsr())
-    shifted = M.copy()
-    shifted.reshape(-1)[:: M.shape[0] + 1] -= 1
-    return matrices.norm_inf(shifted)
+    return Smoothing(p, smoothing_error(problem, p))
 
 
 def _iterations(factor: float) -> int | None:

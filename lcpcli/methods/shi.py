@@ -18,7 +18,7 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.methods.line_search import search
 from lcpcli.methods.registry import K_STAR, RHO, SIGMA, P
-from lcpcli.methods.smoothing import Smoothed
+from lcpcli.methods.smoothing import Smoothed, error
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -27,6 +27,8 @@ STEEPEST_AT_MULTIPLE = "2.2"
 PLANE = "2.4"
 AVERAGE = "2.5"
 STEEPEST = "2.6"
+SMOOTHED = 1e-3  # times the smoothing error: |F~| at a zero of F~, up to rounding
+SMOOTHING = "its smoothed equation is solved to rounding; what is left is the smoothing error"
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
 
 
@@ -65,7 +67,8 @@ def shi(
 
     Returns
     -------
-    Finished : F~ is zero. Stalled : the decrease of f is below rounding. Breakdown : f is stationary but F~ is not
+    Finished : F~ is zero. Stalled : the decrease of f is below rounding, or F~ is zero up to rounding but the smoothing
+        error is not, as p is small. Breakdown : f is stationary but F~ is not
         zero (J is singular), or |F~|^2 over- or underflows.
 
     Raises
@@ -108,7 +111,8 @@ def _iterates(
         result = search(smoothed, here, s, slope, first_trial, rho, sigma)
         if isinstance(result, int):
             if step in DESCENT:
-                return Stalled("no step decreases |F~| any further in double precision")
+                reason = "no step decreases |F~| any further in double precision"
+                return _smoothed_solution(problem, p, here.F) or Stalled(reason)
             evaluations += result
             step, s = STEEPEST, -g  # f rises along s, by a kink or rounding: only d is left
             continue
@@ -119,7 +123,16 @@ def _iterates(
         step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
     if here.F.any():
         return Breakdown("|F~|^2 underflows; multiply q and the start by one large number")
-    return Finished()
+    return _smoothed_solution(problem, p, here.F) or Finished()
+
+
+def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
+    """The ending at a zero of F~, if the smoothing error is all that is left and is above rounding."""
+    default, smoothing_error = default_p(problem), error(problem, p)
+    if p >= default or np.max(np.abs(F)) > SMOOTHED * smoothing_error:
+        return None
+    told = f"{smoothing_error:.2g} for p = {p:g} (default {default:.2g})"
+    return Stalled(f"{SMOOTHING}, at most (ln 3 / p) |M - I| = {told}")
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:

@@ -12,16 +12,41 @@ taken only for the few components within that window.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import product, transposed_product
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 NOWHERE = np.empty(0, dtype=np.intp)
 WINDOW = 746.0  # e^-746 is zero in double precision, denormals included
+
+
+def error(problem: Problem, p: float) -> float:
+    """The bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
+    with np.errstate(over="ignore"):
+        return math.log(3) / p * _distance_from_identity(problem)
+
+
+def p_within(problem: Problem, tol: float) -> float:
+    """The p for which that bound is tol |q|_inf."""
+    return error(problem, 1.0) / tol / (float(np.max(np.abs(problem.q))) or 1.0)
+
+
+def _distance_from_identity(problem: Problem) -> float:
+    M = problem.M
+    if is_sparse(M):
+        from scipy.sparse import eye_array
+
+        return matrices.norm_inf((M - eye_array(problem.n)).tocsr())
+    shifted = M.copy()
+    shifted.reshape(-1)[:: problem.n + 1] -= 1
+    return matrices.norm_inf(shifted)
 
 
 def excess(p: float, t: Vector) -> Vector:

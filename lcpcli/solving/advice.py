@@ -10,7 +10,9 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.methods import shi, smoothing
 from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA
+from lcpcli.model import scaled
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.result import Status
 from lcpcli.solving.suggestions import EXACT, NONE, Options, Suggestions
@@ -41,7 +43,7 @@ def suggestions(result: Result) -> Suggestions:
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):
         return NONE
     too_small = result.tol < SMALLEST_TOL
-    ways = [] if automatic or too_small else [AUTOMATIC, *_with_additions(result)]
+    ways = [] if automatic or too_small else [*_larger_p(result), AUTOMATIC, *_with_additions(result)]
     if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
         ways.append({"tol": _round(2 * result.relative_residual)})
     if (automatic or too_small) and result.exact is None and result.problem.n <= MOST_EXACT:
@@ -68,6 +70,15 @@ def _with_additions(result: Result) -> list[Options]:
     if result.options.get("omega") == OMEGA.default and matrices.is_symmetric(result.problem.M):
         return [{**dict(list(missing.items())[:1]), "omega": AUTO, "anderson": 5}]
     return [missing] if missing else []
+
+
+def _larger_p(result: Result) -> list[Options]:
+    """A p whose smoothing error is within the tolerance, or below rounding, where a small p has ended the run."""
+    if shi.SMOOTHING not in result.message:
+        return []
+    problem = scaled.scale(result.problem).problem if result.options.get("scale") else result.problem
+    larger = min(smoothing.p_within(problem, result.tol), shi.default_p(problem))
+    return [{"p": _round(larger)}]
 
 
 @np.errstate(over="ignore", invalid="ignore")
