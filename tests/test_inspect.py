@@ -158,7 +158,7 @@ def test_what_is_obvious_is_said() -> None:
     assert "the unique one" in inspect(Problem(np.eye(2), [0.0, 1.0])).obvious
     assert inspect(Problem(-np.eye(2), [0.0, 1.0])).obvious == "q >= 0: z = 0 is a solution"
     for M in ([[1.0, 0.0], [0.0, -1.0]], sparse.csr_array([[1.0, 0.0], [0.0, -1.0]])):
-        assert "no solution, as w[1] < 0" in inspect(Problem(M, [-1.0, -1.0])).obvious
+        assert "no solution, as w2 < 0" in inspect(Problem(M, [-1.0, -1.0])).obvious
     assert inspect(random_problem(0, 5, True)).obvious == ""
 
 
@@ -248,3 +248,18 @@ def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(
     shown = json.loads(lcp("inspect", str(file), "--format", "json").out)
     assert [shown["classes"][name]["verdict"] for name in ("m_matrix", "p_matrix")] == ["yes", "yes"]
     assert shown["factor_entries"] == 300_000
+
+
+@pytest.mark.parametrize(
+    ("M", "q", "told"),
+    [
+        ([[1.0, 2.0], [0.0, 1.0]], [1.0, 1.0], "M(1, 2) = 2"),
+        ([[1.0, 0.0], [0.0, -1.0]], [1.0, 1.0], "M(2, 2) = -1"),
+        ([[3.0, 1.0], [2.0, 1.0]], [1.0, 1.0], "row 2"),
+        ([[1.0, -2.0], [-2.5, 1.0]], [1.0, 1.0], "principal minor {1, 2}"),
+        ([[1.0, 0.0], [-1.0, 0.0]], [1.0, -1.0], "q2 < 0 and no entry of row 2"),
+    ],
+)
+def test_rows_and_entries_are_counted_from_1(M: list[list[float]], q: list[float], told: str) -> None:
+    found = inspect(Problem(M, q))
+    assert told in " ".join([found.obvious, *(verdict.evidence for verdict in found.classes.values())])

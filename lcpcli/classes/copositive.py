@@ -17,7 +17,7 @@ from itertools import combinations
 import numpy as np
 
 from lcpcli.classes.context import Context
-from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, as_floats, index_set, shown
+from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, as_floats, entry, index_set, shown
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import elimination, linear
 from lcpcli.typing import Vector
@@ -52,7 +52,7 @@ def strictly_copositive(context: Context) -> Verdict:
         return Verdict(YES, "it is positive definite")
     low = np.flatnonzero(context.diagonal <= 0)
     if low.size:
-        return Verdict(NO, f"M[{low[0]}][{low[0]}] = {context.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
+        return Verdict(NO, f"{entry(low[0], low[0])} = {context.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
     if context.no("copositive"):
         return Verdict(NO, "it is not copositive", vector=context.verdicts["copositive"].vector)
     if _smallest(context) >= 0:
@@ -82,7 +82,7 @@ def copositive_plus(context: Context) -> Verdict:
         i, j = loose
         v = np.zeros(context.n)
         v[i] = 1.0
-        return Verdict(NO, f"M[{i}][{i}] = 0, but M[{i}][{j}] + M[{j}][{i}] is not", (i, j), v)
+        return Verdict(NO, f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not", (i, j), v)
     if context.n > EXACT:
         return _open(context)
     if not context.yes("copositive"):

@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.classes import certify
 from lcpcli.classes.context import Context, signs
 from lcpcli.classes.dominance import h_plus_part
-from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, as_floats, index_set, shown
+from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, as_floats, entry, index_set, shown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import elimination, linear
@@ -68,7 +68,9 @@ def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
         return None
     i, v = int(low[np.argmin(context.diagonal[low])]), np.zeros(context.n)
     v[i] = 1.0
-    return Verdict(NO, f"v'Mv = M[{i}][{i}] = {context.diagonal[i]:.6g} for the unit vector v of index {i}", (i,), v)
+    return Verdict(
+        NO, f"v'Mv = {entry(i, i)} = {context.diagonal[i]:.6g} for the unit vector v of index {i + 1}", (i,), v
+    )
 
 
 def _by_rounded_arithmetic(context: Context) -> Verdict:

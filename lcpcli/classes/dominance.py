@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from lcpcli.classes.context import Context, signs
-from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, index_set, shown
+from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, entry, index_set, shown
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.band import affordable
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
@@ -34,7 +34,7 @@ def h_plus(context: Context) -> Verdict:
     """Positive diagonal, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row for some d > 0."""
     low = np.flatnonzero(context.diagonal <= 0)
     if low.size:
-        return Verdict(NO, f"M[{low[0]}][{low[0]}] = {context.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
+        return Verdict(NO, f"{entry(low[0], low[0])} = {context.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
     return _scaled_dominance(matrices.comparison(context.M), context.check)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from lcpcli.classes.context import Context, signs
-from lcpcli.classes.verdict import NO, YES, Verdict
+from lcpcli.classes.verdict import NO, YES, Verdict, entry
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
@@ -19,7 +19,7 @@ def symmetric(context: Context) -> Verdict:
         return Verdict(YES, "M' = M, entrywise")
     with np.errstate(over="ignore"):
         i, j = _first(context.M - context.M.T)
-    return Verdict(NO, f"M[{i}][{j}] = {context.M[i, j]:.6g}, M[{j}][{i}] = {context.M[j, i]:.6g}", (i, j))
+    return Verdict(NO, f"{entry(i, j)} = {context.M[i, j]:.6g}, {entry(j, i)} = {context.M[j, i]:.6g}", (i, j))
 
 
 def skew_symmetric(context: Context) -> Verdict:
@@ -29,8 +29,8 @@ def skew_symmetric(context: Context) -> Verdict:
         return Verdict(YES, "M' = -M, entrywise")
     i, j = _first(total)
     if i == j:
-        return Verdict(NO, f"M[{i}][{i}] = {context.M[i, i]:.6g} is not 0", (i,))
-    return Verdict(NO, f"M[{i}][{j}] = {context.M[i, j]:.6g}, M[{j}][{i}] = {context.M[j, i]:.6g}", (i, j))
+        return Verdict(NO, f"{entry(i, i)} = {context.M[i, i]:.6g} is not 0", (i,))
+    return Verdict(NO, f"{entry(i, j)} = {context.M[i, j]:.6g}, {entry(j, i)} = {context.M[j, i]:.6g}", (i, j))
 
 
 def z_matrix(context: Context) -> Verdict:
@@ -47,7 +47,7 @@ def z_matrix(context: Context) -> Verdict:
     if not places:
         return Verdict(YES, "no entry off the diagonal is positive")
     i, j = places[0]
-    return Verdict(NO, f"M[{i}][{j}] = {M[i, j]:.6g} is positive", (i, j))
+    return Verdict(NO, f"{entry(i, j)} = {M[i, j]:.6g} is positive", (i, j))
 
 
 def strictly_diagonally_dominant(context: Context) -> Verdict:
@@ -55,7 +55,7 @@ def strictly_diagonally_dominant(context: Context) -> Verdict:
     i = weak_row(context.M, context.check)
     if i is None:
         return Verdict(YES, "in every row |M_ii| exceeds the sum of the other |M_ij|")
-    return Verdict(NO, f"row {i}: |M_ii| does not exceed the sum of the other |M_ij|", (i,))
+    return Verdict(NO, f"row {i + 1}: |M_ii| does not exceed the sum of the other |M_ij|", (i,))
 
 
 def weak_row(M: Matrix, check: Callable[[], None]) -> int | None:

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from lcpcli.classes.context import Context, signs
-from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, index_set, shown
+from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, entry, index_set, shown
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import elimination
 from lcpcli.typing import Vector
@@ -55,7 +55,7 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
     low = np.flatnonzero(context.diagonal <= 0 if strict else context.diagonal < 0)
     if low.size:
         i = int(low[0])
-        return Verdict(NO, f"M[{i}][{i}] = {context.diagonal[i]:.6g} is {size}", (i,))
+        return Verdict(NO, f"{entry(i, i)} = {context.diagonal[i]:.6g} is {size}", (i,))
     pair = _pair(context, strict)
     if pair is not None:
         return Verdict(NO, f"the principal minor {index_set(pair)} is {size}", pair)

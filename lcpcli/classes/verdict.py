@@ -21,7 +21,7 @@ class Verdict:
     """Whether a matrix belongs to a class, its entries taken as exact numbers.
 
     word : YES, NO or UNDECIDED.
-    evidence : the evidence, or why it is not decided, as a clause.
+    evidence : the evidence, or why it is not decided, as a clause; rows and columns in it are counted from 1.
     indices : the index set, counted from 0, in the evidence; None if there is none.
     vector : the vector, shape (n,), for which the evidence holds exactly; None if there is none.
     """
@@ -43,8 +43,13 @@ def shown(numbers: Sequence[float] | Vector) -> str:
 
 
 def index_set(indices: Sequence[int]) -> str:
-    """An index set for a sentence."""
-    return "{" + shown(indices)[1:-1] + "}"
+    """An index set for a sentence, counted from 1."""
+    return "{" + shown([i + 1 for i in indices])[1:-1] + "}"
+
+
+def entry(i: int, j: int) -> str:
+    """An entry of M for a sentence, counted from 1."""
+    return f"M({i + 1}, {j + 1})"
 
 
 def as_floats(v: Sequence[Fraction]) -> Vector | None:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         "lcp check problems/bimatrix.json result.json",
         "lcp check problems/bimatrix.json result.json --exact --format json",
     ),
+    epilog="Components are counted from 1; the index of a violation in JSON, from 0.",
     exits={0: "the answer is correct", 1: "it is not", 2: "usage or input error (one-line message)"},
 )
 @argument(

@@ -24,7 +24,8 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
         "lcp inspect problems/bimatrix.json --time-limit 10 -o bimatrix-classes.json",
     ),
     exits={0: "inspected", 2: "usage or input error (one-line message)"},
-    epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer.',
+    epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer. Rows and columns are counted '
+    "from 1; the indices of the JSON, from 0.",
 )
 @problem_file
 @option(

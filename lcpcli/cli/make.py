@@ -34,7 +34,8 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     exits={0: "written", 2: "usage error (one-line message)"},
     epilog="The same arguments give the same problem. JSON and NPZ also hold its known solutions and, for a program or "
     "a game, what lcp solve needs to report the minimizer or the equilibrium. A program has the keys Q and c, and "
-    "optionally A, b and free (indices of free variables); a game A and B, and optionally rows and columns (names).",
+    "optionally A, b and free (indices of free variables, from 0); a game A and B, and optionally rows and columns "
+    "(names).",
 )
 @argument(
     "Family",

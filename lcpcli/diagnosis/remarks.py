@@ -28,10 +28,8 @@ def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
         return f"q >= 0: z = 0 is a solution{alone}"
     rows = (problem.q < 0) & ~_with_positive_entry(problem)
     if rows.any():
-        i = int(np.flatnonzero(rows)[0])
-        return (
-            f"q[{i}] < 0 and no entry of row {i} of M is positive: there is no solution, as w[{i}] < 0 for every z >= 0"
-        )
+        i = int(np.flatnonzero(rows)[0]) + 1
+        return f"q{i} < 0 and no entry of row {i} of M is positive: there is no solution, as w{i} < 0 for every z >= 0"
     return ""
 
 

@@ -13,6 +13,7 @@ from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files import csv_answer
 from lcpcli.files.content import decode
 from lcpcli.files.json_format import load_first
+from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
 
 EXPECTED = "give a list of numbers, or what lcp solve --format json prints"
@@ -74,7 +75,7 @@ def _entry(field: str, value: Any) -> Fraction:
     if isinstance(value, Fraction):
         return value
     if not isinstance(value, str):
-        raise ProblemError(field, f"is {kind(value)}", "give a number, or a fraction as a string")
+        raise ProblemError(field, f"is {kind(value)}", f"give a number, or a fraction as a string {FROM_0}")
     try:
         return ratio(value)
     except ProblemError as error:

@@ -162,7 +162,9 @@ def _coordinates(M: dict[str, Any], n: int) -> Matrix:
     if again.size:
         i = order[again[0] + 1]
         raise ProblemError(
-            f"M.rows[{i}]", f"and M.cols[{i}] name entry ({rows[i]}, {cols[i]}) again", "give every entry once"
+            f"M.rows[{i}]",
+            f"and M.cols[{i}] name entry ({rows[i]}, {cols[i]}) again",
+            "give every entry once (indices count from 0)",
         )
     from scipy.sparse import csr_array
 

@@ -13,6 +13,7 @@ from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
+FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 ROWS = "a list of rows of numbers"
 
 
@@ -104,10 +105,10 @@ def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> 
 def _refuse_other_than_rows(field: str, rows: Sequence[Any]) -> None:
     for i, row in enumerate(rows):
         if not isinstance(row, (list, tuple)):
-            raise ProblemError(f"{field}[{i}]", f"is {kind(row)}", "give a row, a list of numbers")
+            raise ProblemError(f"{field}[{i}]", f"is {kind(row)}", f"give a row, a list of numbers {FROM_0}")
         if len(row) != len(rows[0]):
             lengths = f"has {count(len(row), 'entry')} where {field}[0] has {len(rows[0])}"
-            raise ProblemError(f"{field}[{i}]", lengths, "make all rows the same length")
+            raise ProblemError(f"{field}[{i}]", lengths, f"make all rows the same length {FROM_0}")
         _refuse_other_than_numbers(f"{field}[{i}]", row)
 
 
@@ -116,7 +117,7 @@ def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
         return
     for i, v in enumerate(values):
         if isinstance(v, (bool, np.bool_)) or not isinstance(v, (int, float, np.integer, np.floating)):
-            raise ProblemError(f"{field}[{i}]", f"is {kind(v)}", "give a number")
+            raise ProblemError(f"{field}[{i}]", f"is {kind(v)}", f"give a number {FROM_0}")
 
 
 def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
@@ -124,4 +125,6 @@ def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | Non
         return
     wrong = np.argwhere(~np.isfinite(values))[0]
     place = "".join(f"[{i}]" for i in (wrong if places is None else places()[wrong[0]]))
-    raise ProblemError(f"{field}{place}", "is not a finite number in double precision", "give a finite number")
+    raise ProblemError(
+        f"{field}{place}", "is not a finite number in double precision", f"give a finite number {FROM_0}"
+    )

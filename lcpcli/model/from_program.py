@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, count
-from lcpcli.model.arrays import as_matrix, as_square, as_vector
+from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.quadratic_program import QuadraticProgram, indices_of_free
 
@@ -48,7 +48,9 @@ def from_qp(
     quadratic, _ = as_square("Q", Q, k, "c")
     rows, columns = (quadratic != quadratic.T).nonzero()
     if rows.size:
-        raise ProblemError(f"Q[{rows[0]}][{columns[0]}]", "makes Q unsymmetric", "give (Q + Q') / 2, the same program")
+        raise ProblemError(
+            f"Q[{rows[0]}][{columns[0]}]", "makes Q unsymmetric", f"give (Q + Q') / 2, the same program {FROM_0}"
+        )
     program = QuadraticProgram(k, indices_of_free(free, k))
     if A is None or b is None:
         if (A is None) != (b is None):
