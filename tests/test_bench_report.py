@@ -193,8 +193,9 @@ def test_many_solvers_stand_one_below_another(record: Record) -> None:
     assert header.split() == ["problem", "in", "auto", "lemke", "liar", "picky"]
     assert next(line for line in wide.splitlines() if line.startswith("harker-pang 100")).count("ms") == 1
     lines = [line.split() for line in narrow.splitlines()]
-    assert ["harker-pang", "100", "auto", "12±8%", "ms", "2.5e-12", "10"] in lines
-    assert ["lemke", "500", "ms", "2.5e-12", "10"] in lines
+    assert ["harker-pang", "100", "auto", "12±8%", "ms"] in lines
+    assert ["lemke", "500", "ms"] in lines
+    assert ["lemke", "10"] in lines
 
 
 def test_colour_is_for_terminals_only(record: Record) -> None:

@@ -66,7 +66,7 @@ def test_eighty_columns_are_enough(file: str, lcp: Lcp, terminal: Callable[[int,
     assert max(len(line) for line in outcome.out.splitlines()) <= 80
 
 
-@pytest.mark.parametrize(("width", "shown"), [(80, 4), (120, 7), (200, 15), (40, 3)])
+@pytest.mark.parametrize(("width", "shown"), [(80, 4), (120, 7), (200, 15), (60, 3)])
 def test_large_n_shows_the_first_and_the_last_components(
     width: int, shown: int, lcp: Lcp, terminal: Callable[[int, bool], None]
 ) -> None:
@@ -76,6 +76,12 @@ def test_large_n_shows_the_first_and_the_last_components(
     assert names[0] == "z1"
     assert names[-2:] == ["...", "z100"]
     assert len(names) == shown
+
+
+def test_narrow_screen_shows_the_last_component(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    terminal(50, False)
+    header = iterates(lcp("solve", TRIDIAGONAL, "--method", "fixed-point").out)[0].split()
+    assert header[:4] == ["method", "k", "...", "z100"]
 
 
 def test_all_components_are_shown_where_they_fit(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
@@ -212,5 +218,5 @@ def test_shown_components_always_include_the_last() -> None:
         for width in (20, 60, 80, 200, None):
             shown = iterations.shown_components(n, width)
             assert shown is not None
-            assert shown[0] == 0
+            assert shown[0] == (n - 1 if width == 20 else 0)
             assert shown[-1] == n - 1

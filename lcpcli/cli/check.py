@@ -56,7 +56,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> 
     verification = _verification(paths[:-1], paths[-1], tol, exact)
     from lcpcli.report.verification import render
 
-    output.emit(render(verification, form), color=False)
+    output.emit(render(verification, form, output.terminal()[0]), color=False)
     return verification.exit_code
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter, UserDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -164,7 +165,7 @@ class Command(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
             for line in self.examples:
-                formatter.write(f"{'':{formatter.current_indent}}{line}\n")
+                formatter.write(_folded(line, " " * formatter.current_indent, formatter.width) + "\n")
         write_tables(formatter, self.tables(ctx))
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
@@ -188,6 +189,13 @@ def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> 
     for heading, rows in tables.items():
         with formatter.section(heading):
             formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
+
+
+def _folded(line: str, indent: str, width: int) -> str:
+    """A command line, continued after backslashes where it is wider than that."""
+    room = width - len(indent)
+    parts = [line] if len(line) <= room else wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
+    return " \\\n".join(indent + part for part in parts)
 
 
 def _is_plain_flag(option: click.Option) -> bool:

@@ -8,7 +8,7 @@ from lcpcli import options
 from lcpcli.cli import threads
 from lcpcli.cli.command import Command, option
 from lcpcli.cli.options import format_option, output_file, problem_file
-from lcpcli.cli.output import emit, form_of
+from lcpcli.cli.output import emit, form_of, terminal
 from lcpcli.cli.session import refuse_clashes
 
 FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
@@ -53,7 +53,8 @@ def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, 
     from lcpcli.report import inspection_json, inspection_text
 
     found = inspection.inspect(reading.read(file, q_file), time_limit)
-    text = inspection_json.render(found) if form == "json" else inspection_text.render(found)
+    width = None if output else terminal()[0]
+    text = inspection_json.render(found) if form == "json" else inspection_text.render(found, width)
     if output is None:
         emit(text, color=False)
     else:

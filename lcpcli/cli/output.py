@@ -185,9 +185,10 @@ class Plot:
 
 
 def terminal() -> tuple[int | None, bool]:
-    """Width and colour of standard output; no width if it is not a terminal, no colour if that is disabled."""
+    """Width and colour of standard output; no colour if that is disabled. The width of a pipe is COLUMNS, if set."""
     if not sys.stdout.isatty():
-        return None, False
+        columns = os.environ.get("COLUMNS", "")
+        return int(columns) if columns.isdecimal() and int(columns) else None, False
     color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     from shutil import get_terminal_size
 

@@ -1,4 +1,4 @@
-"""An inspection as human-readable text, in lines of at most 80 columns."""
+"""An inspection as human-readable text, in lines of at most a given width."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 
 WIDTH = 80
+NARROW = 30  # columns: the least width of a wrapped column beside others
 TITLES = {
     "copositive_plus": "copositive-plus",
     "h_plus": "H+-matrix",
@@ -29,8 +30,9 @@ BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 Row = tuple[str, ...]
 
 
-def render(found: Inspection) -> str:
-    """The facts, the classes of M, the methods, and remarks."""
+def render(found: Inspection, width: int | None = None) -> str:
+    """In lines of that width, at most and by default 80: the facts, the classes of M, the methods, and remarks."""
+    width = min(width or WIDTH, WIDTH)
     classes = [
         (TITLES.get(name, name.replace("_", " ")), verdict.word, verdict.evidence)
         for name, verdict in found.classes.items()
@@ -38,17 +40,17 @@ def render(found: Inspection) -> str:
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     remarks = [text for text in (found.obvious, *found.hints) if text]
     lines = [
-        *wrap(f"{found.problem.name}: n = {found.problem.n}", WIDTH),
-        *_grid(_facts(found)),
+        *wrap(f"{found.problem.name}: n = {found.problem.n}", width),
+        *_grid(_facts(found), width),
         "",
-        *_grid([("class of M", "", "because"), *classes], ruled=True),
+        *_grid([("class of M", "", "because"), *classes], width, ruled=True),
         "",
-        *_grid([("method", "guaranteed", "in exact arithmetic, because"), *methods], ruled=True),
+        *_grid([("method", "guaranteed", "in exact arithmetic, because"), *methods], width, ruled=True),
     ]
     if remarks:
         lines.append("")
         for remark in remarks:
-            lines += wrap(remark, WIDTH, initial_indent="- ", subsequent_indent="  ")
+            lines += wrap(remark, width, initial_indent="- ", subsequent_indent="  ")
     return "".join(line + "\n" for line in lines)
 
 
@@ -123,16 +125,19 @@ def _bytes(size: int) -> str:
     return f"{size / unit:.3g} {name}"
 
 
-def _grid(rows: list[Row], ruled: bool = False) -> list[str]:
-    """Rows with aligned columns, the last one wrapped; with a rule of dashes under the first row if `ruled`."""
+def _grid(rows: list[Row], width: int, ruled: bool = False) -> list[str]:
+    """Rows with aligned columns, the last one wrapped, on lines of its own if little room is left beside the others;
+    with a rule of dashes under the first row if `ruled`."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
-    indent = sum(widths) + 2 * len(widths)
+    beside = width - sum(widths) - 2 * len(widths) >= NARROW
+    indent = " " * (sum(widths) + 2 * len(widths) if beside else 4)
     lines = []
     for row in rows:
-        head = "".join(cell.ljust(width + 2) for cell, width in zip(row, widths, strict=False))
-        lines += [
-            line.rstrip() for line in wrap(row[-1], WIDTH, initial_indent=head, subsequent_indent=" " * indent)
-        ] or [head.rstrip()]
+        head = "".join(cell.ljust(size + 2) for cell, size in zip(row, widths, strict=False))
+        if not beside:
+            lines.append(head.rstrip())
+        folded = wrap(row[-1], width, initial_indent=head if beside else indent, subsequent_indent=indent)
+        lines += [line.rstrip() for line in folded] or [head.rstrip()] * beside
         if ruled and row is rows[0]:
-            lines.append("-" * WIDTH)
+            lines.append("-" * width)
     return lines

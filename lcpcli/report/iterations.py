@@ -48,10 +48,10 @@ class IterationTable:
 
 def shown_components(n: int, width: int | None) -> Indices | None:
     """The components of z that fit into this width of text (None: a pipe): all, or the first ones and the last."""
-    room = PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 2)
+    room = PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 1)
     if n <= room:
         return None
-    return np.append(np.arange(room - 2 if room > 2 else 1), n - 1)
+    return np.append(np.arange(room - 2 if room > 2 else room - 1), n - 1)
 
 
 def build(results: Sequence[Result], width: int | None, compared: bool, whole: bool) -> IterationTable:

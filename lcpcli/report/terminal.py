@@ -7,7 +7,7 @@ from io import StringIO
 from textwrap import wrap
 
 from rich.box import Box
-from rich.console import Console
+from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
@@ -16,6 +16,7 @@ from lcpcli.report.iterations import LEFT, IterationTable
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000
 PIPE = 80
+FOLDED = 0.7  # of the width, at most, for the columns that are repeated in the parts of a folded table
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
 REMARK = "magenta"
@@ -28,7 +29,7 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
     for i, table in enumerate(tables):
         if i:
             console.print()
-        console.print(Text(table.title, style="bold"))
+        _print_lines(console, [table.title], width, "bold")
         if table.verdict:
             _print_outcome(console, table, width)
         console.print(grid(table.header, [_label_down(group) for group in table.groups], width, LEFT))
@@ -105,21 +106,46 @@ def grid(
     width: int | None,
     left: Collection[str],
     bold: Collection[tuple[int, int]] = (),
-) -> Table:
-    """A table with a rule between groups.
+) -> Group:
+    """A table with a rule between groups; one that is too wide is folded, with its leading left columns repeated.
 
     left : the names of the left-aligned columns.
     bold : rows and columns of the cells of the last group to be highlighted.
     """
     rows = [header, *(row for group in groups for row in group)]
     widest = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    room = width or UNLIMITED
     gap = 2 if sum(widest) + 2 * len(widest) <= (width or PIPE) else 1
+    keys = next((j for j, name in enumerate(header) if name not in left or sum(widest[: j + 1]) > FOLDED * room), 0)
+    parts = _folds(widest, keys, gap, room)
+    return Group(*(_part(header, groups, part, gap, left, bold) for part in parts))
+
+
+def _folds(widest: Sequence[int], keys: int, gap: int, width: int) -> list[list[int]]:
+    """The columns of each part of a table of that width, the first `keys` in each of them."""
+    parts = [list(range(keys))]
+    for j in range(keys, len(widest)):
+        if len(parts[-1]) > keys and sum(widest[i] + gap for i in [*parts[-1], j]) - gap > width:
+            parts.append(list(range(keys)))
+        parts[-1].append(j)
+    return parts
+
+
+def _part(
+    header: list[str],
+    groups: Sequence[list[list[str]]],
+    columns: Sequence[int],
+    gap: int,
+    left: Collection[str],
+    bold: Collection[tuple[int, int]],
+) -> Table:
     table = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap - 1, 0, 0), header_style="bold")
-    for name in header:
-        table.add_column(name, justify="left" if name in left else "right")
+    for j in columns:
+        table.add_column(header[j], justify="left" if header[j] in left else "right")
     for group in groups:
         for i, row in enumerate(group):
-            styles = ["bold" if group is groups[-1] and (i, j) in bold else "" for j in range(len(row))]
-            cells = [Text(cell, style=STYLES.get(cell, style)) for cell, style in zip(row, styles, strict=True)]
-            table.add_row(*cells, end_section=row is group[-1])
+            styles = {j: "bold" if group is groups[-1] and (i, j) in bold else "" for j in columns}
+            table.add_row(
+                *(Text(row[j], style=STYLES.get(row[j], styles[j])) for j in columns), end_section=row is group[-1]
+            )
     return table

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from fractions import Fraction
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.report.numbers import above, finite, short, title
@@ -14,12 +15,12 @@ if TYPE_CHECKING:
 FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
 
 
-def render(verification: Verification, form: str) -> str:
-    """The verification in one of FORMATS."""
-    return _json(verification) if form == "json" else _lines(verification)
+def render(verification: Verification, form: str, width: int | None = None) -> str:
+    """The verification in one of FORMATS, wrapped to a width if there is one."""
+    return _json(verification) if form == "json" else _lines(verification, width)
 
 
-def _lines(verification: Verification) -> str:
+def _lines(verification: Verification, width: int | None) -> str:
     name = title(verification.problem)
     lines = [f"{name}: n = {verification.problem.n}", verification.message]
     measures = {
@@ -37,7 +38,11 @@ def _lines(verification: Verification) -> str:
         lines += ["  ".join(c.ljust(k) for c, k in zip(row, widths, strict=True)).rstrip() for row in rows]
     if verification.violated > len(verification.violations):
         lines.append(f"... the worst {len(verification.violations)} of {verification.violated}")
-    return "".join(line + "\n" for line in lines)
+    return "".join(part + "\n" for line in lines for part in _folded(line, width))
+
+
+def _folded(line: str, width: int | None) -> list[str]:
+    return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 
 def _cells(violation: Violation[float] | Violation[Fraction]) -> list[str]:

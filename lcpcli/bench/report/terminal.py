@@ -23,7 +23,8 @@ def render(report: Report, width: int, color: bool) -> str:
             console.print(Text(line))
     for sheet in report.sheets:
         console.print()
-        console.print(Text(sheet.title, style="bold"))
+        for line in _wrapped(sheet.title, width):
+            console.print(Text(line, style="bold"))
         console.print(grid(sheet.header, sheet.groups, width, LEFT))
         for note in sheet.notes:
             for line in _wrapped(note, width):

@@ -1,0 +1,42 @@
+"""Nothing that is shown on a terminal, or in a pipe with COLUMNS, is wider than that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from lcpcli.files import shipped
+
+FIRST, SECOND = map(shipped.path, shipped.PAPER_EXAMPLES)
+COMMANDS = {
+    "solve": ("solve", FIRST),
+    "solve, stalled": ("solve", SECOND, "--method", "shi", "--p", "10"),
+    "solve, proved": ("solve", shipped.path("bimatrix.json"), "--exact", "--bound"),
+    "compare": ("compare",),
+    "compare, a sweep": ("compare", FIRST, "--method", "shi", "--sweep", "p=1,10,1e5"),
+    "check": ("check", FIRST, "1,0,1,0.5"),
+    "inspect": ("inspect", SECOND),
+    "bench": ("bench", FIRST, "--budget", "0", "--method", "newton", "--method", "shi"),
+    "list": ("make", "--list"),
+    **{f"help of {name}": (name, "--help") for name in ("solve", "compare", "bench", "check", "inspect", "make")},
+}
+
+Lcp = Callable[..., Any]
+
+
+@pytest.mark.parametrize("width", [50, 80, 120])
+@pytest.mark.parametrize("name", COMMANDS)
+def test_no_line_is_wider_than_the_screen(name: str, width: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    lines = lcp(*COMMANDS[name]).out.splitlines()
+    assert lines
+    assert [line for line in lines if len(line) > width] == []
+
+
+def test_fold_keeps_every_column_of_the_summary(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "50")
+    rows = [line.split() for line in lcp("compare", FIRST).out.splitlines()]
+    assert ["method", *["to", "1e-3", "to", "1e-6", "to", "1e-9", "end"]] in rows
+    assert ["method", "error", "status", "claim"] in rows
