@@ -21,6 +21,10 @@ settings.register_profile("steady", derandomize=True, deadline=None)
 settings.register_profile("searching", deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
 
+# the width of pipes is not that of whoever runs the tests; readline sets it where only processes started here see it
+os.environ.pop("COLUMNS", None)
+os.unsetenv("COLUMNS")
+
 # a shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -39,7 +39,7 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
 def test_larger_p_that_is_advised_solves_the_problem(name: str, p: float, scale: bool) -> None:
     problem = read(shipped.path(f"{name}.json"))
     failed = run(problem, "shi", p=p, scale=scale)
-    advised = re.match(r"try --p (\S+), or --method auto", failed.advice)
+    advised = re.match(r'try p=(\S+), or method="auto"', failed.advice)
     assert advised, failed.message
     assert run(problem, "shi", p=float(advised[1]), scale=scale).solved
 
@@ -47,7 +47,7 @@ def test_larger_p_that_is_advised_solves_the_problem(name: str, p: float, scale:
 def test_larger_p_is_not_advised_at_a_local_minimum() -> None:
     failed = run(make("growth", 10), "shi", p=1e3)
     assert not failed.solved
-    assert "--p" not in failed.advice
+    assert "p=" not in failed.advice
 
 
 def test_direction_that_cannot_descend_gives_way_to_steepest_descent() -> None:

@@ -39,4 +39,4 @@ def test_fold_keeps_every_column_of_the_summary(lcp: Lcp, monkeypatch: pytest.Mo
     monkeypatch.setenv("COLUMNS", "50")
     rows = [line.split() for line in lcp("compare", FIRST).out.splitlines()]
     assert ["method", *["to", "1e-3", "to", "1e-6", "to", "1e-9", "end"]] in rows
-    assert ["method", "error", "status", "claim"] in rows
+    assert ["method", "error", "status", "verified"] in rows
