@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 SHOWN = 40  # the most characters of a text from a file that a message quotes
+REAL = "give real numbers; lcp solves real problems only"  # the hint for a complex number
+COMPLEX = re.compile(r"\(?([-+\d.eE]*[-+])?\d[\d.eE]*\s*\*?[ijIJ]\)?")
+EXPRESSION = re.compile(r"\w+\s*(\*|\^)|(\*|\^)\s*\w|\b(exp|log|sin|cos|sqrt|min|max)\(|\b[xz]\W?\d")
 
 
 def quoted(text: str) -> str:
@@ -49,6 +53,15 @@ def refuse_unknown(
             close = get_close_matches(key.casefold(), folded, n=1)
             hint = f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(known)}"
             raise ProblemError(f"{field}.{shown}" if field else shown, f"is not a key of {whole}", hint)
+
+
+def misread(text: str, otherwise: str) -> tuple[str, str]:
+    """What is wrong with a text in place of a number, and the hint: it may be complex, or an expression."""
+    if COMPLEX.fullmatch(text.replace(" ", "")):
+        return f"is the complex number {quoted(text)}", REAL
+    if EXPRESSION.search(text):
+        return f"is the expression {quoted(text)}", "give a number; lcp solves linear problems w = Mz + q only"
+    return otherwise, "give a number"
 
 
 class LCPError(ValueError):

@@ -194,7 +194,7 @@ def test_quick_cases_can_be_made() -> None:
 def test_files_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
-        (tmp_path / folder / "p.json").write_text("{}")
-    (tmp_path / "q.json").write_text("{}")
+        (tmp_path / folder / "p.json").write_text('{"M": [[1]], "q": [1]}')
+    (tmp_path / "q.json").write_text('{"M": [[1]], "q": [1]}')
     paths = [str(tmp_path / name) for name in ("a/p.json", "b/p.json", "q.json", "q.json")]
     assert [each.name for each in cases_of(paths)] == [paths[0], paths[1], "q.json"]

@@ -17,7 +17,7 @@ from lcpcli.cli import program, shells
 from lcpcli.cli.command import VARIABLE
 from lcpcli.cli.completion import SHELLS
 from lcpcli.cli.help import TOPICS
-from lcpcli.files import reading
+from lcpcli.files import formats
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
@@ -55,6 +55,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "g.txt",
         "h.py",
         "i.gz",
+        "k.npy",
+        "l.mat",
         ".hidden.json",
         "a\nb.json",
     ):
@@ -69,7 +71,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_commands() -> None:
     assert offered("") == sorted(program.lcp.commands)
-    assert offered("co") == ["compare", "completion"]
+    assert offered("co") == ["compare", "completion", "convert"]
 
 
 @pytest.mark.parametrize("name", program.lcp.commands)
@@ -115,10 +117,10 @@ def test_every_peer_that_is_offered_can_be_selected() -> None:
 
 
 def test_files_are_those_that_can_be_read(folder: Path) -> None:
-    problems = ["a.json", "b.csv", "c.npz", "d.mtx", "e.mtx.gz", "f.JSON", "inner/"]
+    problems = ["a.json", "b.csv", "c.npz", "d.mtx", "e.mtx.gz", "f.JSON", "inner/", "k.npy", "l.mat"]
     assert offered("solve", "") == offered("solve", "M.mtx", "") == offered("compare", "x.json", "") == problems
     assert offered("inspect", "") == problems
-    assert {Path(name).suffix.casefold() for name in problems[:4]} == set(reading.FORMATS)
+    assert {Path(name).suffix.casefold() for name in problems if name[0] not in "ei"} == set(formats.FORMATS)
     assert offered("check", "a.json", "") == sorted([*problems, "g.txt"])
     assert offered("bench", "") == [*suites.SUITES, suites.ALL, *problems]
     assert offered("bench", "--resume", "") == ["a.json", "f.JSON", "inner/"]

@@ -36,6 +36,7 @@ HEADINGS = {
     "check": ["Problem and solution", "Verification", "Output"],
     "inspect": ["Problem", "Stopping", "Output"],
     "make": ["Family", "Problem", "Output"],
+    "convert": ["Problem", "Output"],
     "completion": ["Shell", "Shells, and where the script belongs"],
     "help": ["Topic", "Topics"],
 }

@@ -32,7 +32,7 @@ ROOMS = {
     "peers": "linalg model",
     "report": "linalg model rational classes verify solving diagnosis files",
     "bench": "linalg model verify methods solving diagnosis files gallery peers report",
-    "cli": "linalg model rational bounds verify methods solving diagnosis files gallery peers report bench",
+    "cli": "linalg rational bounds verify methods solving diagnosis files gallery peers report bench",
 }
 # Libraries that only some rooms import.
 LIBRARIES = {

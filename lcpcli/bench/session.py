@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 
 from lcpcli.bench import environment, rate, suites
@@ -20,11 +20,16 @@ from lcpcli.report.numbers import finite
 Timing = Callable[[Callable[[bool], Answer], float, float], tuple[Answer, list[float]]]
 
 
-def start(asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], options: Settings) -> Record:
+def start(
+    asked: Sequence[str],
+    methods: Sequence[str],
+    wanted: Sequence[str],
+    options: Settings,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Record:
     """An empty record; wanted peers are selected as by `peers.select`. Files are read once, so that errors in them are
-    reported before any measurement."""
-    cases = suites.cases_of(asked)
-    _refuse_unreadable(cases)
+    reported before any measurement; `tell` is as for `suites.cases_of`."""
+    cases = suites.cases_of(asked, tell)
     chosen = peers.select(wanted)
     missing = [name for name in chosen if peers.load(name).version() is None]
     present = [name for name in chosen if name not in missing]
@@ -40,16 +45,12 @@ def start(asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], o
     )
 
 
-def _refuse_unreadable(cases: Iterable[Case]) -> None:
-    for case in cases:
-        if case.file:
-            suites.problem_of(case)
-
-
 def refuse_elsewhere(record: Record) -> None:
     """Raise OptionError if the rest cannot be measured on the same machine with the same versions, or ProblemError if
     its files can no longer be read."""
-    _refuse_unreadable(case for case, _ in record.pending())
+    for case, _ in record.pending():
+        if case.file:
+            suites.problem_of(case)
     here = {**asdict(environment.machine()), **environment.versions(record.peers)}
     then = {**asdict(record.machine), **record.versions}
     for name in here | then:

@@ -6,8 +6,8 @@ Nothing heavy is imported, so that the suites can be listed in help.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,7 @@ class Case:
 
     name : unique within a bench.
     family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file.
-    file : the path of its file; "" for a problem of the gallery.
+    file, q_file : the path of its file, and of that of q if it is separate; "" for a problem of the gallery.
     """
 
     name: str
@@ -32,6 +32,7 @@ class Case:
     seed: int = 0
     parameters: dict[str, bool | int | float | str] = field(default_factory=dict)
     file: str = ""
+    q_file: str = ""
 
 
 @dataclass(frozen=True)
@@ -153,17 +154,38 @@ SUITES = {
 ALL = "all"
 
 
-def cases_of(asked: Sequence[str]) -> list[Case]:
-    """The cases of suites and files, each once. Raises OptionError for a name that is neither."""
-    cases: list[Case] = []
-    for name in asked:
+def cases_of(asked: Sequence[str], tell: Callable[[str], None] = lambda _: None) -> list[Case]:
+    """The cases of suites and files, each once; a file that holds M alone is followed by that of q.
+
+    tell : called with what is wrong with the known solutions in a file.
+
+    Raises OptionError for a name that is neither, ProblemError for a file that cannot be read.
+    """
+    cases, left = list[Case](), asked
+    while left:
+        name, used = left[0], 1
         if name == ALL:
             cases += [each for suite in SUITES.values() for each in suite.cases]
         elif name in SUITES:
             cases += SUITES[name].cases
         else:
-            cases.append(Case(_name_of(name, asked), file=_existing(name)))
+            files = _files(left, tell)
+            used = len(files)
+            cases.append(Case(" ".join(_name_of(path, asked) for path in files), file=name, q_file="".join(files[1:])))
+        left = left[used:]
     return list({each.name: each for each in cases}.values())
+
+
+def _files(asked: Sequence[str], tell: Callable[[str], None]) -> Sequence[str]:
+    """The files of the problem in the first one; all are read."""
+    from lcpcli.files import reading
+    from lcpcli.verify.known import without_wrong_solutions
+
+    _existing(asked[0])
+    problem, files = reading.read_next(asked)
+    for fault in without_wrong_solutions(problem)[1]:
+        tell(f"{asked[0]}: {fault}")
+    return files
 
 
 def budget_of(asked: Sequence[str]) -> float:
@@ -172,28 +194,36 @@ def budget_of(asked: Sequence[str]) -> float:
 
 
 def problem_of(case: Case) -> Problem:
-    """The problem of a case, with its known solutions or verdict."""
+    """The problem of a case, with its verdict or those of its known solutions that are not wrong."""
     if case.file:
         from lcpcli.files import reading
+        from lcpcli.verify.known import without_wrong_solutions
 
-        return reading.read(case.file)
+        return without_wrong_solutions(reading.read(case.file, case.q_file or None))[0]
     from lcpcli.gallery import families as gallery
 
     return gallery.make(case.family, case.n, case.seed, **case.parameters)
 
 
 def prepare(case: Case) -> Problem:
-    """The problem of a case with a reference for errors: a solution is computed if none is known."""
+    """The problem of a case with a reference for errors: a solution is computed if none is known.
+
+    The verdict in a file is not believed if there is a solution.
+    """
     from lcpcli.solving.reference import with_reference
 
-    return with_reference(problem_of(case))
+    problem = problem_of(case)
+    if case.file and problem.verdict:
+        referred = with_reference(replace(problem, verdict=""))
+        return referred if referred.solutions else problem
+    return with_reference(problem)
 
 
-def _existing(path: str) -> str:
+def _existing(path: str) -> None:
     if path == "-":
         raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
     if os.path.lexists(path) or os.sep in path or Path(path).suffix:  # reading the file reports what is wrong with it
-        return path
+        return
     known = (*SUITES, ALL)
     hint = likely(path, known, f"choose one of {', '.join(known)}, or name a file")
     raise OptionError(path, "is neither a suite nor a file", hint)

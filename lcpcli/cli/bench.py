@@ -49,9 +49,9 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "suite",
     {
         "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
-        "FILE": "A problem, as for lcp compare, but not standard input.",
+        "FILE [Q_FILE]": "A problem, as for lcp compare, but not standard input.",
     },
-    metavar="[SUITE|FILE]...",
+    metavar="[SUITE|FILE [Q_FILE]]...",
     nargs=-1,
     shell_complete=candidates.one_of(MEANINGS, candidates.PROBLEMS),
 )

@@ -16,6 +16,7 @@ from lcpcli.bench import suites
 from lcpcli.bench.record import Record, Settings
 from lcpcli.bench.report import plot
 from lcpcli.bench.report.render import render
+from lcpcli.cli import problems
 from lcpcli.cli.exit_codes import INTERRUPTED
 from lcpcli.cli.options import chosen_variants
 from lcpcli.cli.output import emit, form_of, terminal
@@ -84,7 +85,8 @@ def _start(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit
             numbers[name] = defaults.get(name, next(option.default for option in MEASURING if option.name == name))
     settings = Settings(**{name: float(value) for name, value in numbers.items()})
     names = [str(variant) for variant in chosen_variants(given, methods)]
-    return benching.start(asked, names, given["peers"], settings)
+    tell = (lambda _: None) if given["quiet"] else problems.tell
+    return benching.start(asked, names, given["peers"], settings, tell)
 
 
 def _resume(given: dict[str, Any]) -> Record:
@@ -102,7 +104,7 @@ def _resume(given: dict[str, Any]) -> Record:
 
 def _refuse_overwriting(record: Record, paths: Sequence[str]) -> None:
     for path in paths:
-        if any(case.file and same_file(path, case.file) for case in record.cases):
+        if any(file and same_file(path, file) for case in record.cases for file in (case.file, case.q_file)):
             raise OptionError(path, "holds a problem", "choose another file for the output")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.cli import candidates, output, session, threads
+from lcpcli.cli import candidates, output, problems, session, threads
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric
 from lcpcli.errors import OptionError
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     "paths",
     {
         "FILE [Q_FILE]": "As for lcp solve.",
-        "SOLUTION": "A result of lcp solve in JSON (the first of several), or z as a list in JSON, as a row or column "
+        "SOLUTION": "A result of lcp solve in JSON or CSV (the first of several), or z as a list in JSON, as a row or column "
         "of numbers, or as numbers here: 1,0,15/29; fractions are allowed. Of a result with fractions, these are "
         "verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof. - is standard input.",
     },
@@ -67,8 +67,8 @@ def _verification(problem_paths: tuple[str, ...], solution: str, tol: float | No
     from lcpcli.verify import verification
 
     options.check((TOL,), {"tol": tol})
-    data = reading.read_exact(*problem_paths) if exact else None
-    problem = data.problem if data else reading.read(*problem_paths)
+    data = problems.read_exact(problem_paths) if exact else None
+    problem = data.problem if data else problems.read(problem_paths)
     answer = reading.read_candidate(solution, problem.n)
     if answer.kind == "farkas":
         if tol is not None:

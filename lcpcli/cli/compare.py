@@ -35,8 +35,11 @@ AS_PUBLISHED = ("fixed-point", "shi")
 @argument(
     "Problem",
     "files",
-    {"FILE": "As for lcp solve, with M and q in one file; - is standard input.  [default: the paper's two examples]"},
-    metavar="[FILE]...",
+    {
+        "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by that of q.  "
+        "[default: the paper's two examples]"
+    },
+    metavar="[FILE [Q_FILE]]...",
     nargs=-1,
     shell_complete=candidates.files(*candidates.PROBLEMS),
 )
@@ -46,4 +49,4 @@ AS_PUBLISHED = ("fixed-point", "shi")
 def compare(files: tuple[str, ...], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
     paths = files or tuple(shipped.path(name) for name in shipped.PAPER_EXAMPLES)
-    return session.run([(path, None) for path in paths], chosen_variants(given, AS_PUBLISHED), given, levels=LEVELS)
+    return session.run(paths, chosen_variants(given, AS_PUBLISHED), given, levels=LEVELS)

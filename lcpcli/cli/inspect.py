@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lcpcli import options
-from lcpcli.cli import threads
+from lcpcli.cli import problems, threads
 from lcpcli.cli.command import Command, option
 from lcpcli.cli.options import format_option, output_file, problem_file
 from lcpcli.cli.output import emit, form_of, terminal
@@ -40,19 +40,20 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 @output_file()
 def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
-    threads.settle((file, q_file))
+    files = [file] if q_file is None else [file, q_file]
+    threads.settle(files)
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
     output = None if output == "-" else output
     form = form or form_of(output, SUFFIXES)
-    refuse_clashes([name for name in (file, q_file) if name], {"--output": output})
-    from lcpcli.files import atomic_write, reading
+    refuse_clashes(files, {"--output": output})
+    from lcpcli.files import atomic_write
 
     if output is not None:
         atomic_write.refuse_unwritable(output)
     from lcpcli.diagnosis import inspection
     from lcpcli.report import inspection_json, inspection_text
 
-    found = inspection.inspect(reading.read(file, q_file), time_limit)
+    found = inspection.inspect(problems.read(files), time_limit)
     width = None if output else terminal()[0]
     text = inspection_json.render(found) if form == "json" else inspection_text.render(found, width)
     if output is None:

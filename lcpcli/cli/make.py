@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli import candidates, session, threads
+from lcpcli.cli import candidates, problems, session, threads
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import output_file
+from lcpcli.cli.options import problem_output
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import OptionError, quoted
+from lcpcli.files.formats import COMPLETE
 from lcpcli.gallery import families as gallery
 
 if TYPE_CHECKING:
@@ -32,10 +32,10 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
         "lcp make harker-pang -n 50 --seed 3 --set symmetric=true -o problem.npz",
     ),
     exits={0: "written", 2: "usage error (one-line message)"},
-    epilog="The same arguments give the same problem. JSON and NPZ also hold its known solutions and, for a program or "
-    "a game, what lcp solve needs to report the minimizer or the equilibrium. A program has the keys Q and c, and "
-    "optionally A, b and free (indices of free variables, from 0); a game A and B, and optionally rows and columns "
-    "(names).",
+    epilog=f"The same arguments give the same problem. {', '.join(COMPLETE)} also hold its known solutions and, for a "
+    "program or a game, what lcp solve needs to report the minimizer or the equilibrium. A program has the keys Q and "
+    "c, and optionally A, b and free (indices of free variables, from 0); a game A and B, and optionally rows and "
+    "columns (names).",
 )
 @argument(
     "Family",
@@ -69,7 +69,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     shell_complete=candidates.files(),
     help="The payoffs A and B of two players, in JSON.",
 )
-@output_file("Write to a .json, .npz, .csv or .mtx file, completely or not at all.  [default: JSON to standard output]")
+@problem_output
 def make(
     family: str | None,
     n: int | None,
@@ -92,14 +92,14 @@ def make(
         if source is not None:
             _refuse_beside(name, **given, **{other: file for other, file in sources.items() if other != name})
             session.refuse_clashes([source], {"--output": output})
-            _write(partial(_converted, name, source), output)
+            problems.write(partial(_converted, name, source), output)
             return 0
     if family is None:
         raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
     parameters = _parameters(family, settings)
     if seed is not None and not gallery.is_random(family):
         raise OptionError("--seed", f"has no effect on {family}, which has no random entries", "leave it out")
-    _write(partial(gallery.make, family, n, seed or 0, **parameters), output)
+    problems.write(partial(gallery.make, family, n, seed or 0, **parameters), output)
     return 0
 
 
@@ -107,19 +107,6 @@ def _converted(option: str, source: str) -> Problem:
     from lcpcli.files import reading
 
     return reading.read_converted(option.removeprefix("--from-"), source)
-
-
-def _write(made: Callable[[], Problem], output: str | None) -> None:
-    from lcpcli.files import atomic_write, json_format, writing
-
-    if output is not None:
-        writing.ending_of(output)
-        atomic_write.refuse_unwritable(output)
-    problem = made()
-    if output is None:
-        emit(json_format.render(problem)[""].decode(), color=False)
-    else:
-        writing.write(problem, output)
 
 
 def _show_list() -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
@@ -14,6 +14,7 @@ from lcpcli.cli import candidates
 from lcpcli.cli.command import SWEEP, Choice, argument, option
 from lcpcli.cli.output import ITERATES
 from lcpcli.errors import OptionError
+from lcpcli.files.formats import FORMATS as suffixes
 from lcpcli.methods import variants
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, meanings, parameters_of
 from lcpcli.methods.variants import Variant
@@ -88,7 +89,8 @@ def problem_file(command: Command) -> Command:
     """Declare the problem of a command that takes one: its file, and that of q if it is separate."""
     complete = candidates.files(*candidates.PROBLEMS)
     file = {
-        "FILE": "M and q as JSON, NPZ or CSV with the columns [M | q], or M alone, also as .mtx; - is standard input."
+        "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; or M alone, also as .mtx or .npy. - "
+        "is standard input."
     }
     q_file = {"Q_FILE": "q, if FILE contains M alone; the formats may differ."}
     command = argument("Problem", "q_file", q_file, required=False, shell_complete=complete)(command)
@@ -170,6 +172,12 @@ def output_file(
         shell_complete=candidates.files(),
         help=meaning,
     )
+
+
+def problem_output(command: Command) -> Command:
+    """Declare -o of a command that writes a problem."""
+    meaning = f"Write to this file, in the format of its suffix: {', '.join(suffixes)}."
+    return cast(Command, output_file(f"{meaning}  [default: JSON to standard output]")(command))
 
 
 def _additions() -> list[Declaration]:
@@ -265,16 +273,9 @@ def _default(value: float) -> str:
 
 
 def _vector(name: str, given: str, n: int) -> Vector:
-    from lcpcli.files.reading import read_start
-    from lcpcli.model.arrays import as_vector
+    from lcpcli.files import reading, typed
 
-    if given and os.path.exists(given):  # noqa: PTH110 (Path.exists raises an error for a long text)
-        return read_start(flag(name), given, n, as_x=name != "z0")
-    try:
-        if "_" in given:
-            raise ValueError
-        numbers = [float(number) for number in given.split(",")]
-    except ValueError:
+    if typed.numbers(given) is None and not (given and os.path.exists(given)):  # noqa: PTH110 (Path.exists raises an error for a long text)
         fault = f"{given!r} is neither a file nor numbers"
-        raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file") from None
-    return as_vector(flag(name), numbers, n)
+        raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
+    return reading.read_start(flag(name), given, n, as_x=name != "z0")

@@ -30,4 +30,4 @@ def lcp(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-lcp.commands = Commands(("solve", "compare", "bench", "check", "inspect", "make", "completion", "help"))
+lcp.commands = Commands(("solve", "compare", "bench", "check", "inspect", "make", "convert", "completion", "help"))

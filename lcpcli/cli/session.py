@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
+from lcpcli.cli import problems as problems_in
 from lcpcli.cli import threads
 from lcpcli.cli.exit_codes import INTERRUPTED
 from lcpcli.cli.options import for_methods, limits
@@ -26,11 +27,10 @@ if TYPE_CHECKING:
 
 OF_OUTPUT = ("form", "trace", "every", "output", "quiet", "bound")
 BRIEF, REPEATS = 0.02, 3  # shorter runs, in seconds, are timed as the fastest of that many: a first one is slow
-Paths = Sequence[tuple[str, str | None]]
 
 
 def run(
-    paths: Paths,
+    files: Sequence[str],
     variants: Sequence[Variant],
     given: dict[str, Any],
     *,
@@ -39,11 +39,12 @@ def run(
 ) -> int:
     """Run the methods on each of the problems, given by their files; show the results; return the worst exit code.
 
+    files : of one problem; with levels, of several.
     levels : relative errors whose first attainment is recorded; with them, and for figures, a problem without a known
         solution is solved beforehand to provide the reference for errors.
     exact : prove each result in rational arithmetic.
     """
-    threads.settle((name for pair in paths for name in pair), given["threads"])
+    threads.settle(files, given["threads"])
     output = Output(exact=exact, compared=bool(levels), **{name: given[name] for name in OF_OUTPUT})
     plot = Plot(given["plot"], levels)
     options.check((options.WARM,), given)
@@ -51,9 +52,9 @@ def run(
         from lcpcli.rational.linear import require
 
         require()
-    _refuse_amiss(paths, output, plot)
+    _refuse_amiss(files, output, plot)
     bounds = limits(given)
-    problems, data = _read(paths, exact)
+    problems, data = _read(files, exact, bool(levels), given["quiet"])
     chosen = [for_methods(given, variants, problem) for problem in problems]
     if levels or plot.path is not None:
         problems = [_referred(problem, bounds) for problem in problems]
@@ -98,23 +99,23 @@ def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
     return [verified(result) if compared else result for result in concluded(results)]
 
 
-def _refuse_amiss(paths: Paths, output: Output, plot: Plot) -> None:
+def _refuse_amiss(files: Sequence[str], output: Output, plot: Plot) -> None:
     """Refuse conflicting inputs and outputs."""
-    refuse_clashes(
-        [name for pair in paths for name in pair if name],
-        {"--output": output.path, "--trace": output.trace_path, "--plot": plot.path},
-    )
+    written = {"--output": output.path, "--trace": output.trace_path, "--plot": plot.path}
+    refuse_clashes(files, written)
     if plot.path == HERE and output.path is None and output.form != "table":
         form = {"markdown": "Markdown", "latex": "LaTeX"}.get(output.form, output.form.upper())
         raise OptionError("--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o")
 
 
-def _read(paths: Paths, exact: bool) -> tuple[list[Problem], list[ExactProblem]]:
-    """The problems in the files and, for exact arithmetic, the same in rational numbers."""
-    from lcpcli.files import reading
-
-    data = [reading.read_exact(*path) for path in paths] if exact else []
-    return [known.problem for known in data] or [reading.read(*path) for path in paths], data
+def _read(files: Sequence[str], exact: bool, several: bool, quiet: bool) -> tuple[list[Problem], list[ExactProblem]]:
+    """The problem in the files, or several; and, for exact arithmetic, the same in rational numbers."""
+    if several:
+        return problems_in.read_each(files, quiet), []
+    if not exact:
+        return [problems_in.read(files, quiet)], []
+    data = problems_in.read_exact(files, quiet)
+    return [data.problem], [data]
 
 
 def _write_trace(results: Sequence[Sequence[Result]], path: str | None) -> None:

@@ -41,4 +41,4 @@ from lcpcli.methods.variants import Variant
 @solving
 def solve(file: str, q_file: str | None, method: Variant, exact: bool, **given: Any) -> int:
     """Solve the problem in FILE, or prove that it has no solution."""
-    return session.run([(file, q_file)], [method], given, exact=exact)
+    return session.run([file] if q_file is None else [file, q_file], [method], given, exact=exact)

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 import os
 
 from lcpcli.errors import ProblemError
+
+
+def without_mark(content: bytes) -> bytes:
+    """The content without a byte order mark, and in UTF-8 if the mark is that of UTF-16, as of Excel's Unicode text."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        try:
+            return content.decode("utf-16").encode()
+        except UnicodeError:
+            return content
+    return content.removeprefix(codecs.BOM_UTF8)
 
 
 def decode(content: bytes) -> str:

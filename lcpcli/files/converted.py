@@ -11,7 +11,7 @@ from typing import Any
 from lcpcli.errors import ProblemError, kind
 from lcpcli.files.content import decode
 from lcpcli.files.json_format import load
-from lcpcli.files.keys import refuse_unknown
+from lcpcli.files.keys import THREE_PLAYERS, refuse_unknown
 from lcpcli.model.from_game import from_game
 from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem
@@ -26,7 +26,15 @@ def qp(content: bytes) -> Problem:
 
 def game(content: bytes) -> Problem:
     """The LCP of the game in a JSON text, or a ProblemError that names the field or the line and column."""
-    return from_game(**_held(content, "a game", ("A", "B"), ("rows", "columns")))
+    held = _held(content, "a game", ("A", "B"), ("rows", "columns"))
+    if any(_depth(held[key]) > 2 for key in ("A", "B")):
+        raise ProblemError("", *THREE_PLAYERS)
+    return from_game(**held)
+
+
+def _depth(payoffs: Any) -> int:
+    """How many lists are nested: one per player."""
+    return 1 + _depth(payoffs[0]) if isinstance(payoffs, list) and payoffs else 0
 
 
 def _held(content: bytes, whole: str, needed: tuple[str, ...], optional: tuple[str, ...]) -> dict[str, Any]:

@@ -1,8 +1,9 @@
 """Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q.
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
-of names, blank lines, lines that begin with # and a byte order mark are skipped; any line endings are accepted. The
-decimal mark is a point.
+of names, blank lines, lines that begin with # and a byte order mark are skipped; any line endings are accepted. A
+header whose first name is empty, as pandas writes it, marks the first column as an index, which is skipped too. The
+decimal mark is a point or, where commas do not separate the columns, a comma.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, quoted
+from lcpcli.errors import ProblemError, count, misread, quoted
 from lcpcli.files.content import decode
 from lcpcli.linalg import matrices
 from lcpcli.model.arrays import as_vector
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
+NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
 def parse(content: bytes) -> Problem | Matrix:
@@ -41,7 +43,7 @@ def parse(content: bytes) -> Problem | Matrix:
         raise ProblemError(
             "",
             f"has {count(n, 'row')} of {count(columns, 'column')}",
-            "give n rows of n + 1 columns (M and q) or of n columns (M alone)",
+            _numbering(table) or "give n rows of n + 1 columns (M and q) or of n columns (M alone)",
         )
     return Problem(np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n]))
 
@@ -50,7 +52,8 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     """A vector of length n, any length if None, from a text of one row or one column."""
     rows = _rows(decode(content))
     if len(rows) > 1 and len(rows[0]) > 1:
-        raise ProblemError(field, f"has {len(rows)} rows and {len(rows[0])} columns", "give one row or one column")
+        shape = f"has {len(rows)} rows and {len(rows[0])} columns"
+        raise ProblemError(field, shape, _numbering(np.array(rows)) or "give one row or one column")
     return as_vector(field, [x for row in rows for x in row], n)
 
 
@@ -85,13 +88,16 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
         raise ProblemError("", "contains no numbers", "give one row per line")
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
     first = _fields(*lines[0], delimiter)
-    if not any(is_number(entry) or NUMERIC.match(entry) for entry in first):
+    indexed = _heads_an_index(first)
+    if indexed or not any(is_number(entry) or NUMERIC.match(entry) for entry in first):
         _refuse_misplaced_q(lines[0][0], first)
         del lines[0]
+    commas = delimiter != "," and any("," in line for _, line in lines)
     rows = [
         [
-            number_of(_numeric(entry, number, i, delimiter))
+            number_of(_numeric(entry, number, i, commas))
             for i, entry in enumerate(_fields(number, line, delimiter), 1)
+            if i > indexed
         ]
         for number, line in lines
     ]
@@ -105,6 +111,23 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
     if not rows:
         raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
     return rows
+
+
+def _heads_an_index(header: list[str]) -> bool:
+    """Whether the first line is a header, as pandas writes it, whose first column is an index: it has no name, and the
+    others have names or are numbered from 0."""
+    first, *others = (name.strip() for name in header)
+    return not first and bool(others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
+
+
+def _numbering(table: Any) -> str:
+    """The hint for a table whose first column or row only numbers the others, from 0; "" for any other."""
+    rows, columns = table.shape
+    if columns > 1 and np.array_equal(table[:, 0], np.arange(rows)):
+        return "is the first column an index? save it with index=False"
+    if rows > 1 and np.array_equal(table[0], np.arange(columns)):
+        return "does the first row number the columns? save it with header=False"
+    return ""
 
 
 def _refuse_misplaced_q(line: int, header: list[str]) -> None:
@@ -132,15 +155,21 @@ def is_number(entry: str) -> bool:
     return "_" not in entry
 
 
-def _numeric(entry: str, line: int, column: int, delimiter: str | None) -> str:
-    """The entry, checked to be a finite number."""
-    if is_number(entry) and math.isfinite(float(entry)):
-        return entry
+def _numeric(entry: str, line: int, column: int, commas: bool) -> str:
+    """The entry, checked to be a finite number, with a decimal point.
+
+    commas : whether the decimal mark of the file is a comma.
+    """
+    number = entry.replace(",", ".", 1) if commas else entry
+    mixed = commas and "." in entry
+    if is_number(number) and math.isfinite(float(number)) and not mixed:
+        return number
     place = f"line {line}, column {column}"
     if not entry.strip():
         raise ProblemError(place, "is empty", "give a number")
-    if delimiter != "," and "," in entry and is_number(entry.replace(",", ".", 1)):
-        raise ProblemError(place, f"is {quoted(entry)}, with a decimal comma", "use a decimal point")
-    if is_number(entry):
+    if mixed:
+        hint = "use one decimal mark and no thousands separators"
+        raise ProblemError(place, f"is {quoted(entry)} in a file with decimal commas", hint)
+    if is_number(number):
         raise ProblemError(place, f"is {quoted(entry.strip())}", "give a finite number in double precision")
-    raise ProblemError(place, f"is {quoted(entry)}, not a number", "give a number")
+    raise ProblemError(place, *misread(entry, f"is {quoted(entry)}, not a number"))

@@ -12,7 +12,15 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import Rows
     from lcpcli.typing import Matrix, Vector
 
-FORMATS = {".json": "json", ".csv": "csv", ".mtx": "matrix_market", ".npz": "npz"}  # the module that reads it
+FORMATS = {  # the module that reads and writes it
+    ".json": "json",
+    ".csv": "csv",
+    ".mtx": "matrix_market",
+    ".npz": "npz",
+    ".npy": "npy",
+    ".mat": "mat",
+}
+COMPLETE = (".json", ".npz", ".mat")  # those that keep all that a problem holds, and not only M and q
 COMPRESSED = ".mtx.gz"  # read as .mtx
 
 

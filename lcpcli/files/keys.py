@@ -13,6 +13,8 @@ CONVERTED = {
     "a quadratic program": ({"Q", "c"}, "--from-qp"),
     "a game of two players": ({"A", "B"}, "--from-game"),
 }
+NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
+THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
 OTHER_NAMES = {
     "matrix": "M",
     "a": "M",
@@ -26,8 +28,13 @@ OTHER_NAMES = {
 
 def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem") -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely meant."""
-    if known == KEYS:
-        for what, (keys, option) in CONVERTED.items():
-            if keys <= set(given) and "M" not in given:
+    keys = set(given)
+    if {"A", "B", "C"} <= keys:
+        raise ProblemError("", *THREE_PLAYERS)
+    if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
+        raise ProblemError("", "is a nonlinear problem", "lcp solves linear ones, w = Mz + q: give M and q")
+    if known == KEYS and "M" not in keys:
+        for what, (needed, option) in CONVERTED.items():
+            if needed <= keys:
                 raise ProblemError("", f"is {what}, not a problem", f"convert it with lcp make {option}")
     errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})

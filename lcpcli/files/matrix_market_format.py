@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.errors import REAL as REAL_ONLY
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.content import refuse_beyond_memory
 from lcpcli.linalg.matrices import is_sparse
@@ -183,6 +184,8 @@ def _header(content: bytes) -> _Header:
     words = [word.lower() for word in banner]
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
         raise ProblemError("line 1", "is not a Matrix Market header", f"begin with {BANNER}")
+    if "complex" in words:
+        raise ProblemError("line 1", "is the header of a complex matrix", REAL_ONLY)
     for word, choices in zip(words[2:], CHOICES, strict=True):
         if word not in choices:
             raise ProblemError("line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-import codecs
 import os
-import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.formats import COMPRESSED, FORMATS, Format, load
+from lcpcli.files.content import without_mark
+from lcpcli.files.formats import Format, load
+from lcpcli.files.recognition import form_of, uncompressed
 from lcpcli.model.modulus import x_of
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from lcpcli.files.candidate import Candidate
@@ -25,16 +25,15 @@ if TYPE_CHECKING:
 STANDARD_INPUT = "-"
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
 
-NUMBERS = re.compile(r"(?=.*\d)[-+\d.eE/]+([,; ]+[-+\d.eE/]+)*")
 T = TypeVar("T")
+Fetch = Callable[[str, str], bytes]
 
 
 def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None) -> Problem:
     """The problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
 
-    The format is given by the suffix of the name (.mtx.gz is compressed .mtx). With other suffixes and .csv, a text
-    that opens with a brace or a bracket is JSON, everything else CSV. Raises ProblemError, which says where (file,
-    field or line), what is wrong, and how to fix it.
+    The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. Raises
+    ProblemError, which says where (file, field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")
@@ -55,8 +54,9 @@ def read_converted(kind: str, path: str) -> Problem:
     from lcpcli.files import converted
 
     content = _read(path, "give a program or a game as a JSON object")
+    _blaming(path, lambda: form_of(path, content))
     problem = _blaming(path, lambda: converted.KINDS[kind](content))
-    return problem if problem.name else replace(problem, name=_name(path))
+    return problem if problem.name else replace(problem, name=name_of(path))
 
 
 def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
@@ -77,32 +77,57 @@ def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
     return ExactProblem(problem, M, q)
 
 
-def _problem(path: str, q_path: str | None, fetch: Callable[[str, str], bytes]) -> Problem:
+def read_next(paths: Sequence[str]) -> tuple[Problem, Sequence[str]]:
+    """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is in.
+
+    Raises ProblemError as `read` does.
+    """
+    held = _held(paths[0], _read)
+    used = paths[: 1 if isinstance(held, Problem) else 2]
+    return _completed(held, paths[0], used[1] if len(used) > 1 else None, _read), used
+
+
+def _problem(path: str, q_path: str | None, fetch: Fetch) -> Problem:
+    return _completed(_held(path, fetch), path, q_path, fetch)
+
+
+def _held(path: str, fetch: Fetch) -> Problem | Matrix:
+    """The problem in a file, or M alone."""
     content = fetch(path, WHOLE)
-    held = _blaming(path, lambda: _format(path, content).parse(content))
+    return _blaming(path, lambda: _format(path, content).parse(content))
+
+
+def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fetch) -> Problem:
+    """What a file holds, with q from the other file if that is M alone."""
     if isinstance(held, Problem):
         if q_path is not None:
-            raise ProblemError(q_path, f"is not needed: {_place(path)} contains M and q", "leave it out")
+            raise ProblemError(q_path, f"is not needed: {place(path)} contains M and q", "leave it out")
         problem = held
     else:
         if q_path is None:
             shape = " x ".join(map(str, held.shape))
-            raise ProblemError(_place(path), f"contains M, {shape}, but no q", "add q to it, or name a file for q")
+            raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
         line = fetch(q_path, LINE)
         q = _blaming(q_path, lambda: _format(q_path, line).parse_vector("q", line))
         problem = _blaming(path, lambda: Problem(held, q))
-    return problem if problem.name else replace(problem, name=_name(path))
+    return problem if problem.name else replace(problem, name=name_of(path))
 
 
 def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
     """A starting point of length n, x or else z, from a file with it or a result that `lcp solve -o` wrote.
 
+    path : a file, or the numbers themselves, as in `typed`.
+
     A result gives its final iterate; of several results the first is taken.
     """
-    content = _read(path, LINE)
-    from lcpcli.files import csv_answer, csv_format, json_format
+    from lcpcli.files import csv_answer, csv_format, json_format, typed
     from lcpcli.model.arrays import as_vector
     from lcpcli.rational.numbers import rounded
+
+    numbers = typed.numbers(path)
+    if numbers is not None:
+        return typed.vector(field, numbers, n)
+    content = _read(path, LINE)
 
     def parse() -> Vector:
         form = _format(path, content)
@@ -124,16 +149,16 @@ def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
 def read_candidate(path: str, n: int) -> Candidate:
     """A proposed solution of n entries, from a result or a vector in any format, fractions allowed.
 
-    path : a file, or the numbers themselves: "1.5,0,15/29".
+    path : a file, or the numbers themselves, as in `typed`.
     """
-    from lcpcli.files import candidate, csv_format, json_format
+    from lcpcli.files import candidate, csv_format, json_format, typed
     from lcpcli.rational.problem import fractions_of
 
-    given = NUMBERS.fullmatch(path) and not os.path.lexists(path)
-    content = path.encode() if given else _read(path, LINE)
+    numbers = typed.numbers(path)
+    content = _read(path, LINE) if numbers is None else " ".join(numbers).encode()
 
     def parse() -> Candidate:
-        form = _format(path, content)
+        form = csv_format if numbers else _format(path, content)
         if form is json_format:
             return candidate.of_json(content, n)
         if form is csv_format:
@@ -144,17 +169,12 @@ def read_candidate(path: str, n: int) -> Candidate:
 
 
 def _format(path: str, content: bytes) -> Format:
-    name = FORMATS.get(Path(_uncompressed(path)).suffix.casefold(), "csv")
-    return load("json" if name == "csv" and content.lstrip()[:1] in (b"{", b"[") else name)
+    return load(form_of(path, content))
 
 
-def _uncompressed(path: str) -> str:
-    return path[:-3] if path.casefold().endswith(COMPRESSED) else path
-
-
-def _name(path: str) -> str:
+def name_of(path: str) -> str:
     """The name of a problem that has none of its own, from its file."""
-    return _place(path) if path == STANDARD_INPUT else Path(_uncompressed(path)).stem
+    return place(path) if path == STANDARD_INPUT else Path(uncompressed(path)).stem
 
 
 def _blaming(path: str, parse: Callable[[], T]) -> T:
@@ -162,27 +182,27 @@ def _blaming(path: str, parse: Callable[[], T]) -> T:
     try:
         return parse()
     except ProblemError as error:
-        raise error.inside(_place(path)) from None
+        raise error.inside(place(path)) from None
 
 
-def _place(path: str) -> str:
-    """The name of a path in messages."""
+def place(path: str) -> str:
+    """The name of a file in messages."""
     return "standard input" if path == STANDARD_INPUT else path
 
 
 def _read(path: str, expected: str) -> bytes:
     """The content of a file, without a byte order mark; `expected` is the hint for an empty one."""
-    place = _place(path)
+    name = place(path)
     try:
-        content = _read_bytes(path).removeprefix(codecs.BOM_UTF8)
+        content = without_mark(_read_bytes(path))
     except FileNotFoundError:
-        raise ProblemError(place, "no such file", _likely_file(path)) from None
+        raise ProblemError(name, "no such file", _likely_file(path)) from None
     except IsADirectoryError:
-        raise ProblemError(place, "is a directory", "name a file in it") from None
+        raise ProblemError(name, "is a directory", "name a file in it") from None
     except OSError as error:
-        raise ProblemError(place, f"cannot be read ({error.strerror})", "make it readable") from None
+        raise ProblemError(name, f"cannot be read ({error.strerror})", "make it readable") from None
     if not content or content.isspace():
-        raise ProblemError(place, "is empty", expected)
+        raise ProblemError(name, "is empty", expected)
     return content
 
 
@@ -192,7 +212,7 @@ def _read_bytes(path: str) -> bytes:
     if path != STANDARD_INPUT:
         return Path(path).read_bytes()
     if sys.stdin is None:
-        raise ProblemError(_place(path), "is closed", "name a file")
+        raise ProblemError(place(path), "is closed", "name a file")
     return sys.stdin.buffer.read()
 
 

@@ -14,7 +14,8 @@ from lcpcli.model.problem import Problem
 def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     """Write a problem in the format given by the suffix of the file, completely or not at all.
 
-    JSON and NPZ keep everything. CSV and Matrix Market keep only M and q; p.mtx is M, and q is p.q.mtx beside it.
+    .json, .npz and .mat keep everything, the others only M and q; p.mtx or p.npy is M, with q beside it in p.q.mtx or
+    p.q.npy.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
 
     >>> from lcpcli import Problem, read, write

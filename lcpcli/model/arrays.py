@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, kind
+from lcpcli.errors import REAL, ProblemError, count, kind, misread
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
@@ -75,8 +75,7 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
 
 
 def _as_sparse(field: str, M: Any) -> Matrix:
-    if M.dtype.kind not in "fiu":
-        raise ProblemError(field, f"contains {M.dtype.name} values", "give real numbers")
+    _refuse_other_types(field, M)
     from scipy.sparse import csr_array
 
     compressed = csr_array(M, dtype=np.float64)
@@ -91,8 +90,8 @@ def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> 
         return np.asarray(values)
     if not isinstance(values, (list, tuple, np.ndarray)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
-    if isinstance(values, np.ndarray) and values.dtype.kind not in "fiu":
-        raise ProblemError(field, f"contains {values.dtype.name} values", "give real numbers")
+    if isinstance(values, np.ndarray):
+        _refuse_other_types(field, values)
     try:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
@@ -100,6 +99,14 @@ def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> 
         raise ProblemError(
             field, "contains an integer beyond the range of double precision", "scale the problem"
         ) from None
+
+
+def _refuse_other_types(field: str, values: Any) -> None:
+    """Refuse an array, dense or sparse, of a type other than real numbers."""
+    if values.dtype.kind == "c":
+        raise ProblemError(field, f"is complex ({values.dtype.name})", REAL)
+    if values.dtype.kind not in "fiu":
+        raise ProblemError(field, f"contains {values.dtype.name} values", "give real numbers")
 
 
 def _refuse_other_than_rows(field: str, rows: Sequence[Any]) -> None:
@@ -117,7 +124,9 @@ def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
         return
     for i, v in enumerate(values):
         if isinstance(v, (bool, np.bool_)) or not isinstance(v, (int, float, np.integer, np.floating)):
-            raise ProblemError(f"{field}[{i}]", f"is {kind(v)}", f"give a number {FROM_0}")
+            text = str(v) if isinstance(v, (str, complex)) else ""
+            fault, hint = misread(text, f"is {kind(v)}")
+            raise ProblemError(f"{field}[{i}]", fault, f"{hint} {FROM_0}")
 
 
 def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.report import advice, answers, numbers, outcome, provenance, summary
 from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
@@ -82,11 +82,19 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     head = "" if compared else outcome.verdict(results[0])
     facts = [] if compared else outcome.facts(results[0], width, whole)
     elided = components is not None if compared else ELLIPSIS in "".join(facts)
-    remarks = _remarks(results, compared, elided)
+    disproof = _disproof(results)
+    title = _title(replace(problem, verdict="") if disproof else problem)
+    remarks = [*disproof, *_remarks(results, compared, elided)]
     made_by = provenance.line(results)
-    return IterationTable(
-        _title(problem), header, groups, *lines, summary.leaders(results), head, facts, remarks, made_by
-    )
+    return IterationTable(title, header, groups, *lines, summary.leaders(results), head, facts, remarks, made_by)
+
+
+def _disproof(results: Sequence[Result]) -> list[str]:
+    """The remark that the problem has a solution after all, where it is said to have none."""
+    solved, verdict = [result for result in results if result.solved], results[0].problem.verdict
+    if not solved or verdict not in WITHOUT_SOLUTION:
+        return []
+    return [f"the verdict of the problem, {verdict}, is wrong: z is a solution to the tolerance {solved[0].tol:g}"]
 
 
 def _labels(rows: Sequence[TraceRow], result: Result) -> list[str]:

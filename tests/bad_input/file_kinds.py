@@ -21,10 +21,9 @@ FILES = [
     of_csv("q-not-last", "q;z1;z2\n1;2;3\n4;5;6\n", "line 1, column 1", "headed q", "last column"),
     of_csv("empty-csv", "", "is empty", "M and q"),
     of_json("latin-1", GOOD.replace("}", ', "name": "Schäfer"}').encode("latin-1"), "UTF-8"),
-    of_json("utf-16", GOOD.encode("utf-16"), "UTF-8"),
     of_json("utf-16-without-mark", GOOD.encode("utf-16-le"), "UTF-8"),
     of_csv("csv-latin-1", "1,2 # ä\n".encode("latin-1"), "UTF-8"),
-    of_csv("csv-utf-16", "2,-1\n".encode("utf-16"), "UTF-8"),
+    of_csv("csv-utf-16-cut-off", "2,-1\n".encode("utf-16")[:-1], "UTF-8"),
 ]
 
 CSV = [
@@ -34,9 +33,16 @@ CSV = [
     of_csv("two-headers", "a,b,c\nd,e,f\n2,0,-1\n0,2,-1\n", "line 2, column 1:", "'d'", "number"),
     of_csv("named-rows", "a,2,0,-1\nb,0,2,-1\n", "line 1, column 1:", "'a'", "number"),
     of_csv("empty-field", "# M | q\n\n2,0,-1\n0,,-1\n", "line 4, column 2:", "empty", "number"),
-    of_csv("decimal-comma", "2;0;-1\n0;2,5;-1\n", "line 2, column 2:", "'2,5'", "decimal comma", "point"),
-    of_csv("decimal-commas-throughout", "2,5;-1,5\n", "line 1, column 1:", "'2,5'", "decimal comma", "point"),
-    of_csv("decimal-comma-with-tabs", "2,5\t-1\n", "line 1, column 1:", "decimal comma", "point"),
+    of_csv("thousands", "1.000,5;0;-1\n0;2,5;-1\n", "line 1, column 1:", "'1.000,5'", "decimal commas", "thousands"),
+    of_csv(
+        "thousands-alone", "1.000;0;-1\n0;2,5;-1\n", "line 1, column 1:", "'1.000'", "decimal commas", "one decimal"
+    ),
+    of_csv("two-commas", "1,000,5;-1\n", "line 1, column 1:", "'1,000,5'", "not a number"),
+    of_csv("index-without-header", "0,2,0,-1\n1,0,2,-1\n", "2 rows of 4 columns", "an index?", "index=False"),
+    of_csv("numbered-columns", "0,1\n2,0\n0,2\n", "3 rows of 2 columns", "number the columns?", "header=False"),
+    of_csv("missing-entry", ",0,-1\n0,2,-1\n", "line 1, column 1:", "empty"),
+    of_csv("complex", "2,0,-1\n0,1+2j,-1\n", "line 2, column 2:", "complex number '1+2j'", "real problems"),
+    of_csv("expression", "2,0,-1\n0,2*z1,-1\n", "line 2, column 2:", "expression '2*z1'", "linear problems"),
     of_csv("nan", "2,nan,-1\n0,2,-1\n", "line 1, column 2:", "nan", "finite"),
     of_csv("inf", "2,0,-1\n0,2,-inf\n", "line 2, column 3:", "-inf", "finite"),
     of_csv("1e999", "2,0,-1\n0,1e999,-1\n", "line 2, column 2:", "1e999", "finite", "double precision"),
@@ -44,7 +50,7 @@ CSV = [
     of_csv("nan-between-blanks", "2 0 -1\n0 nan -1\n", "line 2, column 2:", "nan", "finite"),
     of_csv("only-a-header", "a,b,c\n", "header", "no numbers", "row"),
     of_csv("only-comments", "# a\n# b\n", "no numbers", "row"),
-    of_csv("M-without-q", "2,0\n0,2\n", "M, 2 x 2", "no q", "add q", "file for q"),
+    of_csv("M-without-q", "2,0\n0,2\n", "M, 2 x 2", "no q", "add q", "name the file of q after it"),
     of_csv("too-many-columns", "2,0,-1,0\n0,2,-1,0\n", "2 rows of 4 columns", "n + 1 columns"),
     of_csv("too-many-rows", "2,0,-1\n0,2,-1\n1,1,1\n1,1,1\n", "4 rows of 3 columns", "n + 1 columns"),
     of_csv("delimiter-at-the-end", "2,0,-1,\n0,2,-1,\n", "line 1, column 4:", "empty"),

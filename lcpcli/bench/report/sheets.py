@@ -46,7 +46,7 @@ def build(record: Record, width: int | None) -> Report:
 def _title(record: Record) -> str:
     measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
     progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
-    files = {case.file for case in record.cases}
+    files = {file for case in record.cases for file in (case.file, case.q_file)}
     suites = [name for name in record.suite if name not in files]
     return f"{' '.join(['lcp bench', *suites])}: {count(len(record.cases), 'problem')}{progress}"
 

@@ -1,0 +1,52 @@
+"""lcp convert: a problem from one format to another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import click
+
+from lcpcli.cli import problems, threads
+from lcpcli.cli.command import Command
+from lcpcli.cli.options import problem_file, problem_output
+from lcpcli.cli.session import refuse_clashes
+from lcpcli.files.formats import COMPLETE
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+
+
+@click.command(
+    cls=Command,
+    short_help="Write a problem in another format.",
+    examples=(
+        "lcp convert problems/bimatrix.json -o bimatrix.mat",
+        "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz",
+    ),
+    exits={0: "written", 2: "usage or input error (one-line message)"},
+    epilog="Numbers are written as doubles, with all digits. Only M and q are kept, except by "
+    f"{', '.join(COMPLETE)}; .mtx and .npy need two files for them, such as p.mtx and p.q.mtx.",
+)
+@problem_file
+@problem_output
+def convert(file: str, q_file: str | None, output: str | None) -> int:
+    """Write the problem in FILE in another format."""
+    files = [file] if q_file is None else [file, q_file]
+    threads.settle(files)
+    output = None if output == "-" else output
+    refuse_clashes(files, {"--output": output})
+    written = problems.write(lambda: _read(files), output)
+    lost = [] if output is None else problems.lost(written, output)
+    if lost:
+        problems.tell(f"{output}: the format keeps only M and q; left out: {', '.join(lost)}")
+    return 0
+
+
+def _read(files: Sequence[str]) -> Problem:
+    """The problem, without a name if it has none of its own."""
+    from lcpcli.files import reading
+
+    problem = problems.read(files)
+    return replace(problem, name="") if problem.name == reading.name_of(files[0]) else problem

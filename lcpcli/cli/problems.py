@@ -1,0 +1,85 @@
+"""The problems of a command, read and written. Known solutions that are wrong get a line each, and are dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from lcpcli.cli.output import emit
+from lcpcli.files.formats import COMPLETE
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.rational.problem import ExactProblem
+
+
+def read(files: Sequence[str], quiet: bool = False) -> Problem:
+    """The problem in one file, or in one with M and one with q."""
+    from lcpcli.files import reading
+
+    return _vetted(reading.read(*files), files[0], quiet)
+
+
+def read_exact(files: Sequence[str], quiet: bool = False) -> ExactProblem:
+    """The same with the decimals as written."""
+    from lcpcli.files import reading
+
+    data = reading.read_exact(*files)
+    data.problem = _vetted(data.problem, files[0], quiet)
+    return data
+
+
+def read_each(files: Sequence[str], quiet: bool = False) -> list[Problem]:
+    """The problems in several files; one that holds M alone takes the next as its q."""
+    from lcpcli.files import reading
+
+    problems, left = [], files
+    while left:
+        problem, used = reading.read_next(left)
+        problems.append(_vetted(problem, left[0], quiet))
+        left = left[len(used) :]
+    return problems
+
+
+def write(made: Callable[[], Problem], output: str | None) -> Problem:
+    """Make a problem and write it in the format of the file's suffix, or as JSON to standard output; return it.
+
+    Raises OptionError before it is made if the file cannot be written.
+    """
+    from lcpcli.files import atomic_write, json_format, writing
+
+    if output is not None:
+        writing.ending_of(output)
+        atomic_write.refuse_unwritable(output)
+    problem = made()
+    if output is None:
+        emit(json_format.render(problem)[""].decode(), color=False)
+    else:
+        writing.write(problem, output)
+    return problem
+
+
+def lost(problem: Problem, output: str) -> list[str]:
+    """What a problem holds that the format of the file does not keep."""
+    if output.endswith(COMPLETE):
+        return []
+    held = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
+    known = [name for name, value in held.items() if (value is not None and not isinstance(value, str)) or value]
+    return [*known, *(["solution"] if problem.solutions else [])]
+
+
+def tell(line: str) -> None:
+    """Print a line about an input on standard error."""
+    click.echo(f"lcp: {line}", err=True)
+
+
+def _vetted(problem: Problem, file: str, quiet: bool) -> Problem:
+    from lcpcli.files.reading import place
+    from lcpcli.verify.known import without_wrong_solutions
+
+    vetted, faults = without_wrong_solutions(problem)
+    for fault in [] if quiet else faults:
+        tell(f"{place(file)}: {fault}")
+    return vetted

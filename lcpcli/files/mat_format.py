@@ -1,0 +1,96 @@
+"""Problems in MATLAB's MAT files up to version 7: variables called M, q and, if known, x0, x1, solution and the texts.
+
+Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
+MATLAB writes the whole workspace. origin is a JSON string.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.files import named_arrays
+from lcpcli.files.content import refuse_beyond_memory
+from lcpcli.files.npy_format import fault_of, flat
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.rational.problem import Rows
+
+MOST_NAMED = 6  # variables that a message names
+
+
+def parse(content: bytes) -> Problem | Matrix:
+    """The problem in a file, or M alone if there is no q."""
+    variables = _variables(content)
+    if "M" not in variables:
+        raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {_names(variables)}")
+    return named_arrays.problem(variables["M"], variables, by_columns=True)
+
+
+def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
+    """A vector of length n, any length if None: the variable of that name, or the only one."""
+    return named_arrays.vector(field, _variables(content), n)
+
+
+def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
+    """M and, if the file has it, q, with their doubles as exact rationals."""
+    from lcpcli.rational.problem import fractions_of, rows_of
+
+    held = parse(content)
+    return (rows_of(held.M), fractions_of(held.q)) if isinstance(held, Problem) else (rows_of(held), None)
+
+
+def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
+    """A vector with its doubles as exact rationals."""
+    from lcpcli.rational.problem import fractions_of
+
+    return fractions_of(parse_vector(field, content))
+
+
+def render(problem: Problem) -> dict[str, bytes]:
+    """Everything that the problem holds, numbers bit for bit; M sparse if it is sparse."""
+    from scipy.io import savemat
+
+    arrays = named_arrays.arrays_of(problem)
+    if len(problem.solutions) > 1:
+        arrays["solution"] = arrays["solution"].T
+    file = io.BytesIO()
+    savemat(file, {"M": problem.M, **arrays}, oned_as="column")
+    return {"": file.getvalue()}
+
+
+def _variables(content: bytes) -> dict[str, Any]:
+    """The arrays in a file by name."""
+    from scipy.io import loadmat
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about variables that cannot be represented, which are ignored
+            held = loadmat(io.BytesIO(content))
+    except MemoryError:
+        raise
+    except Exception as error:  # scipy does not document what a broken file may raise
+        raise ProblemError("", f"is not a MAT file ({fault_of(error)})", "save it again, in MATLAB with -v7") from None
+    return {name: _array(name, value) for name, value in held.items() if not name.startswith("__")}
+
+
+def _array(name: str, value: Any) -> Any:
+    """A variable; as a vector if it has one row or one column, unless it is the matrix M."""
+    if is_sparse(value) and 1 in value.shape and name != "M":
+        refuse_beyond_memory(name, value.shape)
+        value = value.toarray()
+    return value if is_sparse(value) or name == "M" else flat(np.asarray(value))
+
+
+def _names(variables: dict[str, Any]) -> str:
+    shown = [*variables][:MOST_NAMED]
+    return ", ".join(shown) + ", ..." * (len(variables) > len(shown)) or "no variables"

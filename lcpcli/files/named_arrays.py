@@ -1,0 +1,71 @@
+"""Problems as arrays by name, as in NPZ and MAT: M, q and, if known, x0, x1, solution, origin and the texts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.files.json_format import load
+from lcpcli.files.keys import TEXTS
+from lcpcli.files.npy_format import flat
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix, Vector
+
+VECTORS = ("x0", "x1")
+
+
+def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Problem | Matrix:
+    """The problem of M and the other arrays, or M alone if there is no q; other names are ignored.
+
+    by_columns : whether several solutions are the columns of an array, and not its rows.
+    """
+    if "q" not in arrays:
+        return M
+    fields: dict[str, Any] = {key: text(key, arrays[key]) for key in TEXTS if key in arrays}
+    fields |= {key: flat(arrays[key]) for key in VECTORS if key in arrays}
+    if "origin" in arrays:
+        fields["origin"] = _origin(text("origin", arrays["origin"]))
+    q, solution = flat(arrays["q"]), arrays.get("solution", np.empty((0, 0)))
+    if by_columns and solution.ndim == 2:
+        solution = solution.T if solution.shape[0] == q.size else solution
+    return Problem(M, q, solutions=[solution] if solution.ndim < 2 else list(solution), **fields)
+
+
+def vector(field: str, arrays: Mapping[str, Any], n: int | None) -> Vector:
+    """A vector of length n, any length if None: the array of that name, or the only one."""
+    name = field.lstrip("-")
+    if name not in arrays and len(arrays) != 1:
+        raise ProblemError(name, "is missing", f"add the key {name}, or keep a single array")
+    return as_vector(field, flat(arrays.get(name, next(iter(arrays.values())))), n)
+
+
+def arrays_of(problem: Problem) -> dict[str, Any]:
+    """All that a problem holds but M, texts as texts, several solutions as rows."""
+    arrays: dict[str, Any] = {key: getattr(problem, key) for key in TEXTS if getattr(problem, key)}
+    arrays["q"] = problem.q
+    arrays |= {key: getattr(problem, key) for key in VECTORS if getattr(problem, key) is not None}
+    if problem.solutions:
+        arrays["solution"] = np.array(problem.solutions) if len(problem.solutions) > 1 else problem.solutions[0]
+    if problem.origin is not None:
+        arrays["origin"] = json.dumps(problem.origin.data())
+    return arrays
+
+
+def text(key: str, array: Any) -> str:
+    """The text in an array of one text."""
+    if array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US":
+        raise ProblemError(key, f"is an array of {array.dtype.name}", "give a text")
+    held = array.item()
+    return held.decode("utf-8", "replace") if isinstance(held, bytes) else str(held)
+
+
+def _origin(text: str) -> Any:
+    try:
+        return load(text)
+    except ProblemError as error:
+        raise error.inside("origin") from None

@@ -1,0 +1,80 @@
+"""Which format a file has: by how it begins, or else by the suffix of its name. One that is not read gets advice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lcpcli.errors import ProblemError
+from lcpcli.files.formats import COMPRESSED, FORMATS
+
+ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
+BEGINNINGS = {b"\x93NUMPY": "npy", b"MATLAB 5.0": "mat"}  # of formats that are read whatever their suffix
+AS_ARRAYS = "save M and q with numpy.savez"
+SPREADSHEET = ("is a spreadsheet", "save it as CSV")
+HDF5 = ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7")
+PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
+GAME = ("is a game of Gambit", "write the payoffs A and B of its two players as JSON, for lcp make --from-game")
+PROGRAM = ("is a linear or quadratic program", "write Q, c, A and b as JSON, for lcp make --from-qp")
+SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
+TABLE = ("is a binary table", "save it as CSV")
+PACKED = ("is compressed", "uncompress it first")
+PAGE = ("is HTML or XML", "was a web page saved in place of the file?")
+DOCUMENT = ("is a document", "copy M and q into a CSV file")
+
+FOREIGN_BEGINNINGS = {
+    b"MATLAB 7.3": ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')"),
+    b"\x89HDF": HDF5,
+    b"\xd0\xcf\x11\xe0": SPREADSHEET,
+    **dict.fromkeys((b"PAR1", b"ARROW1"), TABLE),
+    **dict.fromkeys((b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"), PICKLE),
+    **dict.fromkeys((GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd"), PACKED),
+    **dict.fromkeys((b"NFG ", b"EFG "), GAME),
+    **dict.fromkeys((b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"), PAGE),
+    b"%PDF": DOCUMENT,
+}
+FOREIGN_SUFFIXES = {
+    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods", ".numbers"), SPREADSHEET),
+    **dict.fromkeys((".nfg", ".efg", ".gbt"), GAME),
+    **dict.fromkeys((".mps", ".qps", ".lp"), PROGRAM),
+    **dict.fromkeys((".h5", ".hdf5"), HDF5),
+    **dict.fromkeys((".pkl", ".pickle", ".joblib"), PICKLE),
+    **dict.fromkeys((".parquet", ".feather", ".dta", ".sav", ".rds", ".rdata"), TABLE),
+    **dict.fromkeys((".zip", ".gz", ".bz2", ".xz", ".7z", ".tar", ".tgz", ".zst"), PACKED),
+    **dict.fromkeys((".m", ".py", ".ipynb", ".jl", ".r", ".mod", ".gms", ".nl"), SCRIPT),
+    **dict.fromkeys((".pdf", ".docx", ".doc", ".tex"), DOCUMENT),
+}
+
+
+def form_of(path: str, content: bytes) -> str:
+    """The format in FORMATS that a file has, or ProblemError for one that is not read.
+
+    With other suffixes and .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
+    """
+    ending = Path(uncompressed(path)).suffix.casefold()
+    if content.startswith(ZIP) and ending != ".npz":
+        return _of_archive(content)
+    if not (content.startswith(GZIP) and ending == ".mtx"):
+        _refuse(next((advice for mark, advice in FOREIGN_BEGINNINGS.items() if content.startswith(mark)), None))
+    form = next((form for mark, form in BEGINNINGS.items() if content.startswith(mark)), FORMATS.get(ending))
+    if form is None:
+        _refuse(FOREIGN_SUFFIXES.get(ending))
+    if form is None or form == "csv":
+        return "json" if content.lstrip()[:1] in (b"{", b"[") else "csv"
+    return form
+
+
+def uncompressed(path: str) -> str:
+    """The name of a file without the suffix of a compression that is read."""
+    return path[:-3] if path.casefold().endswith(COMPRESSED) else path
+
+
+def _of_archive(content: bytes) -> str:
+    """The format of a ZIP archive, by the names in it: NPZ, if it is read at all."""
+    if b".npy" not in content:
+        _refuse(SPREADSHEET if b"xl/" in content or b"opendocument.spreadsheet" in content else PACKED)
+    return "npz"
+
+
+def _refuse(advice: tuple[str, str] | None) -> None:
+    if advice is not None:
+        raise ProblemError("", *advice)

@@ -1,0 +1,62 @@
+"""Whether the solutions that come with a problem are solutions, to the digits that they are given with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lcpcli.linalg import products
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+from lcpcli.verify.accuracy import Accuracy
+
+ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
+FEWEST_DIGITS, MOST_DIGITS = 4, 7  # that are attributed to a z: whole numbers are meant exactly, others may be singles
+
+
+def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
+    """The problem without those of its solutions that are wrong, and what is wrong with each of them, as a clause.
+
+    z is wrong if its relative residual is above ROUGH and no changes of its components by a unit in the last digit make
+    it satisfy the conditions on each z_i and w_i. Such changes matter where M is ill-conditioned: a solution printed to
+    five digits may then have a large residual.
+    """
+    if not problem.solutions:
+        return problem, []
+    accuracy = Accuracy(problem)
+    faults = [_fault(accuracy, z) for z in problem.solutions]
+    kept = tuple(z for z, fault in zip(problem.solutions, faults, strict=True) if not fault)
+    if len(kept) == len(faults):
+        return problem, []
+    names = ["solution"] if len(faults) == 1 else [f"solution[{k}]" for k in range(len(faults))]
+    told = [f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault]
+    return replace(problem, solutions=kept), told
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _fault(accuracy: Accuracy, z: Vector) -> str:
+    """What is wrong with a solution; "" if nothing is."""
+    w = accuracy.w(z)
+    relative = accuracy.relative_residuals(z, w)
+    if (relative <= ROUGH).all():
+        return ""
+    change = _last_digit(z)
+    change_of_w = products.absolute_product(accuracy.problem.M, change)
+    wrong = (z < -change) | (w < -change_of_w) | ((z > change) & (w > change_of_w))
+    if not wrong.any():
+        return ""
+    i = int(np.argmax(np.where(wrong, relative, 0.0)))
+    worst = f"{'z' if z[i] < w[i] else 'w'}{i + 1} = {min(z[i], w[i]):.3g}"
+    return f"is not a solution: its residual is {accuracy.natural_residual(z, w):.2g}, with {worst}; it is ignored"
+
+
+def _last_digit(z: Vector) -> Vector:
+    """One unit in the last digit of each z_i, if all have as many digits, or as many decimals, as the longest has."""
+    spelt = [repr(value).removesuffix(".0").partition("e") for value in np.abs(z[z != 0]).tolist()]
+    if not spelt:
+        return np.zeros(z.size)
+    digits = max(len(text.replace(".", "").strip("0")) for text, _, _ in spelt)
+    decimals = max(len(text.partition(".")[2]) - int(power or 0) for text, _, power in spelt)
+    digits = min(max(digits, FEWEST_DIGITS), MOST_DIGITS)
+    return 10.0 ** (1 - digits) * np.abs(z) + min(10.0**-decimals, 10.0 ** (1 - FEWEST_DIGITS) * float(np.abs(z).max()))
