@@ -18,7 +18,7 @@ from .small_problem import numbers
 
 Lcp = Callable[..., Outcome]
 SPARSE, GAME = gallery.make("tridiagonal", 5), from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]], name="Übung")
-RICH = Problem([[0.1, 0], [0, 2]], [-1, -1], "rich", [1, 2], [3, 4], [[10, 0.5], [1, 2]], "", "a book", "a note")
+RICH = Problem([[1, 1], [1, 1]], [-1, -1], "rich", [1, 2], [3, 4], [[1, 0], [0.25, 0.75]], "", "a book", "a note")
 
 
 def files_of(path: Path) -> list[str]:
