@@ -215,6 +215,16 @@ def test_what_is_not_read_is_refused_by_name(tmp_path: Path, lcp: Lcp, name: str
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
 
 
+@pytest.mark.parametrize(("place", "byte"), [(136, 118), (145, 75)], ids=["element-of-unknown-type", "complex-flag"])
+def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(tmp_path: Path, lcp: Lcp, place: int, byte: int) -> None:
+    content = bytearray(mat(M=np.eye(3), q=-np.ones(3)))
+    content[place] = byte
+    (tmp_path / "p.mat").write_bytes(content)
+    outcome = lcp("solve", str(tmp_path / "p.mat"))
+    assert "is not a MAT file (it has an" in outcome.err
+    assert outcome.code == 2
+
+
 @pytest.mark.parametrize("A", ["[[[1, 2]]]", "[[1]]"])
 def test_a_game_of_three_players_is_refused_by_name(tmp_path: Path, lcp: Lcp, A: str) -> None:
     third = ', "C": [[1]]' if A == "[[1]]" else ""

@@ -7,7 +7,9 @@ MATLAB writes the whole workspace. origin is a JSON string.
 from __future__ import annotations
 
 import io
+import struct
 import warnings
+import zlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +27,9 @@ if TYPE_CHECKING:
 
     from lcpcli.rational.problem import Rows
 
+MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
+TYPES = {*range(1, 8), 9, *range(12, 19)}  # of the elements that version 5 has
+MATRIX, COMPRESSED = 14, 15  # those that consist of others
 MOST_NAMED = 6  # variables that a message names
 
 
@@ -75,12 +80,44 @@ def _variables(content: bytes) -> dict[str, Any]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about variables that cannot be represented, which are ignored
+            order = MARKS.get(content[126:128])
+            if order and content.startswith(b"MATLAB 5.0"):
+                _refuse_broken(content[128:], order)
             held = loadmat(io.BytesIO(content))
     except MemoryError:
         raise
     except Exception as error:  # scipy does not document what a broken file may raise
         raise ProblemError("", f"is not a MAT file ({fault_of(error)})", "save it again, in MATLAB with -v7") from None
     return {name: _array(name, value) for name, value in held.items() if not name.startswith("__")}
+
+
+def _refuse_broken(content: bytes, order: str) -> list[int]:
+    """The types of the elements in a part of a file; ValueError for an inconsistent one, on which scipy would crash."""
+    at, kinds = 0, list[int]()
+    while at + 8 <= len(content):
+        kind, size = struct.unpack_from(f"{order}II", content, at)
+        small, kind = kind >> 16, kind & 0xFFFF
+        if kind not in TYPES:
+            raise ValueError(f"it has an element of type {kind}")
+        kinds.append(kind)
+        inner = b"" if small else content[at + 8 : at + 8 + size]
+        if kind == COMPRESSED:
+            _refuse_broken(zlib.decompress(inner), order)
+        elif kind == MATRIX and inner:
+            _refuse_inconsistent(_refuse_broken(inner, order), inner, order)
+        at += 8 if small else 8 + size + (0 if kind == COMPRESSED else -size % 8)
+    return kinds
+
+
+def _refuse_inconsistent(kinds: list[int], array: bytes, order: str) -> None:
+    """Raise ValueError for an array of numbers whose elements are not those that its flags declare."""
+    if len(array) < 16:
+        raise ValueError("it has an array without flags")
+    (flags,) = struct.unpack_from(f"{order}I", array, 8)
+    number = flags & 0xFF
+    parts = {4: 4, 5: 6}.get(number, 4 if 6 <= number <= 15 else 0)  # of characters, sparse numbers, numbers
+    if parts and (len(kinds) != parts + (flags >> 11 & 1) or {MATRIX, COMPRESSED} & set(kinds)):
+        raise ValueError("it has an array with other parts than it declares")
 
 
 def _array(name: str, value: Any) -> Any:
