@@ -133,7 +133,7 @@ def test_bad_options_are_refused(options: dict[str, Any], message: str) -> None:
         (M, Q[:2], "M: is 3 x 3 but q has 2 entries"),
         (np.eye(3)[:2], Q, "M: is 2 x 3; make it square"),
         (sparse.coo_array((10**12, 10**12)), Q, "M: is 1000000000000 x 1000000000000 but q has 3 entries"),
-        (M, np.array(Q) * 1j, "q: contains complex128 values"),
+        (M, np.array(Q) * 1j, "q: is complex"),
     ],
 )
 def test_bad_problems_are_refused(matrix: Any, q: Any, message: str) -> None:
