@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     {
         "FILE [Q_FILE]": "As for lcp solve.",
         "SOLUTION": "A result of lcp solve in JSON or CSV (the first of several), or z as a list in JSON, as a row, a "
-        "column or a table of numbers, or as numbers here: 1,0,15/29; fractions are allowed. Of a result with fractions "
+        "column or a table of numbers, or as numbers here: 1,0,15/29; fractions too. Of a result with fractions "
         "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof. - is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
