@@ -8,7 +8,7 @@ import numpy as np
 
 from lcpcli import Trace, read, run
 from lcpcli.files import shipped
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
 PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
@@ -45,11 +45,13 @@ def profiles(count: int) -> list[Profile]:
 
 
 def growth(count: int) -> GrowthPanel:
-    n = [10, 100, 1000]
-    rows = enumerate((METHODS + PEERS)[:count])
-    return GrowthPanel(
-        "random", [Growth(m, m, n, [1e-6 * v ** (2 + i / 50) for v in n], 2 + i / 50, 1e-6) for i, m in rows]
-    )
+    n = [10, 100, 1000, 10000]
+    growths = []
+    for i, name in enumerate((METHODS + PEERS)[:count]):
+        times = [1e-6 * v ** (2 + i / 50) for v in n]
+        lower, upper = [0.9 * t for t in times], [1.2 * t for t in times]
+        growths.append(Growth(name, name, n, times, lower, upper, Power(2 + i / 50, 0.1, 1e-6)))
+    return GrowthPanel("random", growths)
 
 
 def odd(name: str, errors: list[float | None]) -> Curve:

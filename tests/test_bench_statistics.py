@@ -81,21 +81,21 @@ def test_exact_power_is_found_exactly(exponent: float, coefficient: float) -> No
     assert fit is not None
     assert fit.exponent == pytest.approx(exponent)
     assert fit.coefficient == pytest.approx(coefficient)
-    assert fit.standard_error == pytest.approx(0, abs=1e-6)
+    assert fit.margin == pytest.approx(0, abs=1e-5)
     assert fit.r_squared == pytest.approx(1)
 
 
 def test_growth_by_hand() -> None:
-    # x = 0, 1, 2 and y = 0, 3, 3 in units of ln 2: slope 1.5, residuals -0.5, 1, -0.5, total 6.
-    fit = growth([(1, 1.0), (2, 8.0), (4, 8.0)])
+    # x = 0, 1, 2, 3 and y = 0, 3, 3, 6 in units of ln 2: slope 1.8, residuals -0.3, 0.9, -0.9, 0.3, total 18.
+    fit = growth([(1, 1.0), (2, 8.0), (4, 8.0), (8, 64.0)])
     assert fit is not None
-    assert fit.exponent == pytest.approx(1.5)
-    assert fit.coefficient == pytest.approx(2**0.5)
-    assert fit.standard_error == pytest.approx(math.sqrt(1.5 / 1 / 2))
-    assert fit.r_squared == pytest.approx(1 - 1.5 / 6)
-    assert fit.sizes == 3
+    assert fit.exponent == pytest.approx(1.8)
+    assert fit.coefficient == pytest.approx(2**0.3)
+    assert fit.margin == pytest.approx(4.302653 * math.sqrt(1.8 / 2 / 5))  # Student's t, two degrees of freedom
+    assert fit.r_squared == pytest.approx(1 - 1.8 / 18)
+    assert fit.sizes == 4
 
 
-def test_two_sizes_give_no_growth() -> None:
-    assert growth([(10, 1.0), (20, 2.0), (20, 2.1), (10, 1.1)]) is None
+def test_three_sizes_give_no_growth() -> None:
+    assert growth([(10, 1.0), (20, 2.0), (20, 2.1), (10, 1.1), (40, 4.0)]) is None
     assert growth([]) is None

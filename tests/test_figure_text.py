@@ -19,7 +19,7 @@ def test_a_figure_in_text_fits_and_has_no_escape_codes(width: int, height: int) 
     text = figures.terminal([crowd(11), paper_panel()], width, height, False)
     assert "\x1b" not in text
     assert max(map(len, text.splitlines())) <= width
-    for word in ("11 solvers", "paper-example-1", "error |z - z*|", "1e-5"):
+    for word in ("11 solvers", "paper-example-1", "error ||z - z*||_inf", "1e-5"):
         assert word in text
 
 

@@ -7,7 +7,9 @@ import math
 import subprocess
 import sys
 import zlib
-from itertools import combinations, pairwise
+from collections.abc import Callable
+from itertools import combinations
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
@@ -18,12 +20,14 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from lcpcli.errors import OptionError
+from lcpcli.files import shipped
 from lcpcli.report.figures import bench_figure, convergence_figure, curves, style
 from lcpcli.report.figures import drawing as figures
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 from .figure_samples import METHODS, PEERS, crowd, decaying, growth, odd, paper_panel, profiles, strange
 
+EXAMPLE = shipped.path("paper-example-1.json")
 MAGIC = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
 
 
@@ -59,7 +63,7 @@ def drawings() -> dict[str, Any]:
     }
     others = {
         "paper": lambda: convergence_figure.draw([paper_panel()]),
-        "12 panels": lambda: convergence_figure.draw([crowd(1 + i) for i in range(11)] + [paper_panel()]),
+        "7 panels": lambda: convergence_figure.draw([crowd(1 + i) for i in range(6)] + [paper_panel()]),
         "profile alone": lambda: bench_figure.draw(profiles(4), [], []),
         "growth alone": lambda: bench_figure.draw([], [], [growth(11), growth(2)]),
         "nothing measured": lambda: convergence_figure.draw([Panel("p", "residual", [odd("shi", [None, None])])]),
@@ -167,45 +171,23 @@ def test_a_curve_has_few_markers_and_its_ends_among_them() -> None:
         assert {xs[0], xs[-1]} == {line.get_xdata()[0], line.get_xdata()[-1]}
 
 
-def all_looks() -> dict[str, style.Look]:
-    return style.METHODS | style.PEERS | {f"spare {i}": look for i, look in enumerate(style.SPARE)}
+def test_lines_are_solid() -> None:
+    with style.context():
+        figure = convergence_figure.draw([crowd(15)])
+    drawn = {line.get_linestyle() for axes in figure.axes for line in axes.lines}
+    assert drawn <= {"-", "None"}
 
 
-@pytest.mark.parametrize("part", ["color", "marker", "dash"])
-def test_no_two_solvers_share_colour_marker_or_dash(part: str) -> None:
-    found = [getattr(look, part) for look in all_looks().values()]
-    assert len(set(found)) == len(found)
-
-
-def lightness(color: str) -> float:
-    """L* of a colour (CIE 1976) from its relative luminance."""
-    parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    red, green, blue = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
-    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
-    return 116 * luminance ** (1 / 3) - 16 if luminance > 0.008856 else 903.3 * luminance
-
-
-def test_methods_are_told_apart_in_grey_and_visible_on_white() -> None:
-    grey = sorted(lightness(look.color) for look in style.METHODS.values())
-    assert min(b - a for a, b in pairwise(grey)) > 6
-    assert max(lightness(look.color) for look in all_looks().values()) < 75
-
-
-def test_every_method_and_every_peer_has_a_look() -> None:
-    from lcpcli.methods.registry import METHODS as methods
-    from lcpcli.peers.registry import PEERS as peers
-
-    assert set(style.METHODS) == set(methods)
-    assert set(style.PEERS) == set(peers)
-
-
-def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> None:
-    found = list(style.looks([("shi", "cold"), ("shi", "warm"), ("shi", "cold"), ("other", "other")]).values())
-    assert len(found) == 3
-    assert found[0] == style.METHODS["shi"]
-    assert found[1].color == found[0].color
-    assert found[1].fill != found[0].fill
-    assert found[2] in style.SPARE
+def test_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    with style.context():
+        figure = convergence_figure.draw([crowd(15)] * figures.MOST_PANELS)
+        FigureCanvasAgg(figure).draw()
+    assert figure.get_figwidth() <= 8.27
+    assert figure.get_figheight() <= 11.69
+    one_more = [EXAMPLE] * (figures.MOST_PANELS + 1)
+    outcome = lcp("compare", *one_more, "--plot", str(tmp_path / "figure.svg"))
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert "8 problems" in outcome.err
 
 
 def test_a_profile_is_the_share_of_problems_within_each_ratio() -> None:
@@ -216,14 +198,25 @@ def test_a_profile_is_the_share_of_problems_within_each_ratio() -> None:
     assert line.get_ydata()[-1] == 0.75
 
 
-def test_growth_draws_the_fit_and_names_its_exponent() -> None:
+def test_growth_draws_the_fit_the_quartiles_and_the_interval_of_the_exponent() -> None:
+    fit = Power(2.0, 0.25, 1e-3)
     with style.context():
         figure = bench_figure.draw(
-            [], [], [GrowthPanel("p", [Growth("shi", "shi", [10, 1000], [1.0, 3.0], 2.0, 1e-3)])]
+            [], [], [GrowthPanel("p", [Growth("shi", "shi", [10, 1000], [1.0, 3.0], [1.0, 2.0], [1.0, 4.0], fit)])]
         )
     axes = figure.axes[0]
     assert axes.lines[0].get_ydata() == pytest.approx([0.1, 1000.0])
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["$n^{2.00}$"]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [r"$n^{2.00 \pm 0.25}$"]
+    assert [part[:, 1].tolist() for part in axes.collections[0].get_segments()] == [[1.0, 1.0], [2.0, 4.0]]
+
+
+def test_times_of_few_sizes_are_joined_and_no_exponent_is_named() -> None:
+    with style.context():
+        figure = bench_figure.draw(
+            [], [], [GrowthPanel("p", [Growth("shi", "shi", [10, 1000], [1.0, 3.0], [1.0, 2.0], [1.0, 4.0], None)])]
+        )
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx([1.0, 3.0])
+    assert figure.axes[0].get_legend() is None
 
 
 @pytest.mark.parametrize("count", [1, 6, 11])
@@ -237,8 +230,8 @@ def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int)
         box = legend.get_window_extent()
         assert box.x0 > right
         assert axes.bbox.y0 < box.y0 < box.y1 < axes.bbox.y1
-    exponents = sorted((one.exponent for one in growth(count).growths), reverse=True)
-    assert [text.get_text() for text in legend.get_texts()] == [f"$n^{{{e:.2f}}}$" for e in exponents]
+    exponents = sorted((one.fit.exponent for one in growth(count).growths if one.fit), reverse=True)
+    assert [text.get_text() for text in legend.get_texts()] == [rf"$n^{{{e:.2f} \pm 0.10}}$" for e in exponents]
 
 
 def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:

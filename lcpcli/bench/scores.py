@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from lcpcli.bench.record import Measurement, Record
-from lcpcli.bench.statistics import Fit, growth, performance_ratios, shifted_geometric_mean, summary
+from lcpcli.bench.statistics import Fit, Summary, growth, performance_ratios, shifted_geometric_mean, summary
 from lcpcli.bench.suites import series
 
 
@@ -28,12 +28,12 @@ class Score:
 
 @dataclass(frozen=True)
 class Growth:
-    """Growth of a solver's time over the sizes of a series that it solved: (n, median seconds), by n."""
+    """Growth of a solver's time over the sizes of a series that it solved: (n, seconds), by n; fit : None for few."""
 
     series: str
     solver: str
-    points: list[tuple[int, float]]
-    fit: Fit
+    points: list[tuple[int, Summary]]
+    fit: Fit | None
 
 
 def times(record: Record) -> dict[str, dict[str, float]]:
@@ -68,7 +68,7 @@ def scores(record: Record) -> list[Score]:
 
 
 def growths(record: Record) -> list[Growth]:
-    """The growth of each solver on each series in which it solved enough sizes, series by series."""
+    """The growth of each solver on each series in which it solved two sizes or more, series by series."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:
@@ -76,8 +76,8 @@ def growths(record: Record) -> list[Growth]:
     found = []
     for name, by_solver in solved.items():
         for solver in record.solvers:
-            points = sorted((row.n, summary(row.seconds).median) for row in by_solver.get(solver, []))
-            fit = growth(points)
-            if fit:
-                found.append(Growth(name, solver, points, fit))
+            rows = sorted(by_solver.get(solver, []), key=lambda row: row.n)
+            points = [(row.n, summary(row.seconds)) for row in rows]
+            if len({n for n, _ in points}) > 1:
+                found.append(Growth(name, solver, points, growth([(n, each.median) for n, each in points])))
     return found

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 CONFIDENCE = 0.95
 SHIFT = 1e-3  # seconds
 RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no logarithm
-LEAST_SIZES = 3
+LEAST_SIZES = 4
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,13 @@ class Summary:
 class Fit:
     """seconds = coefficient n^exponent, by least squares on the logarithms.
 
-    standard_error : of the exponent. r_squared : the fraction of the variance explained by the fit. sizes : the number
-        of different n.
+    margin : of the exponent: the interval exponent +- margin has CONFIDENCE, for independent normal errors in the
+        logarithms. r_squared : the fraction of the variance explained by the fit. sizes : the number of different n.
     """
 
     exponent: float
     coefficient: float
-    standard_error: float
+    margin: float
     r_squared: float
     sizes: int
 
@@ -100,6 +100,8 @@ def growth(points: Sequence[tuple[int, float]]) -> Fit | None:
     sizes = len({n for n, _ in points})
     if sizes < LEAST_SIZES:
         return None
+    from scipy.special import stdtrit
+
     x = [math.log(n) for n, _ in points]
     y = [math.log(max(seconds, RESOLUTION)) for _, seconds in points]
     exponent, intercept = statistics.linear_regression(x, y)
@@ -107,4 +109,5 @@ def growth(points: Sequence[tuple[int, float]]) -> Fit | None:
     unexplained = math.fsum((b - intercept - exponent * a) ** 2 for a, b in zip(x, y, strict=True))
     total = math.fsum((b - mean_y) ** 2 for b in y)
     error = math.sqrt(unexplained / (len(x) - 2) / math.fsum((a - mean_x) ** 2 for a in x))
-    return Fit(exponent, math.exp(intercept), error, 1 - unexplained / total if total > 0 else 1.0, sizes)
+    margin = float(stdtrit(len(x) - 2, (1 + CONFIDENCE) / 2)) * error
+    return Fit(exponent, math.exp(intercept), margin, 1 - unexplained / total if total > 0 else 1.0, sizes)

@@ -151,6 +151,13 @@ class Plot:
 
             refuse_unwritable(path)
 
+    def require_room(self, problems: int) -> None:
+        """Refuse more problems than a picture has room for, before any is solved."""
+        if self.path not in (None, HERE):
+            from lcpcli.report.figures import drawing as figures
+
+            figures.require_room(problems)
+
     def curve(self, problem: Problem) -> Trace | None:
         """An empty trace for the curve of a run and for the levels."""
         levels = self.levels if problem.solutions else ()

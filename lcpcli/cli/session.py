@@ -55,6 +55,7 @@ def run(
     _refuse_amiss(files, output, plot)
     bounds = limits(given)
     problems, data = _read(files, exact, bool(levels), given["quiet"])
+    plot.require_room(len(problems))
     chosen = [for_methods(given, variants, problem) for problem in problems]
     if levels or plot.path is not None:
         problems = [_referred(problem, bounds) for problem in problems]

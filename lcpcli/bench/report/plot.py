@@ -7,20 +7,25 @@ from itertools import groupby
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.report.sheets import conditions
 from lcpcli.bench.scores import growths, times
-from lcpcli.bench.statistics import performance_ratios, summary
+from lcpcli.bench.statistics import Fit, performance_ratios, summary
 from lcpcli.bench.suites import series
 from lcpcli.report.figures import drawing as figures
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 MOST_PANELS = 4
+LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of them
 
 
 def draw(record: Record, form: str) -> bytes:
     """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
+    panels, growth_panels = _panels(record), _growth_panels(record)
     profiles = [
         Profile(_method(name), name, ratios) for name, ratios in performance_ratios(times(record)).items() if ratios
     ]
-    return figures.bench(profiles, _panels(record), _growth_panels(record), form, conditions(record))
+    measured = len({row.problem for row in record.measurements})
+    if measured < LEAST_PROBLEMS and (panels or growth_panels):
+        profiles = []
+    return figures.bench(profiles, panels, growth_panels, form, conditions(record))
 
 
 def _method(solver: str) -> str:
@@ -62,6 +67,10 @@ def _curve(row: Measurement, measure: str) -> Curve:
     return Curve(_method(row.solver), row.solver, [None], [summary(row.seconds).median], [end], row.success)
 
 
+def _power(fit: Fit | None) -> Power | None:
+    return None if fit is None else Power(fit.exponent, fit.margin, fit.coefficient)
+
+
 def _growth_panels(record: Record) -> list[GrowthPanel]:
     panels = []
     for name, own in groupby(growths(record), key=lambda growth: growth.series):
@@ -70,9 +79,10 @@ def _growth_panels(record: Record) -> list[GrowthPanel]:
                 name=_method(growth.solver),
                 label=growth.solver,
                 n=[n for n, _ in growth.points],
-                seconds=[seconds for _, seconds in growth.points],
-                exponent=growth.fit.exponent,
-                coefficient=growth.fit.coefficient,
+                seconds=[times.median for _, times in growth.points],
+                lower=[times.lower for _, times in growth.points],
+                upper=[times.upper for _, times in growth.points],
+                fit=_power(growth.fit),
             )
             for growth in own
         ]

@@ -10,7 +10,7 @@ from lcpcli.bench import scores
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.report import convergence, stability
 from lcpcli.bench.report.sheet import Sheet
-from lcpcli.bench.statistics import SHIFT, summary
+from lcpcli.bench.statistics import SHIFT, Fit, summary
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import numbers
@@ -172,15 +172,21 @@ def _exclusions(record: Record) -> Sheet:
 
 
 def _growth(record: Record) -> Sheet:
-    header = ["family", "solver", "sizes", "exponent", "std. error", "R^2"]
+    header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
     groups: list[list[list[str]]] = []
     for _, own in groupby(scores.growths(record), key=lambda growth: growth.series):
         rows: list[list[str]] = []
         for growth in own:
             fit = growth.fit
+            if fit is None:
+                continue
             sizes = f"{growth.points[0][0]}-{growth.points[-1][0]}"
             name = "" if rows else growth.series
-            figures = [f"{fit.exponent:.2f}", f"{fit.standard_error:.2f}", f"{fit.r_squared:.3f}"]
+            figures = [f"{fit.exponent:.2f}", _interval(fit), f"{fit.r_squared:.3f}"]
             rows.append([name, growth.solver, sizes, *figures])
-        groups.append(rows)
+        groups += [rows] * bool(rows)
     return Sheet("Growth of the time with n: n^exponent", header, groups)
+
+
+def _interval(fit: Fit) -> str:
+    return f"{fit.exponent - fit.margin:.2f} to {fit.exponent + fit.margin:.2f}"

@@ -14,11 +14,11 @@ from lcpcli.report.figures import curves, legend, ranges
 from lcpcli.report.figures.convergence_figure import against_time
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
 from lcpcli.report.figures.ranges import Range
-from lcpcli.report.figures.style import FONT, ROW, WIDTH, Looks, fitted, looks
+from lcpcli.report.figures.style import FONT, WIDTH, Looks, fitted, looks, row_height
 
 TITLE = WIDTH / 2 - 1.0  # inches for a title
 EXPONENTS = 10  # of them in a column
-ROOM = 0.28  # of the length of the data's range of n, for a column of exponents
+ROOM = 0.45  # of the length of the data's range of n, for a column of exponents
 DOUBLINGS = 12  # up to how many doublings the abscissa of a profile is marked in powers of 2, else of 10
 
 
@@ -30,7 +30,8 @@ def draw(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Se
     chosen = looks((one.name, one.label) for one in entries)
     count = bool(profiles) + len(panels) + len(growth_panels)
     places = [0] * (count % 2) + list(range(count))
-    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, ROW * len(places) / 2))
+    rows = len(places) // 2
+    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, row_height(rows) * rows))
     mosaic: dict[int, Axes] = figure.subplot_mosaic([places[i : i + 2] for i in range(0, len(places), 2)])
     free = (mosaic[i] for i in range(count))
     if profiles:
@@ -81,28 +82,44 @@ def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
 
 
 def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
-    """Run times as markers, fitted powers of n as lines, and on the right of them the exponents in their order."""
+    """Median run times with their quartiles, and on the right the exponents of n that were fitted, in their order.
+
+    Lines are the fitted powers of n; times to which none is fitted are joined.
+    """
     axes.set_title(fitted(panel.title, FONT, TITLE))
     axes.set(xlabel="$n$", ylabel="run time (s)")
     growths = panel.growths
-    fits = [[(n, one.coefficient * n**one.exponent) for n in (min(one.n), max(one.n))] for one in growths]
-    columns = math.ceil(len(growths) / EXPONENTS)
+    lines = [_line(one) for one in growths]
+    fitted_ones = [one for one in growths if one.fit is not None]
+    columns = math.ceil(len(fitted_ones) / EXPONENTS)
     across = _widened(ranges.times(n for one in growths for n in one.n), ROOM * columns)
-    up = ranges.times(t for one, fit in zip(growths, fits, strict=True) for t in (*one.seconds, fit[0][1], fit[1][1]))
+    up = ranges.times(
+        t for one, line in zip(growths, lines, strict=True) for t in (*one.lower, *one.upper, *(y for _, y in line))
+    )
     curves.log_axis(axes, "x", across)
     curves.log_axis(axes, "y", up)
     entries = []
-    for one, fit in zip(growths, fits, strict=True):
+    for one, line in zip(growths, lines, strict=True):
         look = chosen[one.name, one.label]
-        axes.plot(*zip(*fit, strict=True), zorder=2, **look.line)
+        axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
+        axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
         points = ranges.inside(one.n, one.seconds, across, up)
         axes.plot([p.x for p in points], [p.y for p in points], linestyle="", clip_on=False, zorder=3, **look.points)
-        sample = Line2D([], [], linestyle="", **look.points)
-        entries.append((fit[1][1], sample, f"$n^{{{one.exponent:.2f}}}$"))
-    _, samples, exponents = zip(*sorted(entries, key=lambda entry: -entry[0]), strict=True)
-    axes.legend(
-        samples, exponents, loc="center right", ncols=columns, handlelength=1, columnspacing=1, handletextpad=0.4
-    )
+        if one.fit is not None:
+            sample = Line2D([], [], linestyle="", **look.points)
+            entries.append((line[-1][1], sample, rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"))
+    if entries:
+        _, samples, exponents = zip(*sorted(entries, key=lambda entry: -entry[0]), strict=True)
+        axes.legend(
+            samples, exponents, loc="center right", ncols=columns, handlelength=1, columnspacing=1, handletextpad=0.4
+        )
+
+
+def _line(one: Growth) -> list[tuple[float, float]]:
+    """The ends of the fitted power of n, or the medians where none is fitted."""
+    if one.fit is None:
+        return list(zip(one.n, one.seconds, strict=True))
+    return [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
 
 
 def _widened(span: Range, share: float) -> Range:

@@ -10,19 +10,19 @@ from matplotlib.figure import Figure
 from lcpcli.report.figures import curves, legend, ranges
 from lcpcli.report.figures.data import Panel
 from lcpcli.report.figures.ranges import Range
-from lcpcli.report.figures.style import FONT, ROW, WIDTH, Looks, fitted, looks
+from lcpcli.report.figures.style import FONT, WIDTH, Looks, fitted, looks, row_height
 
 TITLE = WIDTH - 1.0  # inches for the title of a row
 MEASURES = {
-    "error": "error $|z - z^*|$,\nlargest component",
-    "residual": "residual $|\\min(z, Mz + q)|$,\nlargest component",
+    "error": r"error $\|z - z^*\|_\infty$",
+    "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
 }
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
     """The figure of at least one panel."""
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
-    figure = Figure(figsize=(WIDTH, ROW * len(panels)))
+    figure = Figure(figsize=(WIDTH, row_height(len(panels)) * len(panels)))
     for panel, (left, right) in zip(panels, figure.subplots(len(panels), 2, sharey="row", squeeze=False), strict=True):
         left.set_title(fitted(panel.title, FONT, TITLE))
         against_time(left, panel, chosen)

@@ -41,15 +41,28 @@ class Panel:
 
 
 @dataclass(frozen=True)
+class Power:
+    """The fit seconds = coefficient n^exponent, and the margin of the exponent's confidence interval."""
+
+    exponent: float
+    margin: float
+    coefficient: float
+
+
+@dataclass(frozen=True)
 class Growth:
-    """One solver's run times in seconds on problems of n unknowns, and the fit seconds = coefficient n^exponent."""
+    """One solver's median run times in seconds on problems of n unknowns, with their quartiles.
+
+    fit : None for too few sizes.
+    """
 
     name: str
     label: str
     n: Sequence[int]
     seconds: Sequence[float]
-    exponent: float
-    coefficient: float
+    lower: Sequence[float]
+    upper: Sequence[float]
+    fit: Power | None
 
 
 @dataclass(frozen=True)

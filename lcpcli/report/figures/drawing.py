@@ -16,6 +16,7 @@ from lcpcli.errors import ParameterError
 from lcpcli.report.figures.data import GrowthPanel, Panel, Profile
 
 FORMS = ("png", "svg", "pdf")
+MOST_PANELS = 7  # rows of axes on a page
 PLOT = "plot"
 
 
@@ -25,6 +26,7 @@ def convergence(panels: Sequence[Panel], form: str) -> bytes:
     form : one of FORMS. Raises OptionError where matplotlib is missing.
     """
     require()
+    require_room(len(panels))
     from lcpcli.report.figures import convergence_figure, style
 
     with style.context():
@@ -70,6 +72,13 @@ def form_of(path: str) -> str:
         endings = ", ".join(f".{form}" for form in FORMS)
         raise ParameterError(PLOT, f"{path!r} does not tell the form of the picture", f"end it in one of {endings}")
     return ending
+
+
+def require_room(panels: int) -> None:
+    """Refuse more panels than fit on a page of A4."""
+    if panels > MOST_PANELS:
+        fault = f"would draw {panels} problems, and a page has room for {MOST_PANELS}"
+        raise ParameterError(PLOT, fault, "plot fewer at a time")
 
 
 def require(package: str = "matplotlib") -> None:

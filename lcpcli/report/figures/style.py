@@ -1,4 +1,4 @@
-"""What all figures share: one colour, marker and line style a method, fonts, and the way to bytes.
+"""What all figures share: one colour and marker a method, solid lines, fonts, and the way to bytes.
 
 The colours are Okabe and Ito's (Color Universal Design, 2008) and Tol's (Colour schemes, SRON 2021), some darkened, so
 that the methods' lightness rises in steps of about ten and they are told apart in grey. Peers have hollow markers.
@@ -14,6 +14,7 @@ from io import BytesIO
 from typing import Any
 
 import matplotlib
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.textpath import text_to_path
@@ -23,22 +24,22 @@ SMALL = 7
 PNG_DPI = 300
 FAMILY = "DejaVu Sans"  # comes with matplotlib: the same picture on every machine
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
-ROW = 2.45  # the height of a row of axes
+PAGE = 10.6  # the height of a page of A4, 11.69, less what a legend takes
+ROW = 2.45  # the height of a row of axes, if there is room for all of them
 
 
 @dataclass(frozen=True)
 class Look:
-    """How a method is drawn. dash: lengths of dashes and gaps in line widths, () for a solid line."""
+    """How a method is drawn: by a solid line, as dashes would put gaps into a curve that zigzags."""
 
     color: str
     marker: Any
-    dash: tuple[float, ...]
     fill: str = "full"
     width: float = 1.3
 
     @property
     def line(self) -> dict[str, Any]:
-        return {"color": self.color, "linestyle": (0, self.dash) if self.dash else "-", "linewidth": self.width}
+        return {"color": self.color, "linewidth": self.width}
 
     @property
     def points(self) -> dict[str, Any]:
@@ -56,55 +57,91 @@ class Look:
 Looks = dict[tuple[str, str], Look]  # by name and label
 
 METHODS = {
-    "auto": Look("#000000", "*", ()),
-    "fixed-point": Look("#004b87", "s", (4, 1.5)),
-    "newton": Look("#007d5b", "^", (1, 1)),
-    "shi": Look("#d55e00", "o", (7, 1.5)),
-    "lemke": Look("#cc79a7", "D", (5, 1.2, 1, 1.2)),
-    "milp": Look("#e69f00", "P", (3, 1, 1, 1, 1, 1)),
+    "auto": Look("#000000", "*"),
+    "fixed-point": Look("#004b87", "s"),
+    "newton": Look("#007d5b", "^"),
+    "shi": Look("#d55e00", "o"),
+    "lemke": Look("#cc79a7", "D"),
+    "milp": Look("#e69f00", "P"),
 }
 PEERS = {
-    "piqp": Look("#332288", "p", (8, 1, 1, 1), "none"),
-    "clarabel": Look("#882255", (4, 1, 0), (2, 1), "none"),
-    "quantecon": Look("#8c564b", "d", (6, 2), "none"),
-    "osqp": Look("#999933", (6, 1, 0), (3, 2), "none"),
-    "daqp": Look("#56b4e9", (3, 1, 0), (6, 1, 2, 1), "none"),
-    "highs": Look("#8a8a8a", "X", (1, 2), "none"),
-    "siconos-newton": Look("#aa3377", "+", (8, 1, 1, 1, 1, 1), "none"),
-    "siconos-lemke": Look("#661100", "1", (4, 1, 4, 3), "none"),
-    "siconos-pgs": Look("#6699cc", (5, 1, 180), (1, 3), "none"),
+    "piqp": Look("#332288", "p", "none"),
+    "clarabel": Look("#882255", (4, 1, 0), "none"),
+    "quantecon": Look("#8c564b", "d", "none"),
+    "osqp": Look("#999933", (6, 1, 0), "none"),
+    "daqp": Look("#56b4e9", (3, 1, 0), "none"),
+    "highs": Look("#8a8a8a", "X", "none"),
+    "siconos-newton": Look("#aa3377", "+", "none"),
+    "siconos-lemke": Look("#661100", "1", "none"),
+    "siconos-pgs": Look("#6699cc", (5, 1, 180), "none"),
 }
 SPARE = (
-    Look("#117733", "8", (2, 2), "none"),
-    Look("#aa4499", "H", (12, 2), "none"),
-    Look("#44aa99", "2", (7, 1, 2, 1, 2, 1), "none"),
-    Look("#b8860b", (5, 0, 180), (2, 3), "none"),
-    Look("#5b2a86", (4, 1, 45), (12, 2, 1, 2), "none"),
-    Look("#6b6b6b", (3, 1, 180), (1, 4), "none"),
+    Look("#117733", "8", "none"),
+    Look("#aa4499", "H", "none"),
+    Look("#44aa99", "2", "none"),
+    Look("#b8860b", (5, 0, 180), "none"),
+    Look("#5b2a86", (4, 1, 45), "none"),
+    Look("#6b6b6b", (3, 1, 180), "none"),
 )
-VARIANTS = ("left", "bottom", "right", "top")  # further runs of the same method: half a marker, and a thinner line
+RAMP = ("o", "s", "^", "D", "v", "P", "X", "p", "<", "h", ">", "8")  # markers for more than two runs of one method
+PALE, DEEP = 74.0, 22.0  # the lightness (CIE L*) of their first and last colour: light on white, and still a colour
 
 
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
-    """The look of each (name, label): of its name, varied where one name has several labels.
+    """The look of each (name, label): of its name; several labels of one name share its hue.
 
-    Other names than those of the methods and peers take the spare looks in the order in which they appear.
+    Two have the same marker, whole and half; more have markers of their own, and colours from light to dark. Names
+    other than those of the methods and peers take the spare looks in the order in which they appear.
     """
+    labels: dict[str, list[str]] = {}
+    for name, label in dict.fromkeys(entries):
+        labels.setdefault(name, []).append(label)
+    others = [name for name in labels if name not in METHODS and name not in PEERS]
+    known = METHODS | PEERS | {name: SPARE[i % len(SPARE)] for i, name in enumerate(others)}
     found: Looks = {}
-    others: list[str] = []
-    for name, label in entries:
-        if (name, label) in found:
+    for name, own in labels.items():
+        look = known[name]
+        if len(own) <= 2:
+            found |= {(name, label): replace(look, fill="left", width=0.8) for label in own}
+            found[name, own[0]] = look
             continue
-        look = METHODS.get(name) or PEERS.get(name)
-        if look is None:
-            if name not in others:
-                others.append(name)
-            look = SPARE[others.index(name) % len(SPARE)]
-        earlier = sum(other == name for other, _ in found)
-        if earlier:
-            look = replace(look, fill=VARIANTS[(earlier - 1) % len(VARIANTS)], width=0.8)
-        found[name, label] = look
+        taken = {known[other].marker for other in labels if other != name}
+        markers = [marker for marker in RAMP if marker not in taken] or list(RAMP)
+        for i, (label, shade) in enumerate(zip(own, _shades(look.color, len(own)), strict=True)):
+            found[name, label] = replace(look, color=shade, marker=markers[i % len(markers)], fill="full")
     return found
+
+
+def _shades(color: str, count: int) -> list[str]:
+    """So many shades of a colour, from light to dark in even steps of lightness."""
+    return [_shade(color, PALE + (DEEP - PALE) * i / (count - 1)) for i in range(count)]
+
+
+def _shade(color: str, wanted: float) -> str:
+    """The colour mixed with white or black until it has that lightness."""
+    base = to_rgb(color)
+    end = 1.0 if lightness(color) < wanted else 0.0
+    low, high = 0.0, 1.0  # shares of white or black
+    for _ in range(30):
+        share = (low + high) / 2
+        mixed = to_hex([channel + (end - channel) * share for channel in base])
+        if (lightness(mixed) < wanted) == (end == 1.0):
+            low = share
+        else:
+            high = share
+    return mixed
+
+
+def lightness(color: str) -> float:
+    """CIE L* of an sRGB colour, from 0 for black to 100 for white."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(color)]
+    y = sum(weight * c for weight, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+    return 116 * y ** (1 / 3) - 16 if y > (6 / 29) ** 3 else y * (29 / 3) ** 3
+
+
+def row_height(rows: int) -> float:
+    """The height of each of so many rows of axes, which fit on a page."""
+    return min(ROW, PAGE / rows)
 
 
 @contextmanager
@@ -138,7 +175,6 @@ def context() -> Iterator[None]:
                 "ytick.major.width": 0.6,
                 "xtick.minor.width": 0.4,
                 "ytick.minor.width": 0.4,
-                "lines.dash_capstyle": "butt",
                 "path.simplify_threshold": 0.3,
                 "svg.fonttype": "path",
                 "svg.hashsalt": "lcpcli",

@@ -11,13 +11,13 @@ from lcpcli.report.figures import ranges
 from lcpcli.report.figures.data import Panel
 from lcpcli.report.figures.ranges import Point, Range
 
-COLORS = ("red", "blue", "green", "magenta", "orange", "cyan")
+COLORS = ("red", "green", "magenta", "blue+", "orange", "cyan")  # legible on light and dark backgrounds
 FAILED = "x"
 LETTERS = [c for c in ascii_letters + digits if c.lower() != FAILED]
 LEAST = (30, 8)  # columns and lines below which there is no figure to speak of
 TICK = 10  # columns a tick of the abscissa takes
 TICK_LINES = 3
-MEASURES = {"error": "error |z - z*|, largest component", "residual": "residual |min(z, Mz + q)|, largest component"}
+MEASURES = {"error": "error ||z - z*||_inf", "residual": "residual ||min(z, Mz + q)||_inf"}
 
 
 def render(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
