@@ -87,12 +87,14 @@ def test_markdown_parses_back_to_the_same_cells(lcp: Lcp) -> None:
 
 def test_latex_is_a_booktabs_table_with_as_many_cells_a_row(lcp: Lcp) -> None:
     out = lcp("compare", TRIDIAGONAL, "--format", "latex").out
-    columns = re.search(r"\\begin\{tabular\}\{(l\w+)\}", out)
-    assert columns
-    rows = [line for line in out.splitlines() if line.endswith(r"\\")]
-    assert {line.count("&") + 1 for line in rows} == {len(columns[1])}
-    assert out.count(r"\toprule") == out.count(r"\bottomrule") == 1
-    assert out.count(r"\midrule") == 2
+    tables = re.findall(r"\\begin\{tabular\}\{(l\w+)\}(.*?)\\end\{tabular\}", out, flags=re.DOTALL)
+    assert len(tables) == 2  # the iterates and the summary
+    for columns, body in tables:
+        rows = [line for line in body.splitlines() if line.endswith(r"\\")]
+        assert {line.count("&") + 1 for line in rows} == {len(columns)}
+    assert out.count(r"\toprule") == out.count(r"\bottomrule") == 2
+    assert out.count(r"\midrule") == 3
+    assert out.count(r"\label{tab:tridiagonal-100}") == 1
     assert r"$z_{100}$" in out
     assert out.count("{") == out.count("}")
 
@@ -109,7 +111,7 @@ def test_latex_and_markdown_escape_what_they_must(lcp: Lcp, tmp_path: Path) -> N
 
 @pytest.mark.parametrize(
     ("ending", "begins"),
-    [("json", "{"), ("csv", "# lcp "), ("md", "### "), ("tex", r"\begin{table}"), ("txt", "paper-example-1:")],
+    [("json", "{"), ("csv", "# lcp "), ("md", "### "), ("tex", "% needs "), ("txt", "paper-example-1:")],
 )
 def test_format_follows_the_ending_of_the_output_file(ending: str, begins: str, lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / f"result.{ending}"

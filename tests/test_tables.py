@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +15,7 @@ import pytest
 from lcpcli import Problem, Status
 from lcpcli.cli import session
 from lcpcli.files import shipped
-from lcpcli.report import iterations, numbers
+from lcpcli.report import iterations, latex, numbers
 
 EXAMPLE = shipped.path("paper-example-1.json")
 TRIDIAGONAL = shipped.path("tridiagonal-100.json")
@@ -220,3 +222,27 @@ def test_shown_components_always_include_the_last() -> None:
             assert shown is not None
             assert shown[0] == (n - 1 if width == 20 else 0)
             assert shown[-1] == n - 1
+
+
+def test_labels_in_latex_are_safe_and_unique() -> None:
+    assert latex.labels(["a_b & 50%", "a b 50", "é"]) == ["tab:a-b-50", "tab:a-b-50-2", "tab:lcp"]
+
+
+def test_latex_keeps_the_verdict_and_the_solution(lcp: Lcp) -> None:
+    out = lcp("solve", EXAMPLE, "--format", "latex").out
+    assert "solved by" in out
+    assert "z = (1, 0, 1, 0)" in out
+
+
+@pytest.mark.skipif(not shutil.which("pdflatex"), reason="pdflatex is not installed")
+def test_latex_compiles_and_fits_the_page(lcp: Lcp, tmp_path: Path) -> None:
+    runs = [("solve", EXAMPLE), ("compare",), ("compare", TRIDIAGONAL, "--method", "shi:p=10", "--method", "shi:p=100")]
+    for run in runs:
+        head = r"\documentclass[11pt,a4paper]{article}\usepackage{booktabs,graphicx}\begin{document}"
+        body = lcp(*run, "--format", "latex").out
+        (tmp_path / "page.tex").write_text(head + "\n" + body + r"\end{document}", encoding="utf-8")
+        command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "page.tex"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
+        log = done.stdout.decode(errors="replace")
+        assert done.returncode == 0, log
+        assert "Overfull" not in log

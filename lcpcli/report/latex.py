@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 from collections.abc import Collection, Sequence
 
 from lcpcli.report.iterations import LEFT, IterationTable
@@ -17,24 +19,43 @@ SPECIAL = {
     "[": "{[}",
     **{mark: "\\" + mark for mark in "&%$#_{}"},
 }
+NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}"
+FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # shrinks a wide table, enlarges none
 
 
 def render(tables: Sequence[IterationTable]) -> str:
     """One table environment per problem, ready to be \\input."""
-    return "\n".join(_environment(table) for table in tables)
+    names = labels([table.title.split(":")[0] for table in tables])
+    return "\n".join([NEEDED, *(_environment(table, name) for table, name in zip(tables, names, strict=True))])
 
 
-def _environment(table: IterationTable) -> str:
-    lines = [
-        r"\begin{table}",
-        rf"\caption{{{escape(f'{table.title}. {table.provenance}.')}}}",
-        r"\centering",
-        *tabular(table.header, table.groups, LEFT),
-    ]
-    for summary in table.summary:
-        facts = [f"{name} {value}" for name, value in zip(table.summary_header, summary, strict=True) if value]
-        lines.append(rf"\par\smallskip {escape(', '.join(facts[1:]))} ({escape(summary[0])})")
-    return "\n".join([*lines, r"\end{table}"]) + "\n"
+def labels(names: Sequence[str]) -> list[str]:
+    """A label for each name, of letters, digits and hyphens only, no two the same."""
+    found: list[str] = []
+    for name in names:
+        plain = "tab:" + (re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-") or "lcp")
+        candidates = (plain if i == 1 else f"{plain}-{i}" for i in itertools.count(1))
+        found.append(next(label for label in candidates if label not in found))
+    return found
+
+
+def _environment(table: IterationTable, label: str) -> str:
+    caption = f"{table.title}. {table.provenance}."
+    above = [text for text in (table.verdict, *table.facts) if text]
+    tables = [tabular(table.header, table.groups, LEFT)]
+    if table.summary:
+        tables.append(tabular(table.summary_header, [table.summary], LEFT))
+    return float_of(caption, label, tables, [*above, *table.remarks]) + "\n"
+
+
+def float_of(caption: str, label: str, tables: Sequence[list[str]], notes: Sequence[str]) -> str:
+    """A table environment: its tables below each other, none wider than the text, and the notes below them."""
+    lines = [r"\begin{table}[htbp]", rf"\caption{{{escape(caption)}}}", rf"\label{{{label}}}", r"\centering\small"]
+    for table in tables:
+        lines += [FITTED + table[0], *table[1:-1], table[-1] + r"}\par\medskip"]
+    if notes:
+        lines += [r"\raggedright", *(rf"{escape(note)}\par" for note in notes)]
+    return "\n".join([*lines, r"\end{table}"])
 
 
 def tabular(header: list[str], groups: Sequence[list[list[str]]], left: Collection[str]) -> list[str]:

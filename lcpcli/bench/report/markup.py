@@ -19,7 +19,9 @@ def in_markdown(report: Report) -> str:
 def in_latex(report: Report) -> str:
     """A comment with the conditions of measurement, then one table environment per table, ready to be \\input."""
     head = [f"% {' '.join(line.split())}" for line in (report.title, *report.lines)]
-    return "\n".join([*head, *(_environment(sheet) for sheet in report.sheets)]) + "\n"
+    labels = latex.labels([sheet.title for sheet in report.sheets])
+    floats = [_environment(sheet, label) for sheet, label in zip(report.sheets, labels, strict=True)]
+    return "\n".join([latex.NEEDED, *head, *floats]) + "\n"
 
 
 def _section(sheet: Sheet) -> str:
@@ -28,11 +30,8 @@ def _section(sheet: Sheet) -> str:
     return "\n\n".join([f"### {markdown.escape(sheet.title)}", markdown.grid(sheet.header, rows, LEFT), *notes])
 
 
-def _environment(sheet: Sheet) -> str:
-    lines = [r"\begin{table}", rf"\caption{{{latex.escape(sheet.title)}}}", r"\centering"]
-    lines += latex.tabular(sheet.header, sheet.groups, LEFT)
-    lines += [rf"\par\smallskip {latex.escape(note)}" for note in sheet.notes]
-    return "\n".join([*lines, r"\end{table}"])
+def _environment(sheet: Sheet, label: str) -> str:
+    return latex.float_of(sheet.title, label, [latex.tabular(sheet.header, sheet.groups, LEFT)], sheet.notes)
 
 
 RENDERERS: dict[str, Callable[[Report], str]] = {"markdown": in_markdown, "latex": in_latex}
