@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 60  # of one method in a table, unless --every is given
 FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows shown even on a small one, and lines that are not rows
+PRINTED = 100  # columns of text whose components of z are legible across a printed page
 MOST_POINTS = 400  # of one method in a figure
 ITERATES = ""  # as the file of the iterates: add them to the output
 HERE = "-"  # as the file of the figure: draw it on standard output
@@ -91,7 +92,7 @@ class Output:
         """Which iterates a table shows, every so many and at most so many, and which of their components."""
         from lcpcli.report.iterations import shown_components
 
-        components = shown_components(problem.n, width if self.form == "table" else None)
+        components = shown_components(problem.n, {"table": width, "latex": PRINTED}.get(self.form))
         every, most = (self._every, None) if self._every else (int(EVERY.value), self._most(width))
         return every, most, components
 

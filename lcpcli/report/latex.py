@@ -85,5 +85,5 @@ def _cell(text: str) -> str:
 
 
 def escape(text: str) -> str:
-    """Text with LaTeX's special characters escaped."""
-    return "".join(SPECIAL.get(mark, mark) for mark in text)
+    """Text with LaTeX's special characters escaped, and hyphens kept apart, of which TeX would make a dash."""
+    return re.sub("-(?=-)", "-{}", "".join(SPECIAL.get(mark, mark) for mark in text))

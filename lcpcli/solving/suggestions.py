@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 Options: TypeAlias = Mapping[str, Any]  # names as in Python
 
+LARGE = 1e6  # from here on a number is written with an exponent
 EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 
 
@@ -43,6 +44,6 @@ def value_text(value: Any, quotes: bool) -> str:
     """A value as it is written in Python, or on the command line, where words have no quotes."""
     if isinstance(value, str):
         return f'"{value}"' if quotes else value
-    if isinstance(value, bool):
+    if isinstance(value, int):
         return str(value)
-    return f"{value:.0f}" if value >= 1 else f"{value:.0e}"
+    return f"{value:.0f}" if 1 <= value < LARGE else f"{value:.0e}"
