@@ -8,6 +8,7 @@ from typing import Any
 
 SHOWN = 40  # the most characters of a text from a file that a message quotes
 REAL = "give real numbers; lcp solves real problems only"  # the hint for a complex number
+LONGEST = 200  # the characters of a text that are looked at for what it may be
 COMPLEX = re.compile(r"\(?([-+\d.eE]*[-+])?\d[\d.eE]*\s*\*?[ijIJ]\)?")
 EXPRESSION = re.compile(r"\w+\s*(\*|\^)|(\*|\^)\s*\w|\b(exp|log|sin|cos|sqrt|min|max)\(|\b[xz]\W?\d")
 
@@ -57,9 +58,10 @@ def refuse_unknown(
 
 def misread(text: str, otherwise: str) -> tuple[str, str]:
     """What is wrong with a text in place of a number, and the hint: it may be complex, or an expression."""
-    if COMPLEX.fullmatch(text.replace(" ", "")):
+    start = text[:LONGEST]
+    if COMPLEX.fullmatch(start.replace(" ", "")):
         return f"is the complex number {quoted(text)}", REAL
-    if EXPRESSION.search(text):
+    if EXPRESSION.search(start):
         return f"is the expression {quoted(text)}", "give a number; lcp solves linear problems w = Mz + q only"
     return otherwise, "give a number"
 
