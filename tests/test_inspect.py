@@ -159,7 +159,8 @@ def test_what_is_obvious_is_said() -> None:
     assert inspect(Problem(-np.eye(2), [0.0, 1.0])).obvious == "q >= 0: z = 0 is a solution"
     for M in ([[1.0, 0.0], [0.0, -1.0]], sparse.csr_array([[1.0, 0.0], [0.0, -1.0]])):
         assert "no solution, as w2 < 0" in inspect(Problem(M, [-1.0, -1.0])).obvious
-    assert inspect(random_problem(0, 5, True)).obvious == ""
+    assert "exactly one solution, for this and every other q" in inspect(random_problem(0, 5, True)).obvious
+    assert inspect(Problem([[0.0, 1.0], [1.0, 0.0]], [-1.0, -1.0])).obvious == ""
 
 
 def check_json(found: Inspection) -> None:

@@ -137,7 +137,8 @@ class Command(click.Command):
             # For -tol, click's parser reports only -t.
             name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
             name = name.partition("=")[0]
-            raise click.UsageError(f"no option {quoted(name)}; {self._meant(ctx, name)}", ctx) from None
+            hint = self._meant(ctx, name)
+            raise click.UsageError(f"no option {quoted(name)}{f'; {hint}' * bool(hint)}", ctx) from None
 
     def _meant(self, ctx: click.Context, given: str) -> str:
         """The hint for an unknown option: it is a value of another, another tool's word, or near a known one."""
@@ -146,12 +147,14 @@ class Command(click.Command):
         for param in options:
             if isinstance(param.type, click.Choice) and word in param.type.choices:
                 return f"did you mean {param.opts[-1]} {word}?"
+        if word in ("color", "no-color", "colour"):
+            return "the environment variable NO_COLOR switches colours off"
         if ctx.parent and word == "version":
             return f"did you mean {ctx.find_root().info_name} --version?"
         known = [flag[2:] for param in options for flag in (*param.opts, *param.secondary_opts) if flag[:2] == "--"]
         word = ELSEWHERE.get(word, word)
         meant = nearest(word, known) if len(word) > 1 or word in known else None
-        return f"did you mean --{meant}?" if meant else "look them up"
+        return f"did you mean --{meant}?" if meant else ""
 
     def _refuse_repeated(self, ctx: click.Context, args: Sequence[str]) -> None:
         """Refuse an option that takes one value and is given twice, where click would take the last one in silence."""

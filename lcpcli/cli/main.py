@@ -57,7 +57,7 @@ def _run() -> int:
         from lcpcli.cli import shells as shells  # registers our scripts in place of click's
     output = sys.stdout
     try:
-        code = lcp.main(standalone_mode=False, complete_var=VARIABLE)
+        code = lcp.main(prog_name="lcp", standalone_mode=False, complete_var=VARIABLE)
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
     except click.exceptions.Exit as ending:

@@ -15,7 +15,7 @@ from lcpcli import options
 from lcpcli.cli.exit_codes import CLOSED_PIPE
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
-from lcpcli.report.formats import SUFFIXES, TABLES
+from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -47,6 +47,7 @@ class Output:
     ) -> None:
         options.check((EVERY,), {"every": every})
         output = None if output == "-" else output
+        _refuse_format_as_file(output)
         self.form = form or form_of(output)
         self.path, self.silent = output, quiet and output is None
         self.trace_path = None if trace in (None, ITERATES) else trace
@@ -118,6 +119,12 @@ def _refuse_as_trace(path: str) -> None:
         with Path(path).open("rb") as file:
             if file.read(len(OPENING)) not in (b"", OPENING.encode()):
                 raise OptionError("--trace", f"{path} exists and holds no iterates", "choose another file")
+
+
+def _refuse_format_as_file(output: str | None) -> None:
+    """Refuse -o json, which means a format and would write a table to a file of that name."""
+    if output in FORMATS:
+        raise OptionError("--output", f"{output} is a format", f"give --format {output}, or a name with a suffix")
 
 
 def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwise: str = " or give --format") -> str:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import click
 
 from lcpcli import options
 from lcpcli.cli import problems as problems_in
@@ -58,7 +61,7 @@ def run(
     plot.require_room(len(problems))
     chosen = [for_methods(given, variants, problem) for problem in problems]
     if levels or plot.path is not None:
-        problems = [_referred(problem, bounds) for problem in problems]
+        problems = _all_referred(problems, bounds)
     width, color = (None, False) if output.path else terminal()
     runs = _runs(problems, variants, chosen, bounds, given.get("warm"), (output, plot, width), wanted(given["quiet"]))
     results, interrupted = _finished(runs, data, bounds, given["bound"])
@@ -225,6 +228,16 @@ def _bounded(result: Result) -> Result:
     from lcpcli.bounds.error_bound import NO_BOUND, error_bound
 
     return replace(result, bound=error_bound(result.problem, result.z) or NO_BOUND)
+
+
+def _all_referred(problems: Sequence[Problem], bounds: Limits) -> list[Problem]:
+    """The problems with reference solutions. Ctrl-C is reported, as there is no iterate yet to report."""
+    try:
+        return [_referred(problem, bounds) for problem in problems]
+    except KeyboardInterrupt:
+        if sys.stderr is not None:
+            click.echo("lcp: interrupted while solving for the reference of the errors, before the first run", err=True)
+        raise
 
 
 def _referred(problem: Problem, bounds: Limits) -> Problem:

@@ -22,7 +22,11 @@ NEARLY = 1e-12  # relative to the largest entry: an asymmetry that looks like ro
 
 
 def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
-    """The answer if it is evident from M and q, else ""."""
+    """What is evident about the solutions from M, its classes and q; "" if nothing is.
+
+    M is a P-matrix if and only if there is exactly one for every q: H. Samelson, R. M. Thrall, O. Wesler, A partition
+    theorem for Euclidean n-space, Proc. Amer. Math. Soc. 9 (1958) 805-807.
+    """
     if (problem.q >= 0).all():
         alone = ", the unique one, as M is a P-matrix" if classes["p_matrix"].word == YES else ""
         return f"q >= 0: z = 0 is a solution{alone}"
@@ -30,6 +34,8 @@ def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     if rows.any():
         i = int(np.flatnonzero(rows)[0]) + 1
         return f"q{i} < 0 and no entry of row {i} of M is positive: there is no solution, as w{i} < 0 for every z >= 0"
+    if classes["p_matrix"].word == YES:
+        return "there is exactly one solution, for this and every other q, as M is a P-matrix"
     return ""
 
 

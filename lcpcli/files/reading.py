@@ -101,7 +101,8 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
     """What a file holds, with q from the other file if that is M alone."""
     if isinstance(held, Problem):
         if q_path is not None:
-            raise ProblemError(q_path, f"is not needed: {place(path)} contains M and q", "leave it out")
+            hint = "leave it out, or use lcp compare, which takes several problems"
+            raise ProblemError(q_path, f"is not needed: {place(path)} contains M and q", hint)
         problem = held
     else:
         if q_path is None:

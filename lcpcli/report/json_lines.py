@@ -30,6 +30,7 @@ def data(result: Result) -> dict[str, Any]:
         "message": result.message,
         "advice": advice.line(result) or None,
         "solved": result.solved,
+        "verified": result.verified,
         "z": _numbers(result.z.tolist()),
         "w": _numbers(result.w.tolist()),
         "iterations": result.iterations,

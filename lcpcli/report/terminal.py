@@ -65,7 +65,7 @@ def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | N
     out = StringIO()
     table = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for i, name in enumerate(header):
-        table.add_column(name, no_wrap=i == 0)
+        table.add_column(name, no_wrap=i == 0, overflow="fold")
     for row in rows:
         table.add_row(*map(Text, row))
     console_on(out, width or PIPE, color).print(table)

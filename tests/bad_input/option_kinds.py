@@ -83,7 +83,7 @@ OPTIONS = [
     of_solving("underscore-in-option", "--k_star 3", "did you mean --k-star?"),
     of_solving("option-of-lcp", "--version", "did you mean lcp --version?"),
     of_line("format-of-check-as-an-option", "check good.json 1,1 --json", "did you mean --format json?"),
-    of_solving("unlike-any-option-in-one-letter", "-n 3", "no option '-n'; look them up"),
+    of_solving("unlike-any-option-in-one-letter", "-n 3", "no option '-n' (see"),
     of_solving("unlike-any-option", "--zzzzz", "'--zzzzz'", "lcp solve --help)"),
     of_solving("long-option", f"--{LONG}", "no option", "..."),
     of_solving("method-in-capitals", "--method NEWTON", "'NEWTON'", "did you mean newton?"),
