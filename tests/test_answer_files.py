@@ -80,8 +80,8 @@ def test_check_reads_the_tables_that_people_have(kind: str, lcp: Lcp, folder: Pa
 
 
 REFUSED = {
-    "component,z\n1,0\n2,1\n3,1\n5,0\n": "component: lacks 4",
-    "component,z\n1,0\n2,1\n2,1\n4,0\n": "component: lacks 3",
+    "component,z\n1,0\n2,1\n3,1\n5,0\n": "line 5, column 1: has component '5', while 4 is missing",
+    "component,z\n1,0\n2,1\n2,1\n4,0\n": "line 4, column 1: has component '2' again, while 3 is missing",
     "node,z\nA,0\nB\nC,1\nD,0\n": "line 3: has 1 column instead of 2",
     "node,z\nA,0\nB,x\nC,1\nD,0\n": "line 3, column 2: has 'x', not a number",
     "node,y\nA,0\nB,1\nC,1\nD,0\n": "has no column headed z",

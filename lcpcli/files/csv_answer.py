@@ -89,11 +89,16 @@ def _table(names: Sequence[str], rows: Rows) -> Answer:
 
 def _ordered(rows: Rows, place: int) -> Rows:
     """The rows in the order of their components, each of which must occur once."""
-    held = {row[place]: (k, row) for k, row in rows}
-    wanted = [str(i) for i in range(1, len(rows) + 1)]
-    missing = next((i for i in wanted if i not in held), None)
-    if missing is not None:
-        raise ProblemError("component", f"lacks {missing}", f"give each of 1 to {len(rows)} once")
+    wanted = dict.fromkeys(str(i) for i in range(1, len(rows) + 1))
+    held: dict[str, tuple[int, list[str]]] = {}
+    for k, row in rows:
+        if row[place] not in wanted or row[place] in held:
+            here = {row[place] for _, row in rows}
+            missing = next(i for i in wanted if i not in here)
+            again = " again" * (row[place] in held)
+            fault = f"has component {row[place]!r}{again}, while {missing} is missing"
+            raise ProblemError(f"line {k}, column {place + 1}", fault, f"give each of 1 to {len(rows)} once")
+        held[row[place]] = (k, row)
     return [held[i] for i in wanted]
 
 
