@@ -30,6 +30,21 @@ def test_text_says_what_made_it(command: str, form: str, lcp: Lcp) -> None:
     assert re.search(r"shi[:,] p=\S+, k-star=7, rho=0.0001, sigma=0.9", text)
 
 
+def test_files_name_the_methods_that_took_part_and_options_with_all_digits(lcp: Lcp, tmp_path: Path) -> None:
+    assert "auto by newton: solved" in lcp("solve", EXAMPLE, "--format", "csv").out
+    given = ("--tol", "1.2345678e-9", "--time-limit", "100.25", "--p", "1234567.5")
+    arguments = ("solve", EXAMPLE, "--method", "shi", *given, "--trace", str(tmp_path / "t.csv"))
+    out = lcp(*arguments, "--format", "csv").out
+    trace = (tmp_path / "t.csv").read_text()
+    for text in (out, trace):
+        assert "tol 1.2345678e-09, at most 10000 iterations, time limit 100.25 s\n" in text
+        assert "shi, p=1234567.5, k-star=100, " in text
+
+
+def test_options_of_six_digits_are_not_rounded_in_a_table(lcp: Lcp) -> None:
+    assert "shi: p=123456, k-star=100" in lcp("solve", EXAMPLE, "--method", "shi", "--p", "123456").out
+
+
 def test_json_says_what_made_it(lcp: Lcp) -> None:
     record = json.loads(lcp("solve", *GIVEN, "--format", "json").out)
     assert (record["version"], record["tol"], record["max_iterations"]) == (__version__, 1e-8, 500)

@@ -36,7 +36,7 @@ def line(results: Sequence[Result]) -> str:
     """
     methods = {}
     for method in dict.fromkeys(result.method for result in results):
-        runs = [_options(result) for result in results if result.method == method]
+        runs = [_options(result, whole=False) for result in results if result.method == method]
         shared = [f"{name}={value}" for name, value in runs[0].items() if all(run[name] == value for run in runs)]
         if shared:
             methods[method] = ", ".join(shared)
@@ -45,31 +45,40 @@ def line(results: Sequence[Result]) -> str:
 
 
 def lines(results: Sequence[Result]) -> list[str]:
-    """For a file: the program, then for each result its problem, how it ended, and the options in force."""
+    """For a file: the program, then for each result its problem, methods, options in force and how it ended."""
     told = [f"{PROGRAM}, {_limits(results[0])}"]
     for result in results:
-        options = "".join(f", {name}={value}" for name, value in _options(result).items())
+        by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
+        options = "".join(f", {name}={value}" for name, value in _options(result, whole=True).items())
         problem = f"{numbers.title(result.problem) or 'problem'}, n = {result.problem.n}"
-        told.append(f"{problem}: {summary.name(result)}{options}: {' '.join(result.message.split())}")
+        told.append(f"{problem}: {summary.name(result)}{by}{options}: {' '.join(result.message.split())}")
     return told
 
 
 def _limits(result: Result) -> str:
     limits = result.limits
-    seconds = f", time limit {numbers.duration(limits.time_limit)}" if limits.time_limit < math.inf else ""
-    return f"tol {limits.tol:g}, at most {limits.max_iterations} iterations{seconds}"
+    seconds = f", time limit {limits.time_limit:.15g} s" if limits.time_limit < math.inf else ""
+    return f"tol {limits.tol:.15g}, at most {limits.max_iterations} iterations{seconds}"
 
 
-def _options(result: Result) -> dict[str, str]:
-    """The options in force as texts, by their names on the command line, without those that are off."""
+def _options(result: Result, whole: bool) -> dict[str, str]:
+    """The options in force as texts, by their names on the command line, without those that are off.
+
+    whole : give long numbers, such as a computed p, with all digits instead of three.
+    """
     options = {name: value for name, value in result.options.items() if name not in (*VECTORS, "time_limit")}
-    return {name.replace("_", "-"): _text(value) for name, value in options.items() if value is not False}
+    return {name.replace("_", "-"): _text(value, whole) for name, value in options.items() if value is not False}
 
 
-def _text(value: Any) -> str:
+def _text(value: Any, whole: bool) -> str:
     if isinstance(value, (bool, str)):
         return str(value).lower()
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return str(value)
+    short = f"{value:g}"
+    if float(short) == value:
+        return short
+    return repr(float(value)) if whole else f"{value:.3g}"
 
 
 def _json(value: Any) -> Any:
