@@ -234,6 +234,15 @@ def test_latex_keeps_the_verdict_and_the_solution(lcp: Lcp) -> None:
     assert "z = (1, 0, 1, 0)" in out
 
 
+def test_latex_of_one_result_has_no_empty_column(lcp: Lcp) -> None:
+    """Claims are verified only in a comparison."""
+    lines = lcp("solve", EXAMPLE, "--method", "shi", "--format", "latex").out.splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("method & iterations"))
+    header, cells = ([cell.strip(" \\") for cell in lines[i].split("&")] for i in (start, start + 2))
+    assert header[-1] == "status"
+    assert "-" not in cells
+
+
 @pytest.mark.skipif(not shutil.which("pdflatex"), reason="pdflatex is not installed")
 def test_latex_compiles_and_fits_the_page(lcp: Lcp, tmp_path: Path) -> None:
     runs = [("solve", EXAMPLE), ("compare",), ("compare", TRIDIAGONAL, "--method", "shi:p=10", "--method", "shi:p=100")]

@@ -90,6 +90,8 @@ def _counts(results: Sequence[Result]) -> Cells:
         ]
         for result in results
     ]
+    if all(result.verified is None for result in results):
+        header, rows = header[:-1], [row[:-1] for row in rows]
     if all(result.error is None for result in results):
         header.remove("error")
         for row in rows:
