@@ -38,5 +38,7 @@ def test_no_line_is_wider_than_the_screen(name: str, width: int, lcp: Lcp, monke
 def test_fold_keeps_every_column_of_the_summary(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "50")
     rows = [line.split() for line in lcp("compare", FIRST).out.splitlines()]
-    assert ["method", *["to", "1e-3", "to", "1e-6", "to", "1e-9", "end"]] in rows
-    assert ["method", "error", "status", "verified"] in rows
+    _, *headers = [row[1:] for row in rows if row[:1] == ["method"]]
+    columns = [column for header in headers for column in header]
+    assert len(headers) > 1
+    assert columns == ["to", "1e-3", "to", "1e-6", "to", "1e-9", "end", "error", "status", "verified"]
