@@ -39,7 +39,7 @@ FAILING = {
     "lemke, rounding": ("hilbert", 10, ["--method", "lemke"]),
     "auto, few iterations": ("harker-pang", 30, ["--max-iterations", "1"]),
     "auto, short of time": ("harker-pang", 30, ["--time-limit", "1e-6"]),
-    "auto, small tolerance": ("obstacle", 64, ["--tol", "1e-17"]),
+    "auto, small tolerance": ("obstacle", 81, ["--tol", "1e-17"]),
 }
 
 Lcp = Callable[..., Any]
