@@ -51,7 +51,14 @@ def _cells(line: str) -> list[str]:
     cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
-    return [part for cell in cells for part in (cell.split() or [""])]
+    parts = [part for cell in cells for part in (cell.split() or [""])]
+    return [_with_point(part) for part in parts] if delimiter in ";\t" else parts
+
+
+def _with_point(part: str) -> str:
+    """A number with a decimal comma, which is unambiguous between semicolons or tabs, with a point."""
+    pointed = part.replace(",", ".", 1)
+    return pointed if is_number(pointed) else part
 
 
 def _columns(rows: Rows) -> list[str]:
