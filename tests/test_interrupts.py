@@ -109,7 +109,6 @@ def test_interrupted_figure_comes_after_the_results(lcp: Run, monkeypatch: pytes
 @pytest.mark.parametrize(
     ("line", "module", "name"),
     [
-        (f"compare {EXAMPLE}", reference, "with_reference"),
         (f"inspect {EXAMPLE}", reading, "read"),
         (f"check {EXAMPLE} {EXAMPLE}", reading, "read"),
         (BENCH, benching, "start"),
@@ -121,6 +120,13 @@ def test_interrupted_preparation_ends_without_a_word(
     monkeypatch.setattr(module, name, interrupt)
     outcome = lcp(*line.split())
     assert (outcome.code, outcome.out, outcome.err.strip()) == (130, "", "")
+
+
+def test_interrupted_reference_says_that_nothing_has_run(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reference, "with_reference", interrupt)
+    outcome = lcp("compare", EXAMPLE)
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (130, "", 1)
+    assert "before the first run" in outcome.err
 
 
 def test_interrupt_while_modules_are_loaded_ends_without_a_word() -> None:

@@ -45,7 +45,7 @@ def test_larger_p_that_is_advised_solves_the_problem(name: str, p: float, scale:
 
 
 def test_larger_p_is_not_advised_at_a_local_minimum() -> None:
-    failed = run(make("growth", 10), "shi", p=1e3)
+    failed = run(make("growth", 6), "shi", p=1e3)
     assert not failed.solved
     assert "p=" not in failed.advice
 
