@@ -45,7 +45,7 @@ def test_larger_p_that_is_advised_solves_the_problem(name: str, p: float, scale:
 
 
 def test_larger_p_is_not_advised_before_the_smoothed_equation_is_solved() -> None:
-    failed = run(make("growth", 6), "shi", p=1e3, max_iterations=500)
+    failed = run(make("growth", 6), "shi", p=1e3, limits=Limits(max_iterations=500))
     assert not failed.solved
     assert "p=" not in failed.advice
 
