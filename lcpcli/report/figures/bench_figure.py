@@ -18,7 +18,7 @@ from lcpcli.report.figures.style import FONT, WIDTH, Looks, fitted, looks, row_h
 
 TITLE = WIDTH / 2 - 1.0  # inches for a title
 EXPONENTS = 10  # of them in a column
-ROOM = 0.45  # of the length of the data's range of n, for a column of exponents
+ROOM = 0.48  # of the length of the data's range of n, for a column of exponents
 DOUBLINGS = 12  # up to how many doublings the abscissa of a profile is marked in powers of 2, else of 10
 
 
