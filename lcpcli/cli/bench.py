@@ -11,7 +11,8 @@ from lcpcli.bench.report.formats import FORMATS
 from lcpcli.bench.suites import ALL, SUITES
 from lcpcli.cli import candidates, threads
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import format_option, numeric, output_file, several_methods
+from lcpcli.cli.methods import several_methods
+from lcpcli.cli.options import format_option, numeric, output_file
 from lcpcli.methods.registry import meanings
 from lcpcli.options import ACCEPT, BUDGET, THREADS, TOL
 from lcpcli.peers.registry import PEERS

@@ -18,7 +18,7 @@ from lcpcli.bench.report import plot
 from lcpcli.bench.report.render import render
 from lcpcli.cli import problems
 from lcpcli.cli.exit_codes import INTERRUPTED
-from lcpcli.cli.options import chosen_variants
+from lcpcli.cli.methods import chosen_variants
 from lcpcli.cli.output import emit, form_of, terminal
 from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file

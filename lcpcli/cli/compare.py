@@ -8,7 +8,8 @@ import click
 
 from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, argument
-from lcpcli.cli.options import EXITS, chosen_variants, numeric, several_methods, solving
+from lcpcli.cli.methods import chosen_variants, several_methods
+from lcpcli.cli.options import EXITS, numeric, solving
 from lcpcli.files import shipped
 from lcpcli.methods.registry import meanings
 from lcpcli.options import WARM

@@ -15,7 +15,8 @@ from lcpcli import options
 from lcpcli.cli import problems as problems_in
 from lcpcli.cli import threads
 from lcpcli.cli.exit_codes import INTERRUPTED
-from lcpcli.cli.options import for_methods, limits
+from lcpcli.cli.methods import for_methods
+from lcpcli.cli.options import limits
 from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
 from lcpcli.cli.progress import Line, wanted
 from lcpcli.errors import OptionError

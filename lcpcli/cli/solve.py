@@ -8,7 +8,8 @@ import click
 
 from lcpcli.cli import session
 from lcpcli.cli.command import Command, option
-from lcpcli.cli.options import EXITS, MethodChoice, problem_file, solving
+from lcpcli.cli.methods import MethodChoice
+from lcpcli.cli.options import EXITS, problem_file, solving
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 
