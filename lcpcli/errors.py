@@ -59,6 +59,8 @@ def refuse_unknown(
 def misread(text: str, otherwise: str) -> tuple[str, str]:
     """What is wrong with a text in place of a number, and the hint: it may be complex, or an expression."""
     start = text[:LONGEST]
+    if start.lstrip().startswith("#"):
+        return f"is {quoted(text)}, an error in the spreadsheet", "correct it there and save the file again"
     if COMPLEX.fullmatch(start.replace(" ", "")):
         return f"is the complex number {quoted(text)}", REAL
     if EXPRESSION.search(start):

@@ -134,6 +134,7 @@ def test_bad_options_are_refused(options: dict[str, Any], message: str) -> None:
         (np.eye(3)[:2], Q, "M: is 2 x 3; make it square"),
         (sparse.coo_array((10**12, 10**12)), Q, "M: is 1000000000000 x 1000000000000 but q has 3 entries"),
         (M, np.array(Q) * 1j, "q: is complex"),
+        (np.ma.array(M, mask=np.eye(len(Q))), Q, "M: has masked entries"),
     ],
 )
 def test_bad_problems_are_refused(matrix: Any, q: Any, message: str) -> None:
@@ -181,3 +182,11 @@ def test_truth_of_a_result_is_refused() -> None:
     assert result.success is result.solved is True
     with pytest.raises(TypeError, match=r"ask for result\.solved"):
         bool(result)
+
+
+def test_data_frames_are_taken_as_their_numbers() -> None:
+    class Frame:
+        def to_numpy(self) -> Any:
+            return np.array(M)
+
+    assert lcpcli.solve(Frame(), Q).z.tolist() == lcpcli.solve(M, Q).z.tolist()

@@ -105,3 +105,14 @@ def test_times_of_the_last_row_and_of_the_summary_are_by_one_clock(lcp: Lcp) -> 
     scale = {"us": 1e-6, "ms": 1e-3, "s": 1.0}
     assert float(end[1]) * scale[end[2]] == pytest.approx(last * scale[unit[1]], rel=6e-3)
     assert float(cells[-2]) * scale[cells[-1]] >= last * scale[unit[1]] * 0.99
+
+
+def test_default_beside_a_run_with_an_option_is_told(lcp: Lcp) -> None:
+    out = lcp("compare", EXAMPLE, "--method", "shi", "--method", "shi:k-star=5").out
+    assert " ".join(out[out.index("\nlcp ") :].split()).endswith("default shi: k-star=100")
+
+
+def test_figure_tells_every_value_of_a_sweep(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "figure.svg"
+    lcp("compare", EXAMPLE, "--method", "shi", "--sweep", "k-star=5,17", "--plot", str(file))
+    assert re.search(r"k-star=5, .*k-star=17, ", file.read_text())

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 60  # of one method in a table, unless --every is given
 FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows shown even on a small one, and lines that are not rows
+PRINTED_ROWS = 10  # of one method on a printed page, unless --every is given
 PRINTED = 100  # columns of text whose components of z are legible across a printed page
 MOST_POINTS = 400  # of one method in a figure
 ITERATES = ""  # as the file of the iterates: add them to the output
@@ -99,6 +100,8 @@ class Output:
 
     def _most(self, width: int | None) -> int:
         """The largest number of rows shown: for a single result, what a screen holds below it."""
+        if self.form == "latex":
+            return PRINTED_ROWS
         if width is None or self._compared:
             return MOST_ROWS
         from shutil import get_terminal_size

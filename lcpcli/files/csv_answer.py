@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from lcpcli.errors import ProblemError, count
 from lcpcli.files.content import decode
-from lcpcli.files.csv_format import NUMERIC, is_number
+from lcpcli.files.csv_format import NUMERIC, is_comment, is_number
 from lcpcli.rational.numbers import ratio
 
 DELIMITERS = ";\t,"
@@ -34,7 +34,7 @@ class Answer(NamedTuple):
 def parse(content: bytes) -> Answer:
     """The answer in a text, or a ProblemError that names the line."""
     lines = [(k, line) for k, line in enumerate(decode(content).splitlines(), 1)]
-    lines = [(k, line) for k, line in lines if line.strip() and line.lstrip()[0] != "#"]
+    lines = [(k, line) for k, line in lines if line.strip() and not is_comment(line)]
     rows = [(k, _cells(line)) for k, line in lines]
     header: list[str] = []
     if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):

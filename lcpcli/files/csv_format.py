@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
+SPREADSHEET_ERROR = re.compile(r"\s*#[A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$)")  # such as #N/A, #REF!, #DIV/0!
 NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
@@ -81,9 +82,14 @@ def render(problem: Problem) -> dict[str, bytes]:
     return {"": "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()}
 
 
+def is_comment(line: str) -> bool:
+    """Whether a line begins with #, but not with an error that a spreadsheet has left in its first cell."""
+    return line.lstrip().startswith("#") and not SPREADSHEET_ERROR.match(line)
+
+
 def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]:
     all_lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and line.lstrip()[0] != "#"]
+    lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and not is_comment(line)]
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)

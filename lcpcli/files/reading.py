@@ -101,7 +101,7 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
     """What a file holds, with q from the other file if that is M alone."""
     if isinstance(held, Problem):
         if q_path is not None:
-            hint = "leave it out, or use lcp compare, which takes several problems"
+            hint = "leave it out; has the table an index or a second problem? see lcp help formats"
             raise ProblemError(q_path, f"is not needed: {place(path)} contains M and q", hint)
         problem = held
     else:

@@ -132,7 +132,7 @@ def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
     if p >= default or np.max(np.abs(F)) > SMOOTHED * smoothing_error:
         return None
     told = f"{smoothing_error:.2g} for p = {p:g} (default {default:.2g})"
-    return Stalled(f"{SMOOTHING}, at most (ln 3 / p) |M - I| = {told}")
+    return Stalled(f"{SMOOTHING}, in F at most (ln 3 / p) |M - I| = {told}")
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:

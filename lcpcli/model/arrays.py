@@ -86,8 +86,12 @@ def _as_sparse(field: str, M: Any) -> Matrix:
 
 
 def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> Vector:
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        raise ProblemError(field, "has masked entries", "fill them, or leave them out")
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
         return np.asarray(values)
+    if hasattr(values, "to_numpy"):  # of pandas; its labels are not used
+        return _as_floats(field, values.to_numpy(), expected)
     if not isinstance(values, (list, tuple, np.ndarray)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     if isinstance(values, np.ndarray):

@@ -28,7 +28,7 @@ def from_qp(
     """The LCP of the first-order conditions of min x'Qx / 2 + c'x subject to Ax >= b and x >= 0.
 
     Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse. If it is positive semidefinite, the solutions
-        of the LCP are the minimizers, else the first-order stationary points. 0 for a linear program.
+        of the LCP are the minimizers, else the first-order stationary points. Zeros for a linear program.
     c : shape (k,).
     A, b : shapes (m, k) and (m,), or both None if x >= 0 is the only constraint.
     free : indices of the x_i that may be negative.

@@ -22,7 +22,7 @@ def _panel(results: Sequence[Result]) -> Panel:
     measure = "error" if problem.solutions else "residual"
     name = numbers.title(problem)
     title = f"{name}, n = {problem.n}" if name else f"n = {problem.n}"
-    return Panel(title, measure, [_curve(result) for result in results], provenance.line(results))
+    return Panel(title, measure, [_curve(result) for result in results], "; ".join(provenance.lines(results)))
 
 
 def _curve(result: Result) -> Curve:

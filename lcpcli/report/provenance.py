@@ -6,7 +6,7 @@ Every format takes it from here, so that a table, a file or a figure that is fou
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lcpcli import __version__
@@ -32,16 +32,23 @@ def data(result: Result) -> dict[str, Any]:
 def line(results: Sequence[Result]) -> str:
     """In one line, for results with the same limits: the version, the limits, and the options of each method.
 
-    Options in which runs of one method differ are left out, as the names of the runs have them.
+    Options in which runs of one method differ are left out where the names of the runs have them.
     """
-    methods = {}
+    parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
-        runs = [_options(result, whole=False) for result in results if result.method == method]
-        shared = [f"{name}={value}" for name, value in runs[0].items() if all(run[name] == value for run in runs)]
-        if shared:
-            methods[method] = ", ".join(shared)
-    parts = [f"{PROGRAM}, {_limits(results[0])}", *(f"{method}: {told}" for method, told in methods.items())]
-    return "; ".join(parts)
+        own = [result for result in results if result.method == method]
+        runs = [_options(result, whole=False) for result in own]
+        shared = {name: value for name, value in runs[0].items() if all(run.get(name) == value for run in runs)}
+        parts += _written(method, shared)
+        for result, run in zip(own, runs, strict=True):
+            if ":" not in result.label:
+                parts += _written(f"default {method}", {name: run[name] for name in run if name not in shared})
+    return "; ".join(dict.fromkeys(parts))
+
+
+def _written(name: str, options: Mapping[str, str]) -> list[str]:
+    told = ", ".join(f"{option}={value}" for option, value in options.items())
+    return [f"{name}: {told}"] if told else []
 
 
 def lines(results: Sequence[Result]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.model.problem import Problem
 from lcpcli.solving.limits import Limits
@@ -212,7 +212,7 @@ class Result:
         """The same as `solved`, by the name that scipy gives it."""
         return self.solved
 
-    def __bool__(self) -> NoReturn:
+    def __bool__(self) -> bool:
         raise TypeError(
             "a Result is neither true nor false, as not solved may be proved to have no solution; "
             "ask for result.solved, or for result.status"

@@ -43,6 +43,8 @@ CSV = [
     of_csv("missing-entry", ",0,-1\n0,2,-1\n", "line 1, column 1:", "empty"),
     of_csv("complex", "2,0,-1\n0,1+2j,-1\n", "line 2, column 2:", "complex number '1+2j'", "real problems"),
     of_csv("expression", "2,0,-1\n0,2*z1,-1\n", "line 2, column 2:", "expression '2*z1'", "linear problems"),
+    of_csv("spreadsheet-error-first", "2;0;-1\n#NV;0;1\n0;2;-1\n", "line 2, column 1:", "'#NV'", "spreadsheet"),
+    of_csv("spreadsheet-error-inside", "2;0;-1\n0;#DIV/0!;-1\n", "line 2, column 2:", "'#DIV/0!'", "spreadsheet"),
     of_csv("nan", "2,nan,-1\n0,2,-1\n", "line 1, column 2:", "nan", "finite"),
     of_csv("inf", "2,0,-1\n0,2,-inf\n", "line 2, column 3:", "-inf", "finite"),
     of_csv("1e999", "2,0,-1\n0,1e999,-1\n", "line 2, column 2:", "1e999", "finite", "double precision"),
