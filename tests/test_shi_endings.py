@@ -30,7 +30,8 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
     assert result.status is Status.STALLED
     bound = math.log(3) / 3 * np.abs(EXAMPLE_1.M - np.eye(4)).sum(axis=1).max()
     assert 1e-3 < result.residual <= bound
-    assert f"what is left is the smoothing error, in F at most (ln 3 / p) |M - I| = {bound:.2g} for p = 3 " in result.message
+    told = f"smoothing error, in F at most (ln 3 / p) |M - I| = {bound:.2g} for p = 3 "
+    assert f"what is left is the {told}" in result.message
 
 
 @pytest.mark.parametrize("scale", [False, True])
