@@ -101,12 +101,14 @@ _GIVEN = {  # methods of classes, by their modules: functions of report.notebook
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
-    _give_methods()
-    return value
+if not TYPE_CHECKING:  # else no misspelt name would be found by type checkers
+
+    def __getattr__(name: str) -> Any:
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
+        _give_methods()
+        return value
 
 
 def _give_methods() -> None:
