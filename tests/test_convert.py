@@ -69,3 +69,10 @@ def test_nothing_is_left_behind(
     outcome = lcp("convert", *arguments.split())
     assert words in outcome.err
     assert (outcome.code, outcome.out, [file.name for file in tmp_path.iterdir()]) == (2, "", ["a.json"])
+
+
+def test_output_that_is_not_named_by_its_option_is_pointed_out(tmp_path: Path, lcp: Lcp) -> None:
+    write(SPARSE, tmp_path / "a.json")
+    outcome = lcp("convert", str(tmp_path / "a.json"), str(tmp_path / "b.mat"))
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert "give -o" in outcome.err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -12,6 +13,7 @@ from lcpcli.cli import problems, threads
 from lcpcli.cli.command import Command
 from lcpcli.cli.options import problem_file, problem_output
 from lcpcli.cli.session import refuse_clashes
+from lcpcli.errors import OptionError
 from lcpcli.files.formats import COMPLETE
 
 if TYPE_CHECKING:
@@ -35,6 +37,8 @@ def convert(file: str, q_file: str | None, output: str | None) -> int:
     """Write the problem in FILE in another format."""
     files = [file] if q_file is None else [file, q_file]
     threads.settle(files)
+    if q_file is not None and output is None and not Path(q_file).exists():
+        raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
     output = None if output == "-" else output
     refuse_clashes(files, {"--output": output})
     written = problems.write(lambda: _read(files), output)
