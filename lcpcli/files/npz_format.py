@@ -53,10 +53,9 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
 
 def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
     """M and, if the archive has it, q, with their doubles as exact rationals."""
-    from lcpcli.rational.problem import fractions_of, rows_of
+    from lcpcli.rational.problem import parts_of
 
-    held = parse(content)
-    return (rows_of(held.M), fractions_of(held.q)) if isinstance(held, Problem) else (rows_of(held), None)
+    return parts_of(parse(content))
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:

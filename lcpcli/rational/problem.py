@@ -115,6 +115,11 @@ def rows_of(M: Matrix) -> Rows:
     return rows
 
 
+def parts_of(held: Problem | Matrix) -> tuple[Rows, list[Fraction] | None]:
+    """M and, of a problem, q, with their doubles as exact rationals."""
+    return (rows_of(held.M), fractions_of(held.q)) if isinstance(held, Problem) else (rows_of(held), None)
+
+
 def fractions_of(values: Vector) -> list[Fraction]:
     """Doubles as exact rational numbers."""
     return [Fraction(value) for value in values.tolist()]
