@@ -10,7 +10,7 @@ from scipy import sparse
 
 from lcpcli import Problem, Trace
 from lcpcli.diagnosis.contraction import contraction, measured
-from lcpcli.model.modulus import x_of
+from lcpcli.model.box import ORTHANT
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.reference import with_reference
 from lcpcli.solving.run import run
@@ -28,7 +28,7 @@ def random_problem(seed: int, n: int, symmetric: bool) -> Problem:
 def test_measured_rate_is_the_local_one_and_below_the_bound(n: int, symmetric: bool) -> None:
     problem = random_problem(n, n, symmetric)
     z = problem.solutions[0]
-    theory = contraction(problem, x_of(z, problem.w(z)))
+    theory = contraction(problem, ORTHANT.x_of(z, problem.w(z)))
     assert theory is not None
     assert theory.local is not None
     curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)

@@ -12,7 +12,7 @@ from lcpcli import Problem
 from lcpcli.linalg import factors
 from lcpcli.methods.finish import STEP, finish
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
-from lcpcli.model.modulus import z_of
+from lcpcli.model.box import ORTHANT
 from lcpcli.typing import Vector
 
 from .stages import scripted, through
@@ -50,7 +50,7 @@ def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
     start = np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)
     *_, last = finish(problem, None, constant(start))
     assert last.step == STEP
-    z = z_of(last.x)
+    z = ORTHANT.z_of(last.x)
     rounding = 1e-13 * (np.abs(M) @ z + np.abs(problem.q)).max()
     assert np.abs(np.minimum(z, problem.w(z))).max() <= rounding
 
@@ -65,7 +65,7 @@ def test_a_few_wrong_signs_are_corrected(seed: int) -> None:
     x[wrong] = -x[wrong]
     *_, last = finish(problem, None, constant(x))
     assert last.step == STEP
-    assert np.allclose(z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)
+    assert np.allclose(ORTHANT.z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)
 
 
 def test_iterates_are_passed_on_unchanged_before() -> None:
@@ -83,7 +83,7 @@ def test_degenerate_solution_is_recognised() -> None:
     for sign in (1.0, -1.0):
         *_, last = finish(problem, None, constant(np.array([1.0, sign, -1.0])))
         assert last.step == STEP
-        assert np.allclose(z_of(last.x), z, rtol=0, atol=1e-15)
+        assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("sparse", [False, True])
@@ -151,4 +151,4 @@ def test_sparse_blocks_are_not_made_dense() -> None:
     problem = Problem(M, w - M @ z)
     *_, last = finish(problem, None, constant(x))
     assert last.step == STEP
-    assert np.allclose(z_of(last.x), z, rtol=0, atol=1e-12)
+    assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-12)

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron
 from lcpcli import Problem
 from lcpcli.methods.auto.sparse_route import sparse_route
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled, advance
-from lcpcli.model.modulus import z_of
+from lcpcli.model.box import ORTHANT
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.accuracy import Accuracy
 
@@ -47,7 +47,7 @@ def solve(problem: Problem, x0: Vector | None = None) -> tuple[Vector, list[str]
     accuracy, methods = Accuracy(problem), []
     for k, iterate in enumerate(sparse_route(problem, np.zeros(problem.n) if x0 is None else x0)):
         methods.append(iterate.method)
-        z = z_of(iterate.x)
+        z = ORTHANT.z_of(iterate.x)
         if accuracy.relative_residual(z, problem.w(z)) <= TOL:
             return z, list(dict.fromkeys(methods))
         assert k < 1000
@@ -106,7 +106,7 @@ def test_what_rounding_stops_is_finished_by_one_factorization() -> None:
     problem = Problem(M, np.random.default_rng(6).standard_normal(n))
     *_, last = sparse_route(problem, np.zeros(n))
     assert (last.method, last.step) == ("multilevel", "finish")
-    z = z_of(last.x)
+    z = ORTHANT.z_of(last.x)
     rounding = np.finfo(float).eps * (abs(problem.M) @ z + np.abs(problem.q))
     assert np.all(np.abs(np.minimum(z, problem.w(z))) <= 8 * rounding)
 
@@ -135,6 +135,6 @@ def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
             if not isinstance(step, Iterate):
                 assert isinstance(step, (Breakdown, Stalled))
                 break
-            z = z_of(step.x)
+            z = ORTHANT.z_of(step.x)
             best = min(best, accuracy.relative_residual(z, problem.w(z)))
     assert best > TOL

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from lcpcli.bench.answer import Curve
 from lcpcli.diagnosis.contraction import contraction, measured
-from lcpcli.model.modulus import x_of
 from lcpcli.model.problem import Problem
 from lcpcli.verify.accuracy import size_of_solutions
 
@@ -23,7 +22,7 @@ def of(problem: Problem, curve: Curve) -> dict[str, float] | None:
     size, z = size_of_solutions(problem), problem.solutions[0]
     errors = [error if error is not None else 0.0 for _, _, error in curve]
     factor = measured([k for k, _, _ in curve], errors, LARGEST_ERROR * size, SMALLEST_ERROR * size)
-    theory = contraction(problem, x_of(z, problem.w(z))) if factor is not None else None
+    theory = contraction(problem, problem.box.x_of(z, problem.w(z))) if factor is not None else None
     if factor is None or theory is None:
         return None
     local = {} if theory.local is None else {"local": theory.local}

@@ -78,7 +78,7 @@ def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Proble
     chosen = {name: given[name] for name in (*OPTIONS, *STARTS) if given[name] is not None}
     for name in STARTS:
         if name in chosen:
-            chosen[name] = _vector(name, chosen[name], problem.n)
+            chosen[name] = _vector(name, chosen[name], problem)
     if "x0" in chosen and "z0" in chosen:
         raise OptionError("--z0", "gives the starting point, and so does --x0", "leave one out")
     chosen |= {name: given[name] for name in ADDITIONS if given[name] is not None}
@@ -113,10 +113,10 @@ def _remedy(name: str, asked: Sequence[Variant]) -> str:
     return f"it belongs to {' and '.join(owners)}: {cure} --method {' or '.join(owners)}"
 
 
-def _vector(name: str, given: str, n: int) -> Vector:
+def _vector(name: str, given: str, problem: Problem) -> Vector:
     from lcpcli.files import reading, typed
 
     if typed.numbers(given) is None and not (given and os.path.exists(given)):  # noqa: PTH110 (Path.exists raises an error for a long text)
         fault = f"{given!r} is neither a file nor numbers"
         raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
-    return reading.read_start(flag(name), given, n, as_x=name != "z0")
+    return reading.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box)

@@ -14,7 +14,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.content import without_mark
 from lcpcli.files.formats import Format, load
 from lcpcli.files.recognition import form_of, uncompressed
-from lcpcli.model.modulus import x_of
+from lcpcli.model.box import Box, Orthant
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -114,8 +114,8 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
     return problem if problem.name else replace(problem, name=name_of(path))
 
 
-def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
-    """A starting point of length n, x or else z, from a file with it or a result that `lcp solve -o` wrote.
+def read_start(field: str, path: str, n: int, box: Orthant | Box | None = None) -> Vector:
+    """A starting point of length n from a file with it or a result that `lcp solve -o` wrote: x for these bounds, or z.
 
     path : a file, or the numbers themselves, as in `typed`.
 
@@ -138,11 +138,11 @@ def read_start(field: str, path: str, n: int, as_x: bool = True) -> Vector:
             except ProblemError as error:
                 raise error if error.where else error.inside(field) from None
             first = as_vector(field, rounded(given.z), n)
-            return first if given.w is None or not as_x else x_of(first, as_vector(field, rounded(given.w), n))
+            return first if given.w is None or box is None else box.x_of(first, as_vector(field, rounded(given.w), n))
         if form is not json_format or not content.lstrip().startswith(b"{"):
             return form.parse_vector(field, content, n)
         z, w = json_format.parse_result(field, content, n)
-        return x_of(z, w) if as_x else z
+        return z if box is None else box.x_of(z, w)
 
     return _blaming(path, parse)
 

@@ -1,18 +1,24 @@
-"""The linear complementarity problem: find z >= 0 with w = M z + q >= 0 and z'w = 0."""
+"""The mixed linear complementarity problem; the linear complementarity problem is the case l = 0, u infinite."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from dataclasses import field as declared
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, kind, quoted
-from lcpcli.linalg.doubles import largest
-from lcpcli.linalg.products import product
-from lcpcli.model.arrays import as_square, as_vector
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import are_moderate, largest
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.products import absolute_product, product
+from lcpcli.model.arrays import as_bounds, as_square, as_vector
+from lcpcli.model.box import ORTHANT, Box, Orthant
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -20,15 +26,23 @@ if TYPE_CHECKING:
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
+CANCELLATION = 1000  # of the terms of a row: if more is lost in M z + q at the reference point, it is summed exactly
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class Problem:
-    """An LCP with n >= 1 unknowns, validated on construction: all numbers are finite and all lengths agree.
+    """An LCP with n >= 1 unknowns, or a mixed one: find l <= z <= u with w = M z + q, w_i >= 0 where z_i < u_i and
+    w_i <= 0 where z_i > l_i.
+
+    So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. A z_i with neither bound makes row i an equation.
+    (In some programs the sign of w is the opposite one.) It is validated on construction: all numbers but bounds are
+    finite, all lengths agree, and l <= u.
 
     M : shape (n, n); nested sequences, a dense array or a scipy sparse matrix or array. Kept dense or in compressed
         sparse rows, without a copy if already in that form.
     q : shape (n,).
+    lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
+        infinity in u are no bounds. They are kept as those two numbers if they are nothing else, as arrays otherwise.
     name, source, note : its name, its source, a remark.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
@@ -36,6 +50,7 @@ class Problem:
     verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
     origin : the quadratic program or the game behind the problem, or the object for it in a file; or None.
     row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
+    box : the set of admissible z, with what depends on it.
 
     Raises ProblemError, which names the field.
 
@@ -45,6 +60,8 @@ class Problem:
     <Problem small: n = 2, dense>
     >>> problem.w([0.0, 3.0]).tolist()
     [-2.0, 0.0]
+    >>> Problem([[2, 1], [1, 2]], [-5, -6], lower=[0, -np.inf], upper=1)
+    <Problem: n = 2 (1 upper bound, 1 boxed), dense>
     """
 
     M: Matrix
@@ -58,6 +75,9 @@ class Problem:
     note: str = ""
     reference: str = "known"
     origin: Origin | None = None
+    lower: Vector | float = 0.0
+    upper: Vector | float = math.inf
+    box: Orthant | Box = declared(init=False, repr=False)
     row_maxima: Vector = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
 
@@ -74,6 +94,8 @@ class Problem:
         note: str = "",
         reference: str = "known",
         origin: Any = None,
+        lower: ArrayLike | None = 0.0,
+        upper: ArrayLike | None = math.inf,
     ) -> None:
         vector_q = as_vector("q", q)
         n = vector_q.size
@@ -83,6 +105,7 @@ class Problem:
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
+        bounds = as_bounds(lower, upper, n)
         self.__dict__.update(  # as it is frozen
             M=matrix,
             q=vector_q,
@@ -97,6 +120,9 @@ class Problem:
             origin=None if origin is None else _origin(origin, matrix, vector_q),
             row_maxima=row_maxima,
             largest=largest(row_maxima),
+            lower=0.0 if bounds is None else bounds[0],
+            upper=math.inf if bounds is None else bounds[1],
+            box=ORTHANT if bounds is None else Box(*bounds),
         )
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
@@ -106,10 +132,38 @@ class Problem:
         """Number of unknowns."""
         return int(self.q.size)
 
+    @property
+    def is_mixed(self) -> bool:
+        """Whether it has other bounds than z >= 0."""
+        return self.box is not ORTHANT
+
+    @cached_property
+    def z_there(self) -> Vector | None:
+        """mid(l, u, 0), the admissible z nearest to 0; None if that is 0."""
+        if not isinstance(self.box, Box):
+            return None
+        z = self.box.project(np.zeros(self.n))
+        return z if z.any() else None
+
+    @cached_property
+    def q_there(self) -> Vector:
+        """w = M z + q at the reference point, with hardly any rounding errors: the scale of the rows, whatever the
+        bounds are shifted by."""
+        if self.z_there is None:
+            return self.q
+        w = product(self.M, self.z_there) + self.q
+        rows = np.flatnonzero(
+            absolute_product(self.M, np.abs(self.z_there)) + np.abs(self.q) > CANCELLATION * np.abs(w)
+        )
+        M, q = self.M[rows], self.q[rows]
+        if rows.size and all(map(are_moderate, (M.data if is_sparse(M) else M, q, self.z_there))):
+            w[rows] = 0.0 - accurate_residual(M, self.z_there, -q)
+        return w
+
     def w(self, z: Vector) -> Vector:
-        """w = M z + q for z of shape (n,)."""
-        w = product(self.M, z)
-        w += self.q
+        """w = M z + q for z of shape (n,), computed from the reference point."""
+        w = product(self.M, z if self.z_there is None else z - self.z_there)
+        w += self.q_there
         return w
 
 

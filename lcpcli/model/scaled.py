@@ -10,7 +10,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import are_moderate
 from lcpcli.linalg.equilibration import LARGEST_POWER, equilibrate
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.modulus import LARGEST_X
+from lcpcli.model.box import LARGEST_X
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -19,7 +19,7 @@ MODERATE = 300  # the power of two up to which R q is left unchanged
 
 @dataclass(frozen=True, eq=False)
 class Scaled:
-    """LCP(R M C, R q) for a problem, with the transformation back: z = C z', w = w' / R, and F = F' / R.
+    """The problem of R M C, R q, l / C and u / C for a given one, with the way back: z = C z', w = w' / R, F = F' / R.
 
     If R and C are powers of two, neither direction rounds.
     """
@@ -28,8 +28,13 @@ class Scaled:
     R: Vector
     C: Vector
 
+    given: Problem
+
     def start(self, x: Vector) -> Vector:
         """x = (z - w) / 2 of the problem in scaled units."""
+        if self.given.is_mixed:
+            z = self.given.box.z_of(x)
+            return 0.5 * (z / self.C - self.R * (z - 2 * x))
         return np.maximum(x, 0) / self.C + np.minimum(x, 0) * self.R
 
     @np.errstate(over="ignore")
@@ -38,6 +43,10 @@ class Scaled:
 
         Where z overflows, x is infinite; where w does, x is the most negative number admitted.
         """
+        if self.given.is_mixed:
+            z = self.problem.box.z_of(x)
+            w = (z - 2 * x) / self.R
+            return np.maximum(0.5 * (self.C * z - w), -LARGEST_X)
         original: Vector = np.maximum(x, 0) * self.C
         original += np.maximum(np.minimum(x, 0) / self.R, -LARGEST_X)
         return original
@@ -54,8 +63,16 @@ def scale(problem: Problem) -> Scaled:
         R, C = R * t, C / t
         q = R * problem.q
     if not np.isfinite(q).all():
-        return Scaled(problem, np.ones(q.size), np.ones(q.size))
-    return Scaled(Problem(matrices.scaled(problem.M, R, C), q), R, C)
+        return Scaled(problem, np.ones(q.size), np.ones(q.size), problem)
+    return in_units(problem, R, C)
+
+
+def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
+    """The problem in the units of these positive diagonals, each of shape (n,)."""
+    M, q = matrices.scaled(problem.M, R, C), R * problem.q
+    if not problem.is_mixed:
+        return Scaled(Problem(M, q), R, C, problem)
+    return Scaled(Problem(M, q, lower=problem.lower / C, upper=problem.upper / C), R, C, problem)
 
 
 def is_far_from_one(problem: Problem) -> bool:

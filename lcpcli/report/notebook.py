@@ -132,7 +132,7 @@ def problem_html(problem: Problem) -> str:
 def _properties(problem: Problem) -> list[str]:
     stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if is_sparse(problem.M) else "dense"
     known = [count(len(problem.solutions), f"{problem.reference} solution")] if problem.solutions else []
-    return [f"n = {problem.n}", stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
+    return [numbers.size(problem), stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
 
 
 def trace_text(trace: Trace) -> str:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 LARGEST_FIXED = 1e6
 SMALLEST_FIXED = 1e-3
 ELLIPSIS = "..."
+PLURALS = {"lower bound": "lower bounds", "upper bound": "upper bounds"}
 IN_A_LINE = 12  # most entries of a vector on a line
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
@@ -29,6 +30,15 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format)
     """A vector in a line of text, as far as it fits."""
     more = [ELLIPSIS] if len(entries) > IN_A_LINE else []
     return f"({', '.join([*map(cell, entries[:IN_A_LINE]), *more])})"
+
+
+def size(problem: Problem) -> str:
+    """The number of unknowns, and of a mixed problem how many have which bounds."""
+    kinds = problem.box.kinds
+    if not kinds:
+        return f"n = {problem.n}"
+    own = (f"{number} {kind if number == 1 else PLURALS.get(kind, kind)}" for kind, number in kinds.items())
+    return f"n = {problem.n} ({', '.join(own)})"
 
 
 def short(value: float | None, rounding: float = 0.0) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from typing import Any
 
@@ -25,6 +26,8 @@ def solve(
     q: ArrayLike,
     method: MethodName = "auto",
     *,
+    lower: ArrayLike | None = 0.0,
+    upper: ArrayLike | None = math.inf,
     x0: ArrayLike | None = None,
     z0: ArrayLike | None = None,
     tol: float | None = None,
@@ -36,11 +39,14 @@ def solve(
     finish: bool = False,
     **options: Any,
 ) -> Result:
-    """Find z >= 0 with w = M z + q >= 0 and z'w = 0; the arrays passed in are never modified.
+    """Find z >= 0 with w = M z + q >= 0 and z'w = 0; or, with other bounds, lower <= z <= upper with w_i >= 0 where
+    z_i < upper_i and w_i <= 0 where z_i > lower_i. The arrays passed in are never modified.
 
     Parameters
     ----------
     M, q : shape (n, n), a dense array, nested sequences, or a scipy sparse matrix or array of any format; shape (n,).
+    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; -inf and inf, or None, are no
+        bounds, so that a z_i with neither makes row i an equation, w_i = 0.
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi
         2012), "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "lemke" (Lemke 1965),
         "milp" (Pardalos and Rosen 1988). Their modules in `lcpcli.methods` give the sources.
@@ -70,11 +76,13 @@ def solve(
     >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
     >>> result.status.word, result.z.round(6).tolist()
     ('solved', [1.333333, 2.333333])
+    >>> lcpcli.solve([[2, 1], [1, 2]], [-5, -6], lower=[None, 0], upper=2).z.tolist()
+    [1.5, 2.0]
     """
     began = seconds()
     limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     given = {"x0": x0, "z0": z0, "trace": trace, "threads": threads, "scale": scale, "finish": finish, **options}
-    return _run(Problem(M, q), method, began, limits, given)
+    return _run(Problem(M, q, lower=lower, upper=upper), method, began, limits, given)
 
 
 def run(

@@ -12,7 +12,7 @@ from lcpcli.clock import Stopwatch
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, NoSolution, OutOfTime, Stage, advance
 from lcpcli.methods.registry import METHODS
-from lcpcli.model.modulus import LARGEST_X, in_range, z_of
+from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.observer import Observer
@@ -182,7 +182,7 @@ class Loop:
         """The z of x with its measures; the last one is cached."""
         measured, point = self._newest
         if point is None or x is not measured:
-            point = Point(self.accuracy, z_of(x))
+            point = Point(self.accuracy, self.problem.box.z_of(x))
             self._newest = x, point
         return point
 

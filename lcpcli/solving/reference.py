@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from lcpcli.errors import OptionError
-from lcpcli.model.modulus import x_of
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.solving import run as driver
 from lcpcli.solving.limits import Limits
@@ -75,4 +74,4 @@ def near(problem: Problem, size: float) -> Vector:
         raise OptionError("--warm", f"{where}no solution was found to start near", "leave it out")
     z = problem.solutions[0]
     noise = np.random.default_rng(0).standard_normal(problem.n)
-    return x_of(z, problem.w(z)) + size * Accuracy(problem).size * noise
+    return problem.box.x_of(z, problem.w(z)) + size * Accuracy(problem).size * noise

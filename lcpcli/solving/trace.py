@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lcpcli.linalg.products import product
-from lcpcli.model.modulus import z_of
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.accuracy import Accuracy
 
@@ -124,7 +123,7 @@ class Trace:
 
     def _note_milestones(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
         pending = self.levels[len(self.milestones) :]
-        error = accuracy.error(z_of(pending_row.x)) if pending else None
+        error = accuracy.error(accuracy.problem.box.z_of(pending_row.x)) if pending else None
         if error is not None:
             reached = [level for level in pending if error <= level * accuracy.size]
             self.milestones += [Milestone(level, pending_row.k, pending_row.seconds) for level in reached]
@@ -133,11 +132,12 @@ class Trace:
     def _measure(self, accuracy: Accuracy) -> None:
         """Turn the pending iterates into rows, measured as requested."""
         problem, waiting = accuracy.problem, self._waiting
-        Z = np.array([z_of(pending_row.x) for pending_row in waiting])
+        Z = np.array([problem.box.z_of(pending_row.x) for pending_row in waiting])
         residuals: Sequence[float | None] = [None] * len(waiting)
         rounding = [False] * len(waiting)
         if self.residuals:
-            W = product(problem.M, Z.T).T + problem.q
+            offsets = Z if problem.z_there is None else Z - problem.z_there
+            W = product(problem.M, offsets.T).T + problem.q_there
             residuals = [accuracy.natural_residual(z, w) for z, w in zip(Z, W, strict=True)]
             rounding = [accuracy.is_rounding(z, w) for z, w in zip(Z, W, strict=True)]
         for pending_row, z, residual, is_rounding in zip(waiting, Z, residuals, rounding, strict=True):

@@ -17,7 +17,6 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.model import scaled
-from lcpcli.model.modulus import x_of
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 from lcpcli.verify import farkas
@@ -38,7 +37,7 @@ def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
     units = scaled.scale(problem)
     within = units.problem
     z_scaled = z / units.C
-    active = np.flatnonzero(x_of(z_scaled, within.w(z_scaled)) > 0 if P is None else P)
+    active = np.flatnonzero(within.box.x_of(z_scaled, within.w(z_scaled)) > 0 if P is None else P)
     if not active.size:
         return np.zeros_like(z)
     solver, b = PrincipalSolver(within.M), -within.q[active]

@@ -12,7 +12,6 @@ from itertools import product
 import numpy as np
 
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled
-from lcpcli.model.modulus import z_of
 from lcpcli.model.problem import Problem
 from lcpcli.rational.basis import Basis, exact_basis
 from lcpcli.rational.numbers import rounded
@@ -41,7 +40,7 @@ def exhaustion(problem: Problem) -> Stage:
         if found is not None and found.solves:
             solvable, x = True, _x(problem, found, P)
             yield Iterate(x, None, "exact", k)
-            if is_rounded_solution(problem, z_of(x)):
+            if is_rounded_solution(problem, problem.box.z_of(x)):
                 return Finished()
         elif found is not None and not found.unique:
             singular = True

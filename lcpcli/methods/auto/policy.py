@@ -19,7 +19,6 @@ from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Sta
 from lcpcli.methods.newton import block_pivoting
 from lcpcli.methods.scaled import in_original_units
 from lcpcli.model import scaled
-from lcpcli.model.modulus import z_of
 from lcpcli.model.problem import Problem
 from lcpcli.model.scaled import Scaled
 from lcpcli.typing import Vector
@@ -60,10 +59,10 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
-        if is_near(problem, z_of(turns.last.x)):
+        if is_near(problem, problem.box.z_of(turns.last.x)):
             turns.last = _refined(problem, turns.last)
             yield turns.last
-            if is_rounded_solution(problem, z_of(turns.last.x)):
+            if is_rounded_solution(problem, problem.box.z_of(turns.last.x)):
                 return Finished()
     ending = yield from turns.take("milp", methods.load("milp")(problem, x0, time_limit=_remaining(deadline)))
     with imports:
@@ -123,7 +122,7 @@ def _proof_in_own_units(problem: Problem, units: Scaled, stage: Stage) -> Stage:
 def _refined(problem: Problem, last: Iterate) -> Iterate:
     """The iterate with z refined to its last digits."""
     active = last.x > 0
-    z = refined(problem, z_of(last.x), active)
+    z = refined(problem, problem.box.z_of(last.x), active)
     x = np.where(active, z, -np.maximum(problem.w(z), 0)) / 2
     return last._replace(x=x, F=None, step=REFINED, signs_final=True)
 

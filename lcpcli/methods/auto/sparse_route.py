@@ -13,7 +13,7 @@ from lcpcli.methods.fixed_point import fixed_point
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled, advance, ended, limited
 from lcpcli.methods.scaled import in_original_units
 from lcpcli.model.problem import Problem
-from lcpcli.model.scaled import Scaled
+from lcpcli.model.scaled import in_units
 from lcpcli.options import AUTO
 from lcpcli.typing import Matrix, Vector
 
@@ -45,7 +45,7 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
     As the last part. It is meant for positive definite and H-matrices; it may fail for other M.
     """
     R, C = _units(problem.M, problem.q)
-    units = Scaled(Problem(matrices.scaled(problem.M, R, C), R * problem.q), R, C)
+    units = in_units(problem, R, C)
     return (yield from in_original_units(units, _parts(units.problem, units.start(x0))))
 
 
