@@ -136,9 +136,9 @@ def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
 def test_time_limit_ends_a_path_from_another_start() -> None:
     game = families.make("bimatrix", 20, 0)
     with within(60.0):
-        assert next(restarts(game)).step == "restart"
+        assert next(restarts(game, np.zeros(game.n))).step == "restart"
     with within(-1.0), pytest.raises(TimeIsUp):
-        next(restarts(game))
+        next(restarts(game, np.zeros(game.n)))
 
 
 @pytest.mark.parametrize("name", ["LONG_LU", "LONG_CHOLESKY"])

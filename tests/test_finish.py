@@ -12,8 +12,9 @@ from lcpcli import Problem
 from lcpcli.linalg import factors
 from lcpcli.methods.finish import STEP, finish
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
-from lcpcli.model.box import ORTHANT
+from lcpcli.model.box import ORTHANT, Basis
 from lcpcli.typing import Vector
+from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
 
 from .stages import scripted, through
 
@@ -127,16 +128,16 @@ def test_no_more_time_is_spent_than_the_method_has_taken() -> None:
             x[k % n] = 1.0
             yield Iterate(x, None, "", k)
 
-    original = np.flatnonzero
+    original = BasicSolutions.at
 
-    def slow(mask: Vector) -> Vector:
+    def slow(solutions: BasicSolutions, basis: Basis) -> BasicSolution:
         nonlocal now, tries
         now, tries = now + 10.0, tries + 1
-        return original(mask)
+        return original(solutions, basis)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("lcpcli.methods.finish.MAX_CHANGE", 1.0)
-        patch.setattr(np, "flatnonzero", slow)
+        patch.setattr(BasicSolutions, "at", slow)
         for _ in finish(problem, None, scripted(iterates()), clock):
             pass
     assert 2 <= tries <= 30

@@ -31,6 +31,9 @@ def fixed_point(
 ) -> Stage:
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
 
+    With bounds, z - x for z = mid(l, u, 2x) takes the place of |x|, an extension with the same rate: z - x is, like
+    |x|, nonexpansive in x.
+
     For symmetric positive definite M it converges linearly for every omega > 0, with contraction factor
     max |omega - lambda| / |omega + lambda| over the eigenvalues lambda of M (van Bokhoven 1981; Schäfer 2004, who
     treats classes of H-matrices too); elsewhere it may diverge. It costs one factorization, then one product with M
@@ -70,27 +73,26 @@ def fixed_point(
 
 
 def _iterates(problem: Problem, x: Vector, omega: float, anderson: int, solve: factors.Solve) -> Stage:
-    M, q = problem.M, problem.q
+    M, q, box = problem.M, problem.q, problem.box
     accelerator = Anderson(anderson, problem.n) if anderson else None
-    image = _image(M, omega, x)
+    image = _image(M, omega, box.reflected(x))
     evaluations = 1
     while True:
         base, base_image = x, image
         x = solve(base_image - q)
-        image = _image(M, omega, x)
+        image = _image(M, omega, box.reflected(x))
         evaluations += 1
         yield Iterate(x, base_image - image, "", evaluations)
         if np.array_equal(x, base):
             return Stalled("the iterates have stopped changing in double precision")
         if accelerator is not None:
-            mixed = accelerator.next(base, x)
-            if mixed is not x:
-                x, image = mixed, _image(M, omega, mixed)
+            combined = accelerator.next(base, x)
+            if combined is not x:
+                x, image = combined, _image(M, omega, box.reflected(combined))
 
 
-def _image(M: Matrix, omega: float, x: Vector) -> Vector:
-    """(omega I - M) |x|, with one product with M."""
-    distance = np.abs(x)
+def _image(M: Matrix, omega: float, distance: Vector) -> Vector:
+    """(omega I - M) |x| for |x|, which is overwritten, with one product with M."""
     image = product(M, distance)
     distance *= omega
     return np.subtract(distance, image, out=image)

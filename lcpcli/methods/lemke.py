@@ -9,21 +9,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg import factors, matrices, products
-from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.principal import PrincipalSolver
+from lcpcli.linalg import factors, matrices
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.tableau import Tableau
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.rational.tableau import IntegerTableau
 from lcpcli.typing import Indices, Vector
+from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 
 MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the inverse of the basis is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
-LARGEST_INTEGER = 2**20
 RAY = "this proves the problem infeasible if M is copositive-plus or row sufficient; otherwise it proves nothing"
 
 
@@ -63,14 +61,9 @@ def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method 
         return Finished()
     if n > MAX_UNKNOWNS:
         return Breakdown(f"it keeps a dense inverse, for at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
-    if n <= MAX_INTEGER_UNKNOWNS and _are_small_integers(problem):
+    if n <= MAX_INTEGER_UNKNOWNS and problem.has_small_integers:
         return (yield from _integer_path(problem))
     return (yield from _path(problem, Tableau(problem)))
-
-
-def _are_small_integers(problem: Problem) -> bool:
-    numbers = (problem.M.data if is_sparse(problem.M) else problem.M, problem.q)
-    return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= LARGEST_INTEGER for v in numbers)
 
 
 def _integer_path(problem: Problem) -> Stage:
@@ -111,19 +104,16 @@ def _path(problem: Problem, tableau: Tableau) -> Stage:
 
 
 def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]:
-    """The solution x = (z - w) / 2 of a complementary basis, F at x, and whether that is zero up to rounding."""
-    M, q, n = problem.M, problem.q, problem.n
-    z = np.zeros(n)
+    """The solution x = (z - w) / 2 of a complementary basis, F at x, and whether that is one up to rounding."""
+    basic = np.zeros(problem.n, dtype=bool)
+    basic[support] = True
     try:
-        z[support] = PrincipalSolver(M).solve(support, -q[support])
+        found = BasicSolutions(problem).at(Basis(basic))
     except factors.SingularMatrix:
-        return -0.5 * q, np.minimum(q, 0.0), False
-    w = problem.w(z)
-    w[support] = 0.0
-    x = 0.5 * (z - w)
-    z, w = 2 * np.maximum(x, 0.0), 2 * np.maximum(-x, 0.0)
-    F = problem.w(z) - w
-    return x, F, bool((np.abs(F) <= 2 * (n + 1) * EPS * (products.absolute_product(M, z) + w + np.abs(q))).all())
+        return -0.5 * problem.q, np.minimum(problem.q, 0.0), False
+    x = found.x
+    z = problem.box.z_of(x)
+    return x, problem.w(z) - (z - 2 * x), found.is_solution
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificate:

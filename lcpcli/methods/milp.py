@@ -17,8 +17,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
-from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.methods import enumeration
@@ -92,7 +91,7 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     if not isinstance(found, Finished):
         yield from rough
         return type(found)(f"{UNDECIDED}: {found.reason}")
-    if not _is_exact(problem, units, s, q):
+    if not (units.is_exact and np.array_equal(q / s, units.problem.q)):
         return Stalled("no solution was found, and equilibration underflows, so that there is no proof either")
     return NoSolution(Certificate("exhaustion", EXHAUSTED))
 
@@ -159,7 +158,7 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
                 continue
             best = z
             violation = np.where(P, np.abs(w), -w)
-            rounding = 4 * (w.size + 2) * EPS * (abs(M) @ z + np.abs(q))
+            rounding = ROW_ROUNDING * (abs(M) @ z + np.abs(q))
             if np.isfinite(z).all() and (violation <= rounding).all():
                 return z, True
     return best, False
@@ -170,13 +169,6 @@ def _in_units(units: Scaled, s: float, w: Vector, z: Vector, P: Mask) -> Vector 
     """x = (z - w) / 2 in the problem's own units; None if it overflows."""
     x: Vector = (units.C * z - np.where(P, 0.0, np.maximum(w, 0.0)) / units.R) / (2 * s)
     return x if np.isfinite(x).all() else None
-
-
-@np.errstate(all="ignore")
-def _is_exact(problem: Problem, units: Scaled, s: float, q: Vector) -> bool:
-    """Whether equilibration is exact."""
-    back = matrices.scaled(units.problem.M, 1 / units.R, 1 / units.C) - problem.M
-    return bool(abs(back).max() == 0 and np.array_equal(q / s / units.R, problem.q))
 
 
 def _nonsingular(M: Matrix, q: Vector, P: Mask) -> Vector | None:

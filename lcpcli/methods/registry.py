@@ -90,6 +90,7 @@ class Method:
     iterates : whether it is an iteration on x, to which ADDITIONS apply.
     uses_start : whether the starting point matters.
     timed : whether its function takes the time limit, to divide the time among its parts.
+    takes_bounds : whether it takes mixed problems; else it gets their standard form, an LCP.
     max_unknowns : the largest n that it accepts; None for no limit.
     guaranteed : the classes of M, keys of `classes.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends at
         a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
@@ -102,6 +103,7 @@ class Method:
     iterates: bool = False
     uses_start: bool = False
     timed: bool = False
+    takes_bounds: bool = False
     max_unknowns: int | None = None
     guaranteed: Mapping[str, str] = field(default_factory=dict)
     location: tuple[str, str] | None = None
@@ -112,6 +114,7 @@ METHODS = {
         "the first method that solves the problem, or proves that it has no solution",
         uses_start=True,
         timed=True,
+        takes_bounds=True,
         guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
         location=("auto.policy", "auto"),
     ),
@@ -121,6 +124,7 @@ METHODS = {
         vectors={"x1": "Second point of shi.  [default: the problem's, else a steepest-descent step]"},
         iterates=True,
         uses_start=True,
+        takes_bounds=True,
         guaranteed={"p_matrix": "steepest descent finds the solution, unless rounding stalls it"},
     ),
     "fixed-point": Method(
@@ -128,11 +132,13 @@ METHODS = {
         options=(OMEGA, ANDERSON),
         iterates=True,
         uses_start=True,
+        takes_bounds=True,
         guaranteed={"positive_definite": "each step reduces the error, for every omega", "h_plus": ""},
     ),
     "newton": Method(
         "generalized Newton, safeguarded block principal pivoting (Kostreva 1978; Júdice and Pires 1994)",
         uses_start=True,
+        takes_bounds=True,
         guaranteed={"p_matrix": "it finds the solution, usually in a handful of steps"},
     ),
     "lemke": Method(

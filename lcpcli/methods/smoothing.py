@@ -8,6 +8,10 @@ Let t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p, which lies b
 z~ = 2 max(x, 0) + delta, w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) / (1 + a + a^2), without
 overflow or cancellation. Where p t > WINDOW, a is zero in double precision and phi is |x| itself, so exponentials are
 taken only for the few components within that window.
+
+With bounds, an extension: z = mid(l, u, 2x) is a sum of such moduli, l/2 + x + |x - l/2| for a lower bound alone,
+(l + u)/2 + |x - l/2| - |x - u/2| for a box, and each is smoothed like |x|, so that w~ = z~ - 2x and
+z~ = mid(l, u, 2x) + delta_l - delta_u; a bound that is infinite has no delta. The bound on the smoothing error stays.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import product, transposed_product
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
@@ -77,9 +82,22 @@ def split(p: float, x: Vector, z: Vector, w: Vector) -> Indices:
     return window
 
 
+def split_within(box: Box, p: float, x: Vector, z: Vector, w: Vector) -> Indices:
+    """The same with bounds; return the indices for which p |x_i - l_i / 2| or p |x_i - u_i / 2| is at most WINDOW."""
+    z[:] = box.z_of(x)
+    np.subtract(z, 2 * x, out=w)
+    low, high = np.abs(x - box.lower / 2), np.abs(x - box.upper / 2)
+    window = np.flatnonzero(np.minimum(low, high) <= WINDOW / p)
+    if window.size:
+        delta = excess(p, low[window]) - excess(p, high[window])
+        z[window] += delta
+        w[window] += delta
+    return window
+
+
 @dataclass(frozen=True, eq=False)
 class Point:
-    """F~ and f = |F~|^2 / 2 at one x, each vector of shape (n,); window holds the indices with p |x_i| <= WINDOW."""
+    """F~ and f = |F~|^2 / 2 at one x, each vector of shape (n,); window holds the indices of smoothed components."""
 
     x: Vector
     F: Vector
@@ -96,7 +114,8 @@ class Smoothed:
 
     def at(self, x: Vector) -> Point:
         """F~ and f at x, with one product with M; f is infinite if it overflows."""
-        window = split(self._p, x, self._z, self._w)
+        box, to = self._problem.box, (self._p, x, self._z, self._w)
+        window = split_within(box, *to) if isinstance(box, Box) else split(*to)
         F = product(self._problem.M, self._z)
         F -= self._w
         F += self._problem.q
@@ -105,12 +124,21 @@ class Smoothed:
         return Point(x, F, f, window)
 
     def gradient(self, point: Point) -> Vector:
-        """Gradient of f, J' F~ = 2 (F~ + h (y - F~)), y = M' F~, h = (1 + phi') / 2, with one product with M'."""
+        """Gradient of f, J' F~ = 2 (F~ + h (y - F~)), y = M' F~, with one product with M'.
+
+        h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) - phi'(x - u/2)) / 2.
+        """
         y = transposed_product(self._problem.M, point.F)
         y -= point.F
-        inner = 0.5 * (1 + slope(self._p, point.x[point.window])) * y[point.window]
-        y *= point.x > 0
-        y[point.window] = inner
+        box, p, window = self._problem.box, self._p, point.window
+        x = point.x[window]
+        if isinstance(box, Box):
+            h = 0.5 * (slope(p, x - box.lower[window] / 2) - slope(p, x - box.upper[window] / 2))
+        else:
+            h = 0.5 * (1 + slope(p, x))
+        inner = h * y[window]
+        y *= box.basis_of(point.x).basic
+        y[window] = inner
         y += point.F
         y *= 2
         return y

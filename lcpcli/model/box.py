@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.doubles import LARGEST, largest
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Mask, Matrix, Vector
 
 LARGEST_X = LARGEST / 2  # |x| up to which z and w are finite
 
@@ -32,6 +32,13 @@ class Basis(NamedTuple):
 
     basic: Mask
     upper: Mask | None = None
+
+    def changes(self, other: Basis) -> int:
+        """In how many states two differ."""
+        differ = self.basic != other.basic
+        if self.upper is not None:
+            differ |= self.upper != other.upper
+        return int(np.count_nonzero(differ))
 
 
 class Orthant:
@@ -59,21 +66,33 @@ class Orthant:
         """
         return np.where(z > w, z, -w) / 2
 
-    def gaps(self, z: Vector, w: Vector) -> Vector:
-        """min(z, w): the natural residual of each component."""
-        return np.minimum(z, w)
+    def x_within(self, z: Vector, w: Vector, basis: Basis) -> Vector:
+        """The x of a basic solution, with violated signs set to 0."""
+        return 0.5 * np.where(basis.basic, np.maximum(z, 0.0), np.minimum(-w, 0.0))
+
+    def gaps(self, z: Vector, w: Vector, factor: Vector | float = 1.0) -> Vector:
+        """min(z, w): the natural residual of each component; with z in other units, min(factor z, w)."""
+        return np.minimum(z if isinstance(factor, float) else z * factor, w)
+
+    def distances(self, z: Vector) -> tuple[Vector, Vector | None]:
+        """z - l and z - u; None for no upper bound."""
+        return z, None
 
     def basis_of(self, x: Vector) -> Basis:
         """The states that x stands for: basic where x > 0."""
         return Basis(x > 0.0)
 
-    def nonbasic(self, basis: Basis) -> Vector | float:  # noqa: ARG002 (Box needs it)
-        """z where it is not basic."""
-        return 0.0
+    def nonbasic(self, basis: Basis) -> Vector:
+        """z where it is not basic, 0 elsewhere."""
+        return np.zeros(basis.basic.size)
 
     def violations(self, z: Vector, w: Vector, basis: Basis) -> Vector:  # noqa: ARG002
         """How far each component is from the signs that its state asks for; negative or 0 where it has them."""
         return -np.minimum(z, w)
+
+    def excess(self, z: Vector, w: Vector) -> Vector:
+        """By how much w has another sign than an admissible z asks for."""
+        return np.where(z > 0, np.abs(w), -w)
 
     def exchanged(self, basis: Basis, violated: Mask, z: Vector) -> Basis:  # noqa: ARG002
         """The states with those of the violated components exchanged."""
@@ -82,6 +101,10 @@ class Orthant:
     def project(self, z: Vector) -> Vector:
         """The nearest admissible z."""
         return np.maximum(z, 0.0)
+
+    def averaged(self, T: Matrix) -> Orthant:  # noqa: ARG002
+        """The bounds of T'z, for a nonnegative T with orthonormal columns."""
+        return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +129,22 @@ class Box:
             at_upper = (w < 0) & (-w >= self.upper - z)
         return np.where(at_lower, self.lower - w, np.where(at_upper, self.upper - w, z)) / 2
 
-    def gaps(self, z: Vector, w: Vector) -> Vector:
-        """z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation: the natural residual."""
-        return np.maximum(z - self.upper, np.minimum(z - self.lower, w))
+    def x_within(self, z: Vector, w: Vector, basis: Basis) -> Vector:
+        """The x of a basic solution, with basic z moved within their bounds and w of the wrong sign set to 0."""
+        assert basis.upper is not None
+        w = np.where(self.fixed, w, np.where(basis.upper, np.minimum(w, 0.0), np.maximum(w, 0.0)))
+        return 0.5 * np.where(basis.basic, self.project(z), self.nonbasic(basis) - w)
+
+    def gaps(self, z: Vector, w: Vector, factor: Vector | float = 1.0) -> Vector:
+        """z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation: the natural residual.
+
+        With z in other units, max(factor (z - u), min(factor (z - l), w)).
+        """
+        return np.maximum(factor * (z - self.upper), np.minimum(factor * (z - self.lower), w))
+
+    def distances(self, z: Vector) -> tuple[Vector, Vector | None]:
+        """z - l and z - u."""
+        return z - self.lower, z - self.upper
 
     def basis_of(self, x: Vector) -> Basis:
         """The states that x stands for: at the lower bound where 2x <= l, at the upper one where 2x >= u."""
@@ -117,7 +153,7 @@ class Box:
         return Basis((t > self.lower) & (t < self.upper), upper)
 
     def nonbasic(self, basis: Basis) -> Vector:
-        """z where it is not basic."""
+        """z where it is not basic, 0 elsewhere."""
         assert basis.upper is not None
         return np.where(basis.basic, 0.0, np.where(basis.upper, self.upper, self.lower))
 
@@ -129,6 +165,10 @@ class Box:
         signed[self.fixed] = 0.0
         return np.where(basis.basic, beyond, signed)
 
+    def excess(self, z: Vector, w: Vector) -> Vector:
+        """By how much w has another sign than an admissible z asks for; minus infinity where that is any."""
+        return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
+
     def exchanged(self, basis: Basis, violated: Mask, z: Vector) -> Basis:
         """The states with those of the violated components exchanged: a basic one goes to the bound that it violates,
         one at a bound becomes basic."""
@@ -139,6 +179,10 @@ class Box:
     def project(self, z: Vector) -> Vector:
         """The nearest admissible z."""
         return np.minimum(np.maximum(z, self.lower), self.upper)
+
+    def averaged(self, T: Matrix) -> Box:
+        """The bounds of T'z, for a nonnegative sparse T with orthonormal columns."""
+        return Box(T.T @ self.lower, T.T @ self.upper)
 
     @cached_property
     def fixed(self) -> Mask:

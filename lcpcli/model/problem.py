@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
-CANCELLATION = 1000  # of the terms of a row: if more is lost in M z + q at the reference point, it is summed exactly
+SMALL_INTEGER = 2**20
+CANCELLATION = 8  # of the terms of a row: if more is lost in M z + q at the reference point, it is summed exactly
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -137,6 +138,14 @@ class Problem:
         """Whether it has other bounds than z >= 0."""
         return self.box is not ORTHANT
 
+    @property
+    def has_small_integers(self) -> bool:
+        """Whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""
+        numbers = [self.M.data if is_sparse(self.M) else self.M, self.q]
+        if isinstance(self.box, Box):
+            numbers += [bound[np.isfinite(bound)] for bound in (self.box.lower, self.box.upper)]
+        return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= SMALL_INTEGER for v in numbers)
+
     @cached_property
     def z_there(self) -> Vector | None:
         """mid(l, u, 0), the admissible z nearest to 0; None if that is 0."""
@@ -160,9 +169,13 @@ class Problem:
             w[rows] = 0.0 - accurate_residual(M, self.z_there, -q)
         return w
 
+    def from_reference(self, z: Vector) -> Vector:
+        """z - mid(l, u, 0)."""
+        return z if self.z_there is None else z - self.z_there
+
     def w(self, z: Vector) -> Vector:
         """w = M z + q for z of shape (n,), computed from the reference point."""
-        w = product(self.M, z if self.z_there is None else z - self.z_there)
+        w = product(self.M, self.from_reference(z))
         w += self.q_there
         return w
 

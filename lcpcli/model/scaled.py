@@ -37,6 +37,23 @@ class Scaled:
             return 0.5 * (z / self.C - self.R * (z - 2 * x))
         return np.maximum(x, 0) / self.C + np.minimum(x, 0) * self.R
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether nothing over- or underflows, where R and C are powers of two."""
+        with np.errstate(all="ignore"):
+            back = matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C) - self.given.M
+            return bool(abs(back).max() == 0 and np.array_equal(self.problem.q / self.R, self.given.q))
+
+    def multipliers(self, y: Vector) -> Vector:
+        """Farkas' y for the given problem, its largest entry between 1 and 2."""
+        with np.errstate(all="ignore"):
+            y = self.R * y
+            return np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1]))
+
+    def residual(self, F: Vector) -> Vector:
+        """F of the given problem."""
+        return F / self.R
+
     @np.errstate(over="ignore")
     def back(self, x: Vector) -> Vector:
         """An x of the scaled problem in the units of the original one.

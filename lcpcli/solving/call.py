@@ -39,14 +39,12 @@ def solve(
     finish: bool = False,
     **options: Any,
 ) -> Result:
-    """Find z >= 0 with w = M z + q >= 0 and z'w = 0; or, with other bounds, lower <= z <= upper with w_i >= 0 where
-    z_i < upper_i and w_i <= 0 where z_i > lower_i. The arrays passed in are never modified.
+    """Find z >= 0 with w = M z + q >= 0 and z'w = 0, or with bounds the z of `Problem`; arrays are never modified.
 
     Parameters
     ----------
     M, q : shape (n, n), a dense array, nested sequences, or a scipy sparse matrix or array of any format; shape (n,).
-    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; -inf and inf, or None, are no
-        bounds, so that a z_i with neither makes row i an equation, w_i = 0.
+    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None or infinite for none.
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi
         2012), "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "lemke" (Lemke 1965),
         "milp" (Pardalos and Rosen 1988). Their modules in `lcpcli.methods` give the sources.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from functools import partial
 from typing import Any
@@ -17,6 +17,7 @@ from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Stage
+from lcpcli.methods.transformed import Transformation, begin, in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -68,14 +69,14 @@ def run(
     _refuse_unused_start(method, x0=x0, z0=z0)
     start = starting_point(problem, x0, z0)
     observer = None if observe is None else Observer(observe, method)
-    units = scaled.scale(problem) if scale else None
-    in_force = methods.options_in_force(method, units.problem if units else problem, chosen)
-    begin = partial(_stage, methods.load(method), problem, units, start, in_force, clock if finish else None)
+    changes = _changes_of_variables(problem, scale)
+    in_force = methods.options_in_force(method, changes[-1].problem if changes else problem, chosen)
+    stage = partial(_stage, method, problem, changes, start, in_force, clock if finish else None)
     stopwatch.count("setup")
     loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start)
     bounded = limits.time_limit < math.inf or observer is not None
     with within(limits.time_limit, observer.report_if_due if observer else None) if bounded else nullcontext():
-        status, reason = loop.run(begin)
+        status, reason = loop.run(stage)
     result = loop.result(in_force | additions, status, reason)
     return concluded([result])[0] if conclude else result
 
@@ -108,26 +109,35 @@ def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Lim
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
 
 
+def _changes_of_variables(problem: Problem, scale: bool) -> list[Transformation]:
+    """Those to make before a method runs, one after another."""
+    changes: list[Transformation] = []
+    if problem.z_there is not None:
+        with imports:
+            from lcpcli.model.shifted import shifted
+        changes.append(shifted(problem))
+        problem = changes[-1].problem
+    return [*changes, scaled.scale(problem)] if scale else changes
+
+
 def _stage(
-    function: Callable[..., Stage],
+    method: str,
     problem: Problem,
-    units: scaled.Scaled | None,
+    changes: Sequence[Transformation],
     start: Vector,
     in_force: dict[str, Any],
     finishing_clock: Callable[[], float] | None,
 ) -> Stage:
-    """The method, set up: in these units if there are any, with the finish on its active set if there is a clock."""
-    if units is not None:
-        problem, start = units.problem, units.start(start)
-        in_force = in_force | {name: units.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
-    stage = function(problem, start, **in_force)
+    """The method, set up: in these variables, with the finish on its active set if there is a clock."""
+    for change in changes:
+        problem, start = change.problem, change.start(start)
+        in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
+    stage = begin(method, problem, start, **in_force)
     if finishing_clock is not None:
         with imports:
             from lcpcli.methods.finish import finish
 
         stage = finish(problem, start, stage, finishing_clock)
-    if units is None:
-        return stage
-    from lcpcli.methods.scaled import in_original_units
-
-    return in_original_units(units, stage)
+    for change in reversed(changes):
+        stage = in_given_variables(change, stage)
+    return stage

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,12 +27,14 @@ NEGLIGIBLE = 0.1  # the fraction of the tolerance, or of the certain residual, u
 class Accuracy:
     """The measures of one problem. All are maxima over components; NaN and overflow count as infinity.
 
-    natural residual : |min(z, w)|_inf with w = M z + q, in the problem's own units; zero exactly at the solutions.
+    natural residual : |min(z, w)|_inf with w = M z + q, in the problem's own units; zero exactly at the solutions. With
+        bounds, min(z, w) is z - mid(l, u, z - w) = max(z - u, min(z - l, w)) here and below.
     relative residual : the largest |min(z / C, R w)|_i / s_i with the diagonals R, C of `equilibrate`. s_i is the scale
         of row i, max(|R q|_i, (R |M| z)_i), but at most s and at least SCALE_FLOOR s, where s is the scaled residual of
         z = 0 (largest |R q|_i if z = 0 solves the problem). So neither a large entry of q in another row nor a z that
         tends to infinity hides the residual of a row. Scaled numbers are in units of the power of two next above s, so
-        that no overflow or underflow matters.
+        that no overflow or underflow matters. With bounds, mid(l, u, 0) takes the place of 0, M mid(l, u, 0) + q that
+        of q and |z - mid(l, u, 0)| that of |z| in the scales, so that they do not depend on where the bounds lie.
     error : |z - z*|_inf to the nearest of the problem's solutions.
     size : `size_of_solutions`.
 
@@ -41,7 +44,7 @@ class Accuracy:
 
     def __init__(self, problem: Problem, tol: float = 1e-10) -> None:
         self.problem, self.tol = problem, tol
-        self.greatest = -least(problem.q)  # s before scaling; if it is not positive, z = 0 is a solution
+        self.greatest = _greatest(problem)  # s before scaling; if it is not positive, the reference point is a solution
         self.diagonal: Vector = problem.M.diagonal()
 
     @cached_property
@@ -69,32 +72,46 @@ class Accuracy:
 
         These are rows with |M| z far above s, as for ill-conditioned M, and with numbers out of range.
         """
-        if not z.any():
+        moved = self.problem.from_reference(z)
+        if not moved.any():
             return np.empty(0, dtype=np.intp)
-        s = self.units.scale
+        s, units = self.units.scale, self.units
         if not s:
-            return np.flatnonzero(~np.isfinite(w) | (not np.minimum(z, w).any()))
-        inner, outer = times(z, self.units.to_columns), times(w, self.units.to_rows)
-        residual = np.abs(np.minimum(inner, outer))
+            return np.flatnonzero(~np.isfinite(w) | (not self.problem.box.gaps(z, w).any()))
+        distances, outer = self._distances(z), times(w, units.to_rows)
+        residual = np.abs(distances.gaps(outer))
         size = _largest(residual)
-        bound = 3 * ROW_ROUNDING * max(1.0, 2 * float(np.abs(inner).sum()) / s)  # as no entry of R |M| C is above 2
-        bound += self.units.underflow / (SCALE_FLOOR * s)
+        columns = float(np.abs(times(moved, units.to_columns)).sum())
+        bound = 3 * ROW_ROUNDING * max(1.0, 2 * columns / s)  # as no entry of R |M| C is above 2
+        bound += units.underflow / (SCALE_FLOOR * s)
         if bound <= NEGLIGIBLE * max(self.tol, PRECISION, size / s) < math.inf:
             return np.empty(0, dtype=np.intp)
-        terms = times(products.absolute_product(self.problem.M, np.abs(z)), self.units.to_rows)
-        lost, scales = ROW_ROUNDING * (terms + self.units.Rq) + self.units.underflow, self.row_scales(terms)
+        terms = times(products.absolute_product(self.problem.M, np.abs(moved)), units.to_rows)
+        lost, scales = self.rounding(terms), self.row_scales(terms)
         certain = float(np.nan_to_num((residual - lost) / scales, nan=0.0, posinf=0.0).max())
-        negligible = (lost <= NEGLIGIBLE * max(self.tol, PRECISION, certain) * scales) | (outer - lost >= inner)
+        negligible = lost <= NEGLIGIBLE * max(self.tol, PRECISION, certain) * scales
+        negligible |= distances.gaps(outer - lost) == distances.gaps(outer + lost)
         return np.flatnonzero(~negligible)
 
+    def _distances(self, z: Vector) -> Distances:
+        """z - l and z - u in scaled units."""
+        low, high = self.problem.box.distances(z)
+        units = self.units.to_columns
+        return Distances(times(low, units), None if high is None else times(high, units))
+
+    def rounding(self, terms: Vector) -> Vector:
+        """A bound on the rounding errors in the scaled w, for its scaled terms."""
+        lost: Vector = ROW_ROUNDING * (terms + self.units.Rq) + self.units.underflow
+        return lost
+
     def row_scales(self, terms: Vector) -> Vector:
-        """s_i for |M| z in the units of the rows."""
+        """s_i for R |M| z."""
         s = self.units.scale
         scales: Vector = np.minimum(np.maximum(np.maximum(self.units.Rq, terms), SCALE_FLOOR * s), s)
         return scales
 
     def natural_residual(self, z: Vector, w: Vector) -> float:
-        return _largest(np.minimum(z, w))
+        return _largest(self.problem.box.gaps(z, w))
 
     def scaled_residual(self, z: Vector, w: Vector) -> float:
         """The largest |min(z / C, R w)|_i / s: like the relative residual, but with the same scale s for all rows.
@@ -104,20 +121,32 @@ class Accuracy:
         return _largest(self._scaled(z, w)) / (self.units.scale or math.inf)
 
     def _scaled(self, z: Vector, w: Vector) -> Vector:
-        return np.abs(np.minimum(times(z, self.units.to_columns), times(w, self.units.to_rows)))
+        return np.abs(self._distances(z).gaps(times(w, self.units.to_rows)))
 
     def relative_residual(self, z: Vector, w: Vector, sizes: Vector | None = None) -> float:
         """sizes : |M| z, if it is known."""
         return _largest(self.relative_residuals(z, w, sizes))
 
+    def sizes(self, z: Vector) -> Vector:
+        """|M| z, or |M| |z - mid(l, u, 0)|: the sizes of the terms of w."""
+        moved = self.problem.from_reference(z)
+        return products.absolute_product(self.problem.M, np.abs(moved) if self.problem.is_mixed else moved)
+
+    def surely_solves(self, z: Vector, w: Vector, sizes: Vector) -> bool:
+        """Whether the relative residual of an admissible z is at most tol whatever the rounding errors in w are."""
+        terms = times(sizes, self.units.to_rows)
+        lost, distances, outer = self.rounding(terms), self._distances(z), times(w, self.units.to_rows)
+        excess = distances.largest_gaps(outer - lost, outer + lost)
+        return bool((excess <= self.tol * self.row_scales(terms)).all())
+
     def relative_residuals(self, z: Vector, w: Vector, sizes: Vector | None = None) -> Vector:
         """The relative residual of each component; the largest is that of z."""
-        residual = self._scaled(z, w) if self.units.scale else np.minimum(z, w)
+        residual = self._scaled(z, w) if self.units.scale else self.problem.box.gaps(z, w)
         if not residual.any():
             return residual
         if not self.units.scale or not np.isfinite(residual).all():
             return np.where(residual == 0, 0.0, math.inf)
-        sizes = products.absolute_product(self.problem.M, z) if sizes is None else sizes
+        sizes = self.sizes(z) if sizes is None else sizes
         ratios: Vector = residual / self.row_scales(times(sizes, self.units.to_rows))
         return ratios
 
@@ -127,10 +156,11 @@ class Accuracy:
 
     @np.errstate(over="ignore", invalid="ignore")
     def bound(self, F: Vector) -> float:
-        """The size of F(x) = M z - w' + q, with z = |x| + x and complementary w' >= 0, relative to the problem's scale.
+        """The size of F(x) = M z - w' + q, with the z and w' of x, relative to the problem's scale.
 
         min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise, scaled or not:
-        if this is small, the relative residual is at most 1 / SCALE_FLOOR times as large.
+        if this is small, the relative residual is at most 1 / SCALE_FLOOR times as large. So too with bounds, as
+        t -> mid(l, u, t) is nonexpansive.
         """
         if not np.count_nonzero(F):
             return 0.0
@@ -141,24 +171,64 @@ class Accuracy:
         return min((_largest(z - solution) for solution in self.problem.solutions), default=None)
 
 
+class Distances(NamedTuple):
+    """z - l and z - u, the latter None without upper bounds: z and None for an LCP."""
+
+    low: Vector
+    high: Vector | None
+
+    def gaps(self, w: Vector) -> Vector:
+        """max(z - u, min(z - l, w))."""
+        gaps = np.minimum(self.low, w)
+        return gaps if self.high is None else np.maximum(gaps, self.high)
+
+    def largest_gaps(self, least_w: Vector, largest_w: Vector) -> Vector:
+        """The largest |gaps| for any w between the two, as they increase with w."""
+        return np.maximum(np.abs(self.gaps(least_w)), np.abs(self.gaps(largest_w)))
+
+
 class Units:
     """What it takes to scale residuals.
 
     to_rows, to_columns : multiply by R and divide by C, in units of the power of two next above s.
-    underflow : bounds what underflow loses in a row. Rq : |R q|. scale : s.
+    underflow : bounds what underflow loses in a row. Rq : |R q|, or |R (M mid(l, u, 0) + q)|. scale : s.
     """
 
     def __init__(self, problem: Problem) -> None:
-        R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
+        q = problem.q_there
+        R, C = equilibrate(problem.M, q, problem.row_maxima)
         row_power, column_power = (np.frexp(diagonal)[1] - 1 for diagonal in (R, C))
-        q = problem.q
-        decisive = q < 0 if (q < 0).any() else q != 0
-        unit = int((np.frexp(q)[1] + row_power).max(where=decisive, initial=-(10**6))) if decisive.any() else 0
+        gaps, reach = _at_reference(problem)
+        decisive = gaps != 0 if gaps.any() else q != 0
+        powers = np.frexp(q)[1] + row_power
+        if reach is not None:  # the distance to the violated bound may be shorter
+            powers = np.minimum(powers, np.where(np.isfinite(reach), np.frexp(reach)[1] - column_power, 10**6))
+        unit = int(powers.max(where=decisive, initial=-(10**6))) if decisive.any() else 0
         self.to_rows, self.to_columns = _factors(row_power - unit), _factors(-column_power - unit)
         self.underflow = math.ldexp(problem.n, min(SMALLEST + int(row_power.max()) - unit, 0))
         with np.errstate(over="ignore"):
             self.Rq = np.abs(times(q, self.to_rows))
-        self.scale = float(self.Rq.max(where=decisive, initial=0.0))
+            sizes = self.Rq if reach is None else np.minimum(self.Rq, times(reach, self.to_columns))
+        self.scale = float(sizes.max(where=decisive, initial=0.0))
+
+
+def _greatest(problem: Problem) -> float:
+    """The largest |min(z, w)|_i at the reference point; for an LCP, the largest -q_i."""
+    if not problem.is_mixed:
+        return -least(problem.q)
+    return largest(_at_reference(problem)[0])
+
+
+def _at_reference(problem: Problem) -> tuple[Vector, Vector | None]:
+    """min(z, w) at z = 0, or what it is at mid(l, u, 0); and the distance to the bound that w points to, None for an
+    LCP."""
+    q = problem.q_there
+    if not problem.is_mixed:
+        return np.minimum(q, 0.0), None
+    z = np.zeros(problem.n) if problem.z_there is None else problem.z_there
+    gaps = problem.box.gaps(z, q)
+    reach = np.where(q > 0, z - problem.lower, problem.upper - z)
+    return gaps, np.where(gaps == 0, np.inf, reach)
 
 
 def size_of_solutions(problem: Problem) -> float:

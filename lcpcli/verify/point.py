@@ -12,7 +12,7 @@ from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, least
 from lcpcli.linalg.equilibration import range_of_units
 from lcpcli.linalg.matrices import FEW
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.accuracy import SCALE_FLOOR, Accuracy, times
+from lcpcli.verify.accuracy import SCALE_FLOOR, Accuracy, Distances
 
 FEW_ROWS = 0.25  # of all: a product with so many is worth a chance to save one with all
 SLACK = 100 * ROW_ROUNDING  # for the rounding of the bounds themselves, and of w in terms of w
@@ -36,7 +36,7 @@ class _Known(NamedTuple):
 
 
 class Point:
-    """A z >= 0 of shape (n,) with its measures, each computed when it is first read."""
+    """An admissible z of shape (n,) with its measures, each computed when it is first read."""
 
     def __init__(self, accuracy: Accuracy, z: Vector) -> None:
         self.accuracy, self.z = accuracy, z
@@ -58,8 +58,12 @@ class Point:
         If rounding errors in w hide that it is, this is False.
         """
         if self._solves is None:
-            self._solves = self._passes() if np.count_nonzero(self.z) else self.accuracy.greatest <= 0
+            self._solves = self.accuracy.greatest <= 0 if self._is_reference() else self._passes()
         return self._solves
+
+    def _is_reference(self) -> bool:
+        """Whether z is mid(l, u, 0), whose residual is the problem's scale."""
+        return not np.count_nonzero(self.accuracy.problem.from_reference(self.z))
 
     @np.errstate(over="ignore", invalid="ignore")
     def _passes(self) -> bool:
@@ -67,14 +71,14 @@ class Point:
         w, M = accuracy.problem.w(z), accuracy.problem.M
         self._plain_w = w
         if M.size <= FEW:
-            self._sizes = products.absolute_product(M, z)
+            self._sizes = accuracy.sizes(z)
         if self._clearly_solves(z, w, self._sizes):
             return True
         if accuracy.scaled_residual(z, w) > accuracy.tol:
             return False
         if self._sizes is None:
-            self._sizes = products.absolute_product(M, z)
-        return self._surely_solves(z, w, self._sizes) or self.relative_residual <= accuracy.tol
+            self._sizes = accuracy.sizes(z)
+        return accuracy.surely_solves(z, w, self._sizes) or self.relative_residual <= accuracy.tol
 
     @cached_property
     def residual(self) -> float:
@@ -82,7 +86,7 @@ class Point:
 
     @cached_property
     def relative_residual(self) -> float:
-        if not np.count_nonzero(self.z):  # the residual of z = 0 is its own scale
+        if self._is_reference():  # its residual is its own scale
             return float(self.accuracy.greatest > 0)
         with np.errstate(over="ignore", invalid="ignore"):
             return self.accuracy.relative_residual(self.z, self.w, self._sizes)
@@ -92,13 +96,14 @@ class Point:
         return self.accuracy.error(self.z)
 
     def _clearly_solves(self, z: Vector, w: Vector, sizes: Vector | None) -> bool:
-        """Whether bounds show that the relative residual of z >= 0 is at most tol.
+        """Whether bounds show that the relative residual of an admissible z is at most tol.
 
         sizes : |M| z, if it is known; else it is computed only in rows that its bounds leave open. At first R and C are
         only bounded, by `range_of_units`.
         """
-        low, high = range_of_units(least(self.accuracy.diagonal), self.accuracy.problem.largest)
-        if low > 0 and 1 / FAR < self.accuracy.greatest < FAR:
+        problem = self.accuracy.problem
+        low, high = range_of_units(least(self.accuracy.diagonal), problem.largest)
+        if low > 0 and not problem.is_mixed and 1 / FAR < self.accuracy.greatest < FAR:
             known = _Known(1 / (low * high), self.accuracy.greatest, self.accuracy.tol * low / high)
             if low == high:
                 return self._are_closed(z, w, sizes, known)
@@ -113,7 +118,8 @@ class Point:
         rows = self._open_rows(z, w, sizes, known)
         if not rows.size or sizes is not None or rows.size > FEW_ROWS * z.size:
             return not rows.size
-        sizes = products.absolute_product(self.accuracy.problem.M[rows], z)
+        moved = self.accuracy.problem.from_reference(z)
+        sizes = products.absolute_product(self.accuracy.problem.M[rows], np.abs(moved))
         return not self._open_rows(z, w, sizes, known.part(rows), rows).size
 
     def _open_rows(
@@ -124,24 +130,21 @@ class Point:
         (|M| z)_i is at least M_ii z_i, and at most the largest |M_ij| times the sum of z. The rounding error in w_i is
         at most ROW_ROUNDING (|M| z + |q|)_i, where |q_i| is at most |w_i| + (|M| z)_i.
         """
-        most = self.accuracy.problem.largest * float(z.sum()) if sizes is None else sizes
-        error, z = 2 * ROW_ROUNDING * most, z[rows]
-        scaled = z * known.columns
-        excess = np.abs(np.minimum(scaled, w[rows] - error))
-        excess += np.minimum(scaled, 2 * error)
+        problem = self.accuracy.problem
+        moved = np.abs(problem.from_reference(z)) if problem.is_mixed else z
+        most = problem.largest * float(moved.sum()) if sizes is None else sizes
+        error, moved = 2 * ROW_ROUNDING * most, moved[rows]
+        if problem.is_mixed:
+            low, high = (
+                distance[rows] * known.columns for distance in problem.box.distances(z) if distance is not None
+            )
+            excess = Distances(low, high).largest_gaps(w[rows] - error, w[rows] + error)
+        else:
+            scaled = moved * known.columns
+            excess = np.abs(np.minimum(scaled, w[rows] - error))
+            excess += np.minimum(scaled, 2 * error)
         scales = np.maximum(
-            np.abs(self.accuracy.problem.q[rows]), self.accuracy.diagonal[rows] * z if sizes is None else sizes
+            np.abs(problem.q_there[rows]), self.accuracy.diagonal[rows] * moved if sizes is None else sizes
         )
         scales = np.minimum(np.maximum(scales, SCALE_FLOOR * known.s), known.s)
         return (~(excess <= known.tol * (1 - SLACK) * scales)).nonzero()[0]
-
-    def _surely_solves(self, z: Vector, w: Vector, sizes: Vector) -> bool:
-        """Whether the relative residual of z >= 0 is at most tol whatever the rounding errors in w are.
-
-        sizes : |M| z.
-        """
-        terms = times(sizes, self.accuracy.units.to_rows)
-        lost = ROW_ROUNDING * (terms + self.accuracy.units.Rq) + self.accuracy.units.underflow
-        inner, outer = times(z, self.accuracy.units.to_columns), times(w, self.accuracy.units.to_rows)
-        excess = np.abs(np.minimum(inner, outer - lost)) + np.minimum(inner, 2 * lost)
-        return bool((excess <= self.accuracy.tol * self.accuracy.row_scales(terms)).all())

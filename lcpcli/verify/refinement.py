@@ -17,8 +17,9 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.model import scaled
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.accuracy import Accuracy
 
@@ -28,19 +29,23 @@ LAST_DIGITS = 4 * EPS
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
-    """The solution of the complementary basis of z, correct to its last digits; z if that is not better.
+def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
+    """The basic solution of a basis, correct to its last digits; z if that is not better.
 
     problem, z : n unknowns, and an approximate solution of shape (n,).
-    P : the basis, shape (n,); by default where z is larger than w when M is equilibrated.
+    basis : by default that of z when M is equilibrated.
     """
     units = scaled.scale(problem)
     within = units.problem
-    z_scaled = z / units.C
-    active = np.flatnonzero(within.box.x_of(z_scaled, within.w(z_scaled)) > 0 if P is None else P)
+    if basis is None:
+        z_scaled = z / units.C
+        basis = within.box.basis_of(within.box.x_of(z_scaled, within.w(z_scaled)))
+    better, active = problem.box.nonbasic(basis), np.flatnonzero(basis.basic)
     if not active.size:
-        return np.zeros_like(z)
+        return better
     solver, b = PrincipalSolver(within.M), -within.q[active]
+    if better.any():
+        b = accurate_residual(within.M[active], better / units.C, b)
     block = solver.block(active)
     try:
         solve = solver.factorized(block)
@@ -52,8 +57,8 @@ def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
                 break
     except (SingularMatrix, OverflowError, ValueError):
         return z
-    better = np.zeros_like(z)
-    better[active] = np.maximum(values, 0) * units.C[active]
+    better[active] = values * units.C[active]
+    better = problem.box.project(better)
     if not np.isfinite(better).all():
         return z
     accuracy = Accuracy(problem)
@@ -63,15 +68,19 @@ def refined(problem: Problem, z: Vector, P: Mask | None = None) -> Vector:
 
 def _at_rounding(problem: Problem, z: Vector) -> bool:
     """Whether min(z, w) is as small as rounding z to double precision allows."""
-    size = products.absolute_product(problem.M, z) + np.abs(problem.q)
-    return bool((np.abs(np.minimum(z, problem.w(z))) <= 4 * EPS * size).all())
+    return bool((np.abs(problem.box.gaps(z, problem.w(z))) <= LAST_DIGITS * _sizes(problem, z)).all())
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def is_near(problem: Problem, z: Vector) -> bool:
-    """Whether z >= 0, of shape (n,), solves a problem with data close to M and q: worth a closer look."""
-    w, size = problem.w(z), products.absolute_product(problem.M, z) + np.abs(problem.q)
-    return bool(z.any() and (np.where(z > 0, np.abs(w), -w) <= NEAR_SOLUTION * size).all())
+    """Whether an admissible z, of shape (n,), solves a problem with data close to M and q: worth a closer look."""
+    moved = problem.from_reference(z).any()
+    return bool(moved and (problem.box.excess(z, problem.w(z)) <= NEAR_SOLUTION * _sizes(problem, z)).all())
+
+
+def _sizes(problem: Problem, z: Vector) -> Vector:
+    """|M| |z| + |q|."""
+    return products.absolute_product(problem.M, np.abs(z) if problem.is_mixed else z) + np.abs(problem.q)
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg import factors
-from lcpcli.linalg.products import product
 from lcpcli.methods.auto.turns import Turns
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.methods.newton import block_pivoting
@@ -27,12 +26,13 @@ MOST_STEPS = 40  # no more products than a few factorizations cost
 
 
 def dense_route(problem: Problem, x0: Vector) -> Stage:
-    """Newton from x0, or from w = q at the origin; for large n from the active set at which projected gradients arrive.
+    """Newton from x0, or from mid(l, u, 0), the origin of an LCP, with its own w; for large n from the active set at
+    which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
     """
-    start = x0 if np.count_nonzero(x0) else -problem.q / 2  # z = 0 with its own w
+    start = x0 if np.count_nonzero(x0) else _reference(problem)
     if problem.n <= factors.SMALL:
         return (yield from block_pivoting(problem, start, LEAST_INDEX_STEPS))
     turns = Turns(x0)
@@ -43,7 +43,7 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
 
 
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
-    """z' = max(z - t D^-1 (M z + q), 0) with D = diag(M) and Barzilai and Borwein's step sizes t in turn.
+    """z' = mid(l, u, z - t D^-1 (M z + q)) with D = diag(M) and Barzilai and Borwein's step sizes t in turn.
 
     Parameters
     ----------
@@ -52,26 +52,25 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 
     Yields
     ------
-    Iterate : every BLOCK steps, x = (z - D^-1 w) / 2, whose signs are those of the active set.
+    Iterate : every BLOCK steps, x = (z - D^-1 w) / 2, which stands for the states that are likely.
 
     Returns
     -------
     Finished : the active set has settled. Stalled : it has not in MOST_STEPS. Breakdown : a diagonal entry of M is not
         positive, or the iteration diverges.
     """
-    M, q, diagonal = problem.M, problem.q, problem.M.diagonal()
+    box, diagonal = problem.box, problem.M.diagonal()
     if not diagonal.min() > 0:
         return Breakdown("a diagonal entry of M is not positive")
     inverse = 1 / diagonal
-    z = 2 * np.maximum(x0, 0)
-    gradient = (product(M, z) + q) * inverse if np.count_nonzero(z) else q * inverse
+    z = box.z_of(x0)
+    gradient = (problem.w(z) if np.count_nonzero(problem.from_reference(z)) else problem.q_there) * inverse
     first = gradient.dot(gradient)
-    active, t = z > gradient, 0.5
+    basis, t = box.basis_of(0.5 * (z - gradient)), 0.5
     for step in range(1, MOST_STEPS + 1):
         previous, former = z, gradient
-        z = np.maximum(z - t * gradient, 0.0)
-        gradient = product(M, z)
-        gradient += q
+        z = box.project(z - t * gradient)
+        gradient = problem.w(z)
         gradient *= inverse
         change, difference = z - previous, gradient - former
         weighted = diagonal * difference
@@ -80,10 +79,15 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
             t = change.dot(diagonal * change) / along if step % 2 else along / difference.dot(weighted)
         if step % BLOCK:
             continue
-        before, active = active, z > gradient
-        yield Iterate(0.5 * np.where(active, z, -gradient), None, "", step + 1, signs_final=False)
+        before, basis = basis, box.basis_of(0.5 * (z - gradient))
+        yield Iterate(0.5 * np.where(basis.basic, z, box.nonbasic(basis) - gradient), None, "", step + 1, "", False)
         if not gradient.dot(gradient) <= GROWTH * first:
             return Breakdown("the projected gradient iteration diverges")
-        if np.count_nonzero(before != active) <= max(SETTLED, z.size // OF_MANY):
+        if basis.changes(before) <= max(SETTLED, z.size // OF_MANY):
             return Finished()
     return Stalled(f"the active set has not settled in {MOST_STEPS} steps")
+
+
+def _reference(problem: Problem) -> Vector:
+    """The x = (z - w) / 2 of z = mid(l, u, 0)."""
+    return -problem.q / 2 if problem.z_there is None else (problem.z_there - problem.q_there) / 2

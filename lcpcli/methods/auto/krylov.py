@@ -20,8 +20,9 @@ from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.linalg.products import absolute_product
 from lcpcli.methods.auto.multilevel import Hierarchy
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled, advance
+from lcpcli.model.box import Basis, Box, Orthant
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
 REDUCTION = 0.1  # of the residual, by one inexact solve
 FINAL_REDUCTION = 1e-3  # the same once P is unchanged from the last step
@@ -59,7 +60,7 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
         positive, a solve takes more than PATIENCE products per digit, or pivoting cycles; M is too ill-conditioned for
         this method, or not a P-matrix.
     """
-    return _iterates(problem.M, problem.q, 2 * np.maximum(x0, 0), _Inner(is_symmetric(problem.M)))
+    return _iterates(problem, problem.box.z_of(x0), _Inner(is_symmetric(problem.M)))
 
 
 def multilevel(problem: Problem) -> Stage:
@@ -74,31 +75,33 @@ def multilevel(problem: Problem) -> Stage:
     hierarchy = Hierarchy(problem.M)
     if hierarchy.stuck:
         return Breakdown("coarsening M does not make it much smaller")
-    z = _coarse_start(hierarchy, problem.q)
+    z = _coarse_start(hierarchy, problem)
     if not isinstance(z, np.ndarray):
         return z
-    return (yield from _iterates(problem.M, problem.q, z, _Inner(True, _preconditioner(hierarchy, 0))))
+    return (yield from _iterates(problem, z, _Inner(True, _preconditioner(hierarchy, 0))))
 
 
-def _iterates(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Stage:
-    states = _pivot(M, q, z, inner)
+def _iterates(problem: Problem, z: Vector, inner: _Inner) -> Stage:
+    box, states = problem.box, _pivot(problem.M, problem.q, problem.box, z, inner)
     while isinstance(state := advance(states), _State):
-        w = np.where(state.active, 0, np.maximum(state.w, 0))
-        nonnegative = bool(state.z.min() >= 0)
-        F = state.w - w if nonnegative else None
-        yield Iterate(0.5 * (np.maximum(state.z, 0) - w), F, "", inner.products, signs_final=nonnegative)
+        x = box.x_within(state.z, state.w, state.basis)
+        w = box.reflected(x) - x
+        admissible = bool((state.z == box.project(state.z)).all())
+        yield Iterate(x, state.w - w if admissible else None, "", inner.products, signs_final=admissible)
     return state
 
 
-def _coarse_start(hierarchy: Hierarchy, q: Vector) -> Vector | Ending:
+def _coarse_start(hierarchy: Hierarchy, problem: Problem) -> Vector | Ending:
     """z on the finest level from solutions on the coarser ones, or how one of these failed."""
-    coarse_q = [q]
-    for P in hierarchy.prolongations:
-        coarse_q.append(P.T @ coarse_q[-1])
-    z = np.zeros(coarse_q[-1].size)
-    for level in range(len(coarse_q) - 1, 0, -1):
-        states = _pivot(hierarchy.matrices[level], coarse_q[level], z, _Inner(True, _preconditioner(hierarchy, level)))
-        target = COARSE_TOLERANCE * norm(coarse_q[level])
+    coarse = [(problem.q, problem.box)]
+    for P, T in zip(hierarchy.prolongations, hierarchy.tentative, strict=True):
+        q, box = coarse[-1]
+        coarse.append((P.T @ q, box.averaged(T)))
+    z = coarse[-1][1].project(np.zeros(coarse[-1][0].size))
+    for level in range(len(coarse) - 1, 0, -1):
+        q, box = coarse[level]
+        states = _pivot(hierarchy.matrices[level], q, box, z, _Inner(True, _preconditioner(hierarchy, level)))
+        target = COARSE_TOLERANCE * norm(q)
         for step in range(COARSE_STEPS + 1):
             state = advance(states)
             if isinstance(state, Finished):
@@ -108,7 +111,7 @@ def _coarse_start(hierarchy: Hierarchy, q: Vector) -> Vector | Ending:
             z = state.z
             if state.size <= target or step >= COARSE_STEPS:
                 break
-        z = hierarchy.prolongations[level - 1] @ np.maximum(z, 0)
+        z = hierarchy.prolongations[level - 1] @ box.project(z)
     return z
 
 
@@ -117,40 +120,40 @@ def _preconditioner(hierarchy: Hierarchy, level: int) -> Preconditioner:
 
 
 class _State(NamedTuple):
-    """z and w = M z + q, shape (n,), the mask of P, and |min(diag(M) z, w)|_2."""
+    """z and w = M z + q, shape (n,), the states, and |min(diag(M) z, w)|_2."""
 
     z: Vector
     w: Vector
-    active: Mask
+    basis: Basis
     size: float
 
 
-def _pivot(M: Matrix, q: Vector, z: Vector, inner: _Inner) -> Generator[_State, None, Ending]:
+def _pivot(M: Matrix, q: Vector, box: Orthant | Box, z: Vector, inner: _Inner) -> Generator[_State, None, Ending]:
     diagonal = M.diagonal()
     if not diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
     w = M @ z + q
-    size = least = norm(np.minimum(z * diagonal, w))
-    stagnant_steps, active = 0, np.zeros(q.size, dtype=bool)
+    size = least = norm(box.gaps(z, w, diagonal))
+    stagnant_steps, basis = 0, None
     if size == 0:
-        yield _State(z, w, z > 0, size)
+        yield _State(z, w, box.basis_of(z / 2), size)
         return Finished()
     while True:
-        scaled = z * diagonal
-        previous, active = active, scaled > w
-        unchanged = np.array_equal(previous, active)
-        if not unchanged and not inner.select(M, np.flatnonzero(active)):
+        previous, basis = basis, box.basis_of(0.5 * (z - w / diagonal))
+        unchanged = previous is not None and not basis.changes(previous)
+        if not unchanged and not inner.select(M, np.flatnonzero(basis.basic)):
             return Breakdown("a coarse version of M is singular")
-        reduction = FINAL_REDUCTION if unchanged else REDUCTION
-        solved = inner.solve(-q[inner.indices], z[inner.indices], size, reduction)
+        at_bounds = box.nonbasic(basis)
+        b = -(q + M @ at_bounds if at_bounds.any() else q)[inner.indices]
+        solved = inner.solve(b, z[inner.indices], size, FINAL_REDUCTION if unchanged else REDUCTION)
         if solved is None:
             return Breakdown(f"{inner.patience} products with M did not gain a digit")
-        z = np.zeros(q.size)
+        z = at_bounds
         z[inner.indices] = solved
         w = M @ z
         w += q
-        size = norm(np.minimum(z * diagonal, w))
-        yield _State(z, w, active, size)
+        size = norm(box.gaps(z, w, diagonal))
+        yield _State(z, w, basis, size)
         stagnant_steps = 0 if size < least else stagnant_steps + 1
         least = min(size, least)
         if size == 0:

@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.methods.finish import finish
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage
-from lcpcli.methods.scaled import in_original_units
+from lcpcli.methods.transformed import in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -26,8 +26,10 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     proof = farkas(problem, seconds)
     if proof is not None:
         return NoSolution(Certificate("farkas", "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate", proof))
+    if problem.is_mixed:
+        return Breakdown("no linear program is known to solve it")
     units = scaled.scale(problem)
-    return (yield from in_original_units(units, finish(units.problem, None, _solution(units.problem, seconds))))
+    return (yield from in_given_variables(units, finish(units.problem, None, _solution(units.problem, seconds))))
 
 
 def _solution(problem: Problem, seconds: float) -> Stage:

@@ -38,7 +38,8 @@ class Hierarchy:
     """Coarse versions P'AP of a matrix, each with the prolongation P to the next finer level.
 
     matrices : from the given one to the coarsest; scipy.sparse.csr_array.
-    prolongations : from matrices[k + 1] to matrices[k], one fewer.
+    prolongations, tentative : from matrices[k + 1] to matrices[k], one fewer; and the same before they are smoothed,
+        with one entry a row and orthonormal columns.
     """
 
     def __init__(self, A: Matrix) -> None:
@@ -47,7 +48,7 @@ class Hierarchy:
         `stuck` : whether a level failed to become much smaller.
         """
         self.matrices, self.prolongations = [A], []
-        self._tentative: list[Matrix] = []
+        self.tentative: list[Matrix] = []
         self.stuck = False
         candidate = np.ones(A.shape[0])
         strength = STRENGTH
@@ -61,7 +62,7 @@ class Hierarchy:
                 return
             self.matrices.append(A)
             self.prolongations.append(P)
-            self._tentative.append(T)
+            self.tentative.append(T)
             strength /= 2
 
     def preconditioner(self, level: int, indices: Indices, block: Matrix) -> Solve:
@@ -71,7 +72,7 @@ class Hierarchy:
         edge of the index set: merely truncated there, they take more than twice the iterations.
         """
         levels = []
-        for k, full in enumerate(self._tentative[level:]):
+        for k, full in enumerate(self.tentative[level:]):
             weights = _jacobi(block)
             P = _smoothed(full[indices] if k == 0 else full, block, weights)
             restriction = P.T.tocsr()

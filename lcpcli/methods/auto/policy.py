@@ -5,24 +5,20 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.methods import registry as methods
 from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
 from lcpcli.methods.auto.turns import Turns
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, limited
+from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, limited
 from lcpcli.methods.newton import block_pivoting
-from lcpcli.methods.scaled import in_original_units
+from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem
-from lcpcli.model.scaled import Scaled
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import proof_in_units
 from lcpcli.verify.refinement import is_near, is_rounded_solution, refined
 
 REFINED = "refined"
@@ -64,7 +60,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
             yield turns.last
             if is_rounded_solution(problem, problem.box.z_of(turns.last.x)):
                 return Finished()
-    ending = yield from turns.take("milp", methods.load("milp")(problem, x0, time_limit=_remaining(deadline)))
+    ending = yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline)))
     with imports:
         from lcpcli.methods.auto.exhaustion import MAX_UNKNOWNS, exhaustion
 
@@ -92,38 +88,28 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
             from lcpcli.methods.auto.linear import linear
 
         yield "linear", linear(problem, _remaining(deadline))
-    yield "lemke", limited(methods.load("lemke")(problem, x0), LEMKE_PIVOTS * problem.n)
+    yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
     with imports:
         from lcpcli.methods.auto.restarts import restarts
 
-    yield "lemke", restarts(problem)
+    yield "lemke", as_lcp(restarts, problem, x0)
 
 
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
     """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
-    units, start = scaled.scale(problem), np.sign(x0)
-    pivoting = block_pivoting(units.problem, start, LEAST_INDEX_STEPS)
-    yield "newton", in_original_units(units, pivoting)
-    lemke = limited(methods.load("lemke")(units.problem, start), LEMKE_PIVOTS * problem.n)
-    yield "lemke", _proof_in_own_units(problem, units, in_original_units(units, lemke))
-
-
-def _proof_in_own_units(problem: Problem, units: Scaled, stage: Stage) -> Stage:
-    """The stage, with its final proof, if any, converted to the problem's own units."""
-    ending = yield from stage
-    if not isinstance(ending, NoSolution):
-        return ending
-    proof = ending.certificate
-    y = None if proof.kind == "ray" or proof.vector is None else proof_in_units(problem, units.R, proof.vector)
-    return Breakdown(proof.statement) if y is None else NoSolution(replace(proof, vector=y))
+    units = scaled.scale(problem)
+    start = units.start(x0) if problem.is_mixed else np.sign(x0)
+    yield "newton", in_given_variables(units, block_pivoting(units.problem, start, LEAST_INDEX_STEPS))
+    lemke = limited(begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
+    yield "lemke", in_given_variables(units, lemke)
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def _refined(problem: Problem, last: Iterate) -> Iterate:
     """The iterate with z refined to its last digits."""
-    active = last.x > 0
-    z = refined(problem, problem.box.z_of(last.x), active)
-    x = np.where(active, z, -np.maximum(problem.w(z), 0)) / 2
+    basis = problem.box.basis_of(last.x)
+    z = refined(problem, problem.box.z_of(last.x), basis)
+    x = problem.box.x_within(z, problem.w(z), basis)
     return last._replace(x=x, F=None, step=REFINED, signs_final=True)
 
 

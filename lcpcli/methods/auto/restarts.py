@@ -24,7 +24,7 @@ MAX_PIVOTS = 5  # per unknown and try
 TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
 
 
-def restarts(problem: Problem) -> Stage:
+def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a method)
     """Yield the end of the path of each try, if that is a solution."""
     if problem.n > MAX_UNKNOWNS or not (problem.q < 0).any():
         return Finished()

@@ -11,7 +11,7 @@ from lcpcli.methods.auto.turns import Turns
 from lcpcli.methods.finish import finish
 from lcpcli.methods.fixed_point import fixed_point
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled, advance, ended, limited
-from lcpcli.methods.scaled import in_original_units
+from lcpcli.methods.transformed import in_given_variables
 from lcpcli.model.problem import Problem
 from lcpcli.model.scaled import in_units
 from lcpcli.options import AUTO
@@ -46,7 +46,7 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
     """
     R, C = _units(problem.M, problem.q)
     units = in_units(problem, R, C)
-    return (yield from in_original_units(units, _parts(units.problem, units.start(x0))))
+    return (yield from in_given_variables(units, _parts(units.problem, units.start(x0))))
 
 
 def _parts(problem: Problem, x: Vector) -> Stage:

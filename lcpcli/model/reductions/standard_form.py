@@ -45,6 +45,19 @@ class StandardForm:
             z[self.free] -= unknowns[self.kept.size]
         return self.given.box.project(z)
 
+    def start(self, x: Vector) -> Vector:  # noqa: ARG002 (methods that need this form use none)
+        """The origin of the LCP."""
+        return np.zeros(self.problem.n)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether it is certain that nothing was rounded."""
+        return self.given.has_small_integers
+
+    def residual(self, F: Vector) -> None:  # noqa: ARG002
+        """F of the mixed problem is not known from this one alone."""
+        return
+
     def back(self, x: Vector) -> Vector:
         """x of the mixed problem, from an x of the LCP."""
         unknowns, own = self.problem.box.z_of(x), self.problem.box.reflected(x) - x

@@ -1,0 +1,90 @@
+"""The iterates of a method on a transformed problem, in the variables of the given one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.methods import registry as methods
+from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled, advance
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+from lcpcli.verify.certificate import proves_infeasible
+
+INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
+
+
+class Transformation(Protocol):
+    """A scaled or shifted problem or the standard form of a mixed one, with the way there and back."""
+
+    @property
+    def problem(self) -> Problem:
+        """The transformed problem."""
+
+    @property
+    def given(self) -> Problem:
+        """The given one."""
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether it has not rounded, so that the two problems have the same solutions."""
+
+    def start(self, x: Vector) -> Vector:
+        """x of the transformed problem."""
+
+    def back(self, x: Vector) -> Vector:
+        """x of the given problem."""
+
+    def residual(self, F: Vector) -> Vector | None:
+        """F of the given problem; None if it is not known from this one alone."""
+
+    def multipliers(self, y: Vector) -> Vector:
+        """Farkas' y for the given problem."""
+
+
+def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
+    """A method on a problem, through its standard form if the method knows only z >= 0."""
+    function = methods.load(method)
+    if methods.declared(method).takes_bounds:
+        return function(problem, x0, **options)
+    return as_lcp(function, problem, x0, **options)
+
+
+def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any) -> Stage:
+    """The stage of an LCP, for a mixed problem that of its standard form."""
+    if not problem.is_mixed:
+        return function(problem, x0, **options)
+    with imports:
+        from lcpcli.model.reductions.standard_form import standard_form
+
+    form = standard_form(problem)
+    return in_given_variables(form, function(form.problem, form.start(x0), **options))
+
+
+def in_given_variables(transformation: Transformation, stage: Stage) -> Stage:
+    """The stage with x, F and the final proof, if any, of the given problem."""
+    while True:
+        step = advance(stage)
+        if isinstance(step, NoSolution):
+            return _concluded(transformation, step)
+        if not isinstance(step, Iterate):
+            return step
+        with np.errstate(over="ignore", invalid="ignore"):
+            F = None if step.F is None else transformation.residual(step.F)
+            x = transformation.back(step.x)
+        yield step._replace(x=x, F=F)
+
+
+def _concluded(transformation: Transformation, ending: NoSolution) -> Ending:
+    """The proof for the given problem, or that it is none."""
+    proof = ending.certificate
+    if proof.kind == "exhaustion":
+        return ending if transformation.is_exact else Stalled(INEXACT)
+    y = None if proof.vector is None or proof.kind == "ray" else transformation.multipliers(proof.vector)
+    if y is not None and not proves_infeasible(transformation.given, y):
+        return Breakdown(proof.statement)
+    return replace(ending, certificate=replace(proof, vector=y))

@@ -1,0 +1,106 @@
+"""Basic solutions: some variables at a bound, for the others w = 0; and which signs they violate beyond rounding.
+
+For a set B of basic variables and z_N at their bounds, M_BB z_B = -(q + M z_N)_B and w_N = (M z + q)_N. It solves the
+problem if each basic variable lies within its bounds and w has the sign that each bound asks for. A violation counts
+if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| + |q|)_i; for a z_i, in units of w, as much as the
+largest |M_ij| makes of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.linalg import factors
+from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
+from lcpcli.linalg.principal import PrincipalSolver
+from lcpcli.linalg.products import absolute_product, product
+from lcpcli.model.box import Basis
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Mask, Vector
+
+FEW, FEW_OF_MANY = 8, 0.05  # of all signs: if no more are violated, whether each is so beyond rounding is checked
+
+
+@dataclass(frozen=True, eq=False)
+class BasicSolution:
+    """The basic solution of one basis.
+
+    z, w : shape (n,); w is 0 where basic.
+    violated : where a sign is violated, shape (n,): only beyond rounding if that is known of some.
+    is_solution : whether none is beyond rounding.
+    """
+
+    basis: Basis
+    z: Vector
+    w: Vector
+    violated: Mask
+    is_solution: bool
+
+    @property
+    def x(self) -> Vector:
+        """(z - w) / 2."""
+        return 0.5 * (self.z - self.w)
+
+
+class BasicSolutions:
+    """The basic solutions of a problem, one after another: factors are kept while they can be updated."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._solver = problem, PrincipalSolver(problem.M)
+
+    def at(self, basis: Basis) -> BasicSolution:
+        """That of a basis; SingularMatrix if M_BB is singular, or numbers overflow.
+
+        If it is a solution, z is refined once by its residual w_B, unless that is already at rounding level.
+        """
+        problem, indices = self._problem, basis.basic.nonzero()[0]
+        z = problem.box.nonbasic(basis)
+        start = product(problem.M, z) + problem.q if problem.is_mixed and z.any() else problem.q
+        if not indices.size:
+            return self._judged(basis, z, start.copy())
+        solve, own = self._solver.at(indices), start[indices]
+        z[indices] = solve(-own)
+        for refines in (True, False):
+            if not is_finite(z):
+                raise factors.SingularMatrix
+            w = product(problem.M, z)
+            w += problem.q
+            residual = w[indices]
+            w[indices] = 0.0
+            found = self._judged(basis, z, w)
+            if not (refines and found.is_solution) or _is_rounding(residual, own):
+                break
+            z[indices] -= solve(residual)
+        return found
+
+    def _judged(self, basis: Basis, z: Vector, w: Vector) -> BasicSolution:
+        """The basic solution of these z and w."""
+        problem = self._problem
+        violations = problem.box.violations(z, w, basis)
+        violated = violations > 0.0
+        rows = violated.nonzero()[0]
+        if not rows.size:
+            return BasicSolution(basis, z, w, violated, True)
+        if rows.size > max(FEW, FEW_OF_MANY * problem.n):
+            worst = np.array([violations.argmax()])
+            if (violations[worst] > violation_by_rounding(problem, z, basis, worst)).all():
+                return BasicSolution(basis, z, w, violated, False)
+        beyond = violations[rows] > violation_by_rounding(problem, z, basis, rows)
+        if beyond.any():
+            violated[rows[~beyond]] = False
+        return BasicSolution(basis, z, w, violated, not beyond.any())
+
+
+def violation_by_rounding(problem: Problem, z: Vector, basis: Basis, rows: Indices) -> Vector:
+    """How far rounding errors alone may take the signs of these rows of a basic solution: w_i, or z_i if basic."""
+    terms = ROW_ROUNDING * (absolute_product(problem.M[rows], np.abs(z)) + np.abs(problem.q[rows]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        in_z = np.where(terms > 0, terms / problem.row_maxima[rows], 0.0)
+    return np.where(basis.basic[rows], in_z, terms)
+
+
+def _is_rounding(residual: Vector, q: Vector) -> bool:
+    """Whether the residual is within the rounding error of these rows of w, of which q alone is a lower bound."""
+    return bool(np.count_nonzero(np.abs(residual) <= ROW_ROUNDING * np.abs(q)) == q.size)
