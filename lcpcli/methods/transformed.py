@@ -13,7 +13,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled, advance
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.certificate import farkas_statement, proves_infeasible
 
 INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
 
@@ -87,4 +87,6 @@ def _concluded(transformation: Transformation, ending: NoSolution) -> Ending:
     y = None if proof.vector is None or proof.kind == "ray" else transformation.multipliers(proof.vector)
     if y is not None and not proves_infeasible(transformation.given, y):
         return Breakdown(proof.statement)
-    return replace(ending, certificate=replace(proof, vector=y))
+    mixed = y is not None and transformation.given.is_mixed
+    statement = farkas_statement(transformation.given) if mixed else proof.statement
+    return replace(ending, certificate=replace(proof, statement=statement, vector=y))

@@ -69,7 +69,7 @@ def run(
     _refuse_unused_start(method, x0=x0, z0=z0)
     start = starting_point(problem, x0, z0)
     observer = None if observe is None else Observer(observe, method)
-    changes = _changes_of_variables(problem, scale)
+    changes = _changes_of_variables(method, problem, scale)
     in_force = methods.options_in_force(method, changes[-1].problem if changes else problem, chosen)
     stage = partial(_stage, method, problem, changes, start, in_force, clock if finish else None)
     stopwatch.count("setup")
@@ -109,10 +109,10 @@ def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Lim
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
 
 
-def _changes_of_variables(problem: Problem, scale: bool) -> list[Transformation]:
+def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Transformation]:
     """Those to make before a method runs, one after another."""
     changes: list[Transformation] = []
-    if problem.z_there is not None:
+    if problem.z_there is not None and method != "auto":  # which does so itself
         with imports:
             from lcpcli.model.shifted import shifted
         changes.append(shifted(problem))

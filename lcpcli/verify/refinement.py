@@ -86,19 +86,21 @@ def _sizes(problem: Problem, z: Vector) -> Vector:
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic.
 
-    The exact solution z* of M_PP z*_P = -q_P for P = {z_i > 0} is positive and has w* >= 0, and no component of z
-    differs from it by more than LAST_DIGITS of itself. So it is never true for a problem that has no solution. It is
-    false if P is larger than `farkas.LARGEST_EXACT`, or M_PP is singular.
+    The exact basic solution z* of the states of z, for an LCP M_PP z*_P = -q_P with P = {z_i > 0}, solves the problem,
+    and no component of z differs from it by more than LAST_DIGITS of itself. So it is never true for a problem that has
+    no solution. It is false if more than `farkas.LARGEST_EXACT` are basic, or M_PP is singular.
     """
-    if np.count_nonzero(z > 0) > farkas.LARGEST_EXACT or not np.isfinite(z).all() or not is_near(problem, z):
+    basis = problem.box.basis_of(z / 2)
+    if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all() or not is_near(problem, z):
         return False
     with imports:
         from fractions import Fraction
 
         from lcpcli.rational.basis import exact_basis
 
-    found = exact_basis(problem.M, problem.q, z > 0)
+    nonbasic = problem.box.nonbasic(basis) if problem.is_mixed else None
+    found = exact_basis(problem.M, problem.q, basis.basic, nonbasic, problem.box)
     if found is None or not (found.unique and found.solves):
         return False
     last_digits = Fraction(LAST_DIGITS)
-    return all(abs(Fraction(a) - b) <= last_digits * b for a, b in zip(z.tolist(), found.z, strict=True))
+    return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))

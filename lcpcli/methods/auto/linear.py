@@ -18,14 +18,14 @@ from lcpcli.methods.transformed import in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import Certificate, farkas
+from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
 
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
     proof = farkas(problem, seconds)
     if proof is not None:
-        return NoSolution(Certificate("farkas", "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate", proof))
+        return NoSolution(Certificate("farkas", farkas_statement(problem), proof))
     if problem.is_mixed:
         return Breakdown("no linear program is known to solve it")
     units = scaled.scale(problem)

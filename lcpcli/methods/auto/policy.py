@@ -50,6 +50,28 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     -------
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
+    turns = Turns(x0)
+    ending = yield from turns.take("", _search_in_good_variables(problem, x0, time_limit))
+    with imports:
+        from lcpcli.methods.auto.exhaustion import exhaustion, is_small
+
+    if isinstance(ending, Stalled) and is_small(problem):
+        ending = yield from turns.take("exhaustion", exhaustion(problem))
+    return ending
+
+
+def _search_in_good_variables(problem: Problem, x0: Vector, time_limit: float) -> Stage:
+    """The search with mid(l, u, 0) moved to 0."""
+    if problem.z_there is None:
+        return _search(problem, x0, time_limit)
+    with imports:
+        from lcpcli.model.shifted import shifted
+
+    change = shifted(problem)
+    return in_given_variables(change, _search(change.problem, change.start(x0), time_limit))
+
+
+def _search(problem: Problem, x0: Vector, time_limit: float) -> Stage:
     deadline, turns = time.perf_counter() + time_limit, Turns(x0)
     for name, stage in _stages(problem, x0, deadline):
         ending = yield from turns.take(name, stage)
@@ -60,13 +82,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
             yield turns.last
             if is_rounded_solution(problem, problem.box.z_of(turns.last.x)):
                 return Finished()
-    ending = yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline)))
-    with imports:
-        from lcpcli.methods.auto.exhaustion import MAX_UNKNOWNS, exhaustion
-
-    if isinstance(ending, Stalled) and problem.n <= MAX_UNKNOWNS:
-        ending = yield from turns.take("exhaustion", exhaustion(problem))
-    return ending
+    return (yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline))))
 
 
 def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
@@ -83,7 +99,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield "newton", dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if large_and_sparse:
+    if large_and_sparse or problem.is_mixed:
         with imports:
             from lcpcli.methods.auto.linear import linear
 

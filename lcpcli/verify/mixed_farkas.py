@@ -1,0 +1,135 @@
+"""Proofs that a mixed problem has no z within its bounds whose w has the signs that these ask for.
+
+As in `farkas`, with bounds l <= z <= u: let y_i >= 0 where only l_i is finite (w_i >= 0 is asked for), y_i <= 0 where
+only u_i is (w_i <= 0), y_i = 0 where both are (w_i may have either sign), and y_i have any sign where neither is
+(w_i = 0). For any such z, 0 <= y'(M z + q) <= q'y + sum_i sup {(M'y)_i t : l_i <= t <= u_i}: if that is negative, there
+is none. A problem whose bounds are all finite always has a solution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
+from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.matrices import is_sparse, stack
+from lcpcli.model.box import Box
+from lcpcli.rational import linear, sums
+from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.verify.farkas import ACTIVE, GRID, LARGEST_EXACT, SNAP
+
+
+def refutes(M: Matrix, q: Vector, box: Box, y: Vector) -> bool:
+    """Whether y, of shape (n,), is such a proof. True only if it holds without rounding; False proves nothing.
+
+    Floats decide the signs of M'y where they are certain. Columns that have to vanish, as those of free variables,
+    which possibly no y in floats satisfies, may be corrected in rational arithmetic, as in `farkas.refutes`.
+    """
+    low, high = _sides(box)
+    if not (np.isfinite(y).all() and y.any()) or (y < 0)[low].any() or (y > 0)[high].any() or y[low & high].any():
+        return False
+    with np.errstate(all="ignore"):
+        product, size = M.T @ y, abs(M).T @ np.abs(y)
+        error = 4 * (y.size + 2) * (EPS * size + SMALLEST_NORMAL)
+        excess = np.maximum(np.where(high, -np.inf, product), np.where(low, -np.inf, -product))
+    if (excess > error + ACTIVE * size).any():
+        return False
+    support, active = np.flatnonzero(y), np.flatnonzero(excess >= -error - ACTIVE * size)
+    exact = [Fraction(value) for value in y[support].tolist()]
+    if _holds(M, q, box, support, exact):
+        return True
+    corrected = _corrected(M, support, exact, active)
+    return corrected is not None and _holds(M, q, box, *corrected)
+
+
+def _sides(box: Box) -> tuple[Mask, Mask]:
+    """Where the lower, and where the upper bound is finite."""
+    return np.isfinite(box.lower), np.isfinite(box.upper)
+
+
+def _holds(M: Matrix, q: Vector, box: Box, support: Indices, y: Sequence[Fraction]) -> bool:
+    """Whether the rational y on a support is a proof."""
+    low, high = _sides(box)
+    if any((value < 0 and low[i]) or (value > 0 and high[i]) for i, value in zip(support.tolist(), y, strict=True)):
+        return False
+    rows, total = M[support], sums.product(q[support], y)
+    for j in _columns(rows):
+        value = sums.product(_column(rows, j), y)
+        if (value > 0 and not high[j]) or (value < 0 and not low[j]):
+            return False
+        total += value * Fraction(float(box.upper[j] if value > 0 else box.lower[j])) if value else 0
+    return total < 0
+
+
+def _columns(rows: Matrix) -> list[int]:
+    """The columns with an entry."""
+    used = np.unique(rows.indices) if is_sparse(rows) else np.flatnonzero(rows.any(axis=0))
+    columns: list[int] = used.tolist()
+    return columns
+
+
+def _corrected(
+    M: Matrix, support: Indices, y: list[Fraction], active: Indices
+) -> tuple[Indices, list[Fraction]] | None:
+    """y on its support, changed so that M'y = 0 in the active columns, exactly."""
+    order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
+    support, y = support[order], [y[k] for k in order]
+    part = matrices.dense(M[support][:, active])
+    part = part[:, part.any(axis=0)]
+    if not part.size or max(part.shape) > LARGEST_EXACT:
+        return None
+    rows = [[*map(Fraction, column.tolist()), -sums.product(column, y)] for column in part.T]
+    system = [sums.over_one_denominator(row)[0] for row in rows]
+    changes = linear.solve([row[:-1] for row in system], [row[-1] for row in system]).x
+    if changes is None:
+        return None
+    return support, [value + change for value, change in zip(y, changes, strict=True)]
+
+
+def candidates(M: Matrix, q: Vector, box: Box, seconds: float = math.inf) -> Iterator[Vector]:
+    """Vectors y that may be proofs, the likeliest first; M should be equilibrated. One LP of at most that many seconds.
+
+    It minimises q'y + u'v - l'v' with M'y = v - v', v and v' >= 0, where v_i = 0 if u_i is infinite and v'_i = 0 if l_i
+    is, over the y with the signs above, from a total of -1 on: its minimum is -1 or 0.
+    """
+    low, high = _sides(box)
+    positive, negative = np.flatnonzero(~high), np.flatnonzero(~low)  # the y_i that may be positive, negative
+    above, below = np.flatnonzero(high), np.flatnonzero(low)
+    power = math.frexp(np.abs(q).max())[1]
+    cost = np.concatenate((q[positive], -q[negative], box.upper[above], -box.lower[below])) * math.ldexp(1.0, -power)
+    transposed = M.T
+    one = _identity(M)
+    equations = stack([[transposed[:, positive], -transposed[:, negative], -one[:, above], one[:, below]]])
+    if not (positive.size or negative.size) or not np.isfinite(cost).all():
+        return
+    found = linprog(cost, -cost[np.newaxis], np.ones(1), seconds, equal=(equations, np.zeros(q.size)))
+    if found is None or found.fun > -0.5:
+        return
+    y = np.zeros(q.size)
+    y[positive] += found.x[: positive.size]
+    y[negative] -= found.x[positive.size : positive.size + negative.size]
+    largest = float(np.abs(y).max())
+    snapped = np.where(np.abs(y) < SNAP * largest, 0.0, y)
+    if snapped.any():
+        yield snapped
+        yield np.rint(GRID * (snapped / largest)) / GRID
+        yield np.rint(snapped / np.abs(snapped[snapped != 0]).min())
+    yield y
+
+
+def _identity(M: Matrix) -> Matrix:
+    if not is_sparse(M):
+        return np.eye(M.shape[0])
+    from scipy.sparse import eye_array
+
+    return eye_array(M.shape[0]).tocsc()
+
+
+def _column(A: Matrix, j: int) -> Vector:
+    column: Vector = matrices.dense(A[:, [j]])[:, 0]
+    return column
