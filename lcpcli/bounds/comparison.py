@@ -8,6 +8,7 @@ bound
 
     |z - z*| <= <M>^-1 |min(L z, w)|.
 
+So it is with bounds, where min(z, w) is z - mid(l, u, z - w), as mid(l, u, t) increases with t and by no more than t.
 M is H+ if and only if its diagonal is positive and <M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s yields
 t >= <M>^-1 s, and an approximate t is corrected by adding a multiple of u: no system has to be solved exactly.
 """
@@ -45,7 +46,7 @@ def theorem(problem: Problem) -> Theorem | None:
         return None
 
     def bound(z: Vector, w: Vector) -> float:
-        s = np.abs(np.minimum(diagonal * z, w)) * (1 + 4 * EPS)
+        s = np.abs(problem.box.gaps(z, w, diagonal)) * (1 + 4 * EPS)
         if not s.any():
             return 0.0
         t = _jacobi(M, diagonal, s, (s / gain).max() * u) if solve is None else np.abs(units.C * solve(units.R * s))

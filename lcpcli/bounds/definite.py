@@ -7,6 +7,9 @@ positive diagonal T, (y - z*)'T(v - w*) = -y'T w* - z*'T v <= 0. With e = z - z*
 
     e'T M e <= g'e    with    g = T sigma + M'T rho.
 
+With bounds, y lies within them and v has the signs that they ask for at y: at l_i, v_i = max(w_i, 0); at u_i, v_i =
+min(w_i, 0); elsewhere y_i = mid(l, u, z)_i and v_i = 0. The rest is the same.
+
 So if the symmetric part of T M has smallest eigenvalue lambda > 0, |e|_2 <= |g|_2 / lambda, which for T = I is at most
 Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. It is applied in units in which T M has a diagonal near 1, and around the
 centre of the ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f + c'(g - S c) for
@@ -27,6 +30,7 @@ from lcpcli.bounds.rounding import Theorem, factor, norm
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.box import Box, Orthant
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -48,11 +52,11 @@ def theorems(problem: Problem) -> dict[str, Theorem]:
     scales = {"definite": np.ones(problem.n)}
     if not matrices.is_symmetric(M):
         scales["symmetrised"] = _symmetrising(M)
-    found = {name: _theorem(M, T) for name, T in scales.items()}
+    found = {name: _theorem(M, T, problem.box) for name, T in scales.items()}
     return {name: theorem for name, theorem in found.items() if theorem is not None}
 
 
-def _theorem(M: Matrix, T: Vector) -> Theorem | None:
+def _theorem(M: Matrix, T: Vector, box: Orthant | Box) -> Theorem | None:
     """The bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
     diagonal = M.diagonal()
     D = np.exp2(-np.rint(0.5 * np.log2(T * diagonal)))
@@ -66,9 +70,8 @@ def _theorem(M: Matrix, T: Vector) -> Theorem | None:
         return None
 
     def bound(z: Vector, w: Vector) -> float:
-        smaller = diagonal * z < w
-        first = rows * np.where(smaller, np.minimum(w, 0.0), w)
-        second = np.where(smaller, z, np.minimum(z, 0.0)) / D
+        sigma, rho = box.corrections(z, w, diagonal)
+        first, second = rows * sigma, rho / D
         largest = max(float(np.abs(first).max()), float(np.abs(second).max()))
         if largest == 0:
             return 0.0

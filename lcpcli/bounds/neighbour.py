@@ -24,10 +24,12 @@ REFINEMENTS = 3
 def neighbour(problem: Problem, z: Vector) -> Vector | None:
     """y >= 0 of shape (n,), with y_i = 0 where M_ii z_i <= (M z + q)_i, and M y + q approximately 0 elsewhere.
 
+    With bounds, y is the basic solution of the states of z - w_i / M_ii, moved within the bounds.
+
     problem, z : n unknowns, M with positive diagonal, and any z of shape (n,). None if no y is found.
     """
-    active = np.flatnonzero(problem.M.diagonal() * z > problem.w(z))
-    y = np.zeros_like(z)
+    basis = problem.box.basis_of(0.5 * (z - problem.w(z) / problem.M.diagonal()))
+    y, active = problem.box.nonbasic(basis), np.flatnonzero(basis.basic)
     if not active.size:
         return y
     try:
@@ -41,7 +43,7 @@ def neighbour(problem: Problem, z: Vector) -> Vector | None:
         y[active] -= solve(left[active])
         if not np.isfinite(y).all():
             return None
-    return np.maximum(y, 0.0)
+    return problem.box.project(y)
 
 
 def solver(A: Matrix) -> Solve:

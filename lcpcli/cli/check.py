@@ -9,7 +9,7 @@ import click
 
 from lcpcli.cli import candidates, output, problems, session, threads
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import format_option, numeric
+from lcpcli.cli.options import format_option, numeric, with_bounds
 from lcpcli.errors import OptionError
 from lcpcli.options import TOL
 from lcpcli.report.verification import FORMATS
@@ -42,10 +42,11 @@ if TYPE_CHECKING:
     nargs=-1,
     shell_complete=candidates.files(*candidates.VECTORS),
 )
+@with_bounds
 @numeric("Verification", TOL)
 @option("Verification", "--exact", is_flag=True, help="Verify in rational arithmetic, decimals taken as written.")
 @format_option(FORMATS, "table")
-def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> int:
+def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, **given: str | None) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
@@ -53,22 +54,24 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str) -> 
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
     threads.settle(paths)
     session.refuse_twice(paths)
-    verification = _verification(paths[:-1], paths[-1], tol, exact)
+    verification = _verification(paths[:-1], given, paths[-1], tol, exact)
     from lcpcli.report.verification import render
 
     output.emit(render(verification, form, output.terminal()[0]), color=False)
     return verification.exit_code
 
 
-def _verification(problem_paths: tuple[str, ...], solution: str, tol: float | None, exact: bool) -> Verification:
+def _verification(
+    problem_paths: tuple[str, ...], given: problems.Given, solution: str, tol: float | None, exact: bool
+) -> Verification:
     from lcpcli import options
     from lcpcli.files import reading
     from lcpcli.rational.numbers import rounded
     from lcpcli.verify import verification
 
     options.check((TOL,), {"tol": tol})
-    data = problems.read_exact(problem_paths) if exact else None
-    problem = data.problem if data else problems.read(problem_paths)
+    data = problems.read_exact(problem_paths, given) if exact else None
+    problem = data.problem if data else problems.read(problem_paths, given)
     answer = reading.read_candidate(solution, problem.n)
     if answer.kind == "farkas":
         if tol is not None:

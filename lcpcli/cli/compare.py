@@ -9,7 +9,7 @@ import click
 from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, argument
 from lcpcli.cli.methods import chosen_variants, several_methods
-from lcpcli.cli.options import EXITS, numeric, solving
+from lcpcli.cli.options import EXITS, numeric, solving, with_bounds
 from lcpcli.files import shipped
 from lcpcli.methods.registry import meanings
 from lcpcli.options import WARM
@@ -44,6 +44,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
     nargs=-1,
     shell_complete=candidates.files(*candidates.PROBLEMS),
 )
+@with_bounds
 @several_methods("Method", "compare", AS_PUBLISHED)
 @numeric("Method", WARM)
 @solving

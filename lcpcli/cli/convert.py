@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 )
 @problem_file
 @problem_output
-def convert(file: str, q_file: str | None, output: str | None) -> int:
+def convert(file: str, q_file: str | None, output: str | None, **given: str | None) -> int:
     """Write the problem in FILE in another format."""
     files = [file] if q_file is None else [file, q_file]
     threads.settle(files)
@@ -41,16 +41,16 @@ def convert(file: str, q_file: str | None, output: str | None) -> int:
         raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
     output = None if output == "-" else output
     refuse_clashes(files, {"--output": output})
-    written = problems.write(lambda: _read(files), output)
+    written = problems.write(lambda: _read(files, given), output)
     lost = [] if output is None else problems.lost(written, output)
     if lost:
         problems.tell(f"{output}: the format keeps only M and q; left out: {', '.join(lost)}")
     return 0
 
 
-def _read(files: Sequence[str]) -> Problem:
+def _read(files: Sequence[str], given: problems.Given) -> Problem:
     """The problem, without a name if it has none of its own."""
     from lcpcli.files import reading
 
-    problem = problems.read(files)
+    problem = problems.read(files, given)
     return replace(problem, name="") if problem.name == reading.name_of(files[0]) else problem

@@ -38,7 +38,9 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 )
 @format_option(FORMATS)
 @output_file()
-def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None) -> int:
+def inspect(
+    file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None, **given: str | None
+) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
     files = [file] if q_file is None else [file, q_file]
     threads.settle(files)
@@ -53,7 +55,7 @@ def inspect(file: str, q_file: str | None, time_limit: float, form: str | None, 
     from lcpcli.diagnosis import inspection
     from lcpcli.report import inspection_json, inspection_text
 
-    found = inspection.inspect(problems.read(files), time_limit)
+    found = inspection.inspect(problems.read(files, given), time_limit)
     width = None if output else terminal()[0]
     text = inspection_json.render(found) if form == "json" else inspection_text.render(found, width)
     if output is None:

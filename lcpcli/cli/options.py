@@ -85,9 +85,20 @@ def problem_file(command: Command) -> Command:
         "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; or M alone, also as .mtx or .npy. - "
         "is standard input."
     }
+    command = with_bounds(command)
     q_file = {"Q_FILE": "q, if FILE contains M alone; the formats may differ."}
     command = argument("Problem", "q_file", q_file, required=False, shell_complete=complete)(command)
     return argument("Problem", "file", file, shell_complete=complete)(command)
+
+
+def with_bounds(command: Command) -> Command:
+    """Declare the bounds of z for a command that takes one problem."""
+    complete = candidates.files(*candidates.VECTORS)
+    for name, side in (("upper", "Upper"), ("lower", "Lower")):
+        meaning = f"{side} bound of z: a number for all, none, or one each, typed or a file.  [default: the problem's]"
+        declare = option("Problem", f"--{name}", metavar="NUMBER|FILE", shell_complete=complete, help=meaning)
+        command = declare(command)
+    return command
 
 
 def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import click
 
 from lcpcli.cli.output import emit
+from lcpcli.errors import OptionError
 from lcpcli.files.formats import COMPLETE
 
 if TYPE_CHECKING:
@@ -15,32 +16,38 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
 
 
-def read(files: Sequence[str], quiet: bool = False) -> Problem:
-    """The problem in one file, or in one with M and one with q."""
-    from lcpcli.files import reading
-
-    return _vetted(reading.read(*files), files[0], quiet)
+Given = Mapping[str, str | None]  # bounds by their names, lower and upper
 
 
-def read_exact(files: Sequence[str], quiet: bool = False) -> ExactProblem:
+def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
+    """The problem in one file, or in one with M and one with q, with the bounds given as options."""
+    from lcpcli.files import bounds, reading
+
+    return _vetted(bounds.bounded(reading.read(*files), given), files[0], quiet)
+
+
+def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> ExactProblem:
     """The same with the decimals as written."""
-    from lcpcli.files import reading
+    from lcpcli.files import bounds, reading
 
-    data = reading.read_exact(*files)
+    data = bounds.exactly_bounded(reading.read_exact(*files), given)
     data.problem = _vetted(data.problem, files[0], quiet)
     return data
 
 
-def read_each(files: Sequence[str], quiet: bool = False) -> list[Problem]:
-    """The problems in several files; one that holds M alone takes the next as its q."""
-    from lcpcli.files import reading
+def read_each(files: Sequence[str], given: Given, quiet: bool = False) -> list[Problem]:
+    """The problems in several files; one that holds M alone takes the next as its q. Bounds are for a single one."""
+    from lcpcli.files import bounds, reading
 
     problems, left = [], files
     while left:
         problem, used = reading.read_next(left)
-        problems.append(_vetted(problem, left[0], quiet))
+        problems.append((problem, left[0]))
         left = left[len(used) :]
-    return problems
+    for name, text in given.items():
+        if text is not None and len(problems) != 1:
+            raise OptionError(f"--{name}", f"is given for {len(problems)} problems", "name one, or put it in the files")
+    return [_vetted(bounds.bounded(problem, given), file, quiet) for problem, file in problems]
 
 
 def write(made: Callable[[], Problem], output: str | None) -> Problem:

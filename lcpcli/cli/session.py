@@ -20,6 +20,7 @@ from lcpcli.cli.options import limits
 from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
 from lcpcli.cli.progress import Line, wanted
 from lcpcli.errors import OptionError
+from lcpcli.files.keys import BOUNDS
 
 if TYPE_CHECKING:
     from lcpcli.methods.variants import Variant
@@ -58,7 +59,7 @@ def run(
         require()
     _refuse_amiss(files, output, plot)
     bounds = limits(given)
-    problems, data = _read(files, exact, bool(levels), given["quiet"])
+    problems, data = _read(files, {name: given[name] for name in BOUNDS}, exact, bool(levels), given["quiet"])
     plot.require_room(len(problems))
     chosen = [for_methods(given, variants, problem) for problem in problems]
     if levels or plot.path is not None:
@@ -113,13 +114,15 @@ def _refuse_amiss(files: Sequence[str], output: Output, plot: Plot) -> None:
         raise OptionError("--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o")
 
 
-def _read(files: Sequence[str], exact: bool, several: bool, quiet: bool) -> tuple[list[Problem], list[ExactProblem]]:
+def _read(
+    files: Sequence[str], bounds: problems_in.Given, exact: bool, several: bool, quiet: bool
+) -> tuple[list[Problem], list[ExactProblem]]:
     """The problem in the files, or several; and, for exact arithmetic, the same in rational numbers."""
     if several:
-        return problems_in.read_each(files, quiet), []
+        return problems_in.read_each(files, bounds, quiet), []
     if not exact:
-        return [problems_in.read(files, quiet)], []
-    data = problems_in.read_exact(files, quiet)
+        return [problems_in.read(files, bounds, quiet)], []
+    data = problems_in.read_exact(files, bounds, quiet)
     return [data.problem], [data]
 
 

@@ -1,5 +1,7 @@
 """Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q.
 
+Bounds of z are two more columns, headed lower and upper next to one headed q, in which an empty cell is no bound.
+
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
 of names, blank lines, lines that begin with # and a byte order mark are skipped; any line endings are accepted. A
 header whose first name is empty, as pandas writes it, marks the first column as an index, which is skipped too. The
@@ -18,15 +20,17 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, misread, quoted
 from lcpcli.files.content import decode
+from lcpcli.files.keys import BOUNDS, OTHER_NAMES
 from lcpcli.linalg import matrices
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.rational.problem import Rows
+    from lcpcli.rational.problem import ExactParts
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
@@ -36,7 +40,10 @@ NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 def parse(content: bytes) -> Problem | Matrix:
     """The problem in a text of n rows of n + 1 columns, or M in one of n rows of n columns."""
-    table = np.array(_rows(decode(content)))
+    rows, places = _table(decode(content))
+    if places:
+        return _mixed(rows, places)
+    table = np.array(rows)
     n, columns = table.shape
     if columns == n:
         return table
@@ -49,6 +56,16 @@ def parse(content: bytes) -> Problem | Matrix:
     return Problem(np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n]))
 
 
+def _mixed(rows: list[list[Any]], places: dict[str, int]) -> Problem:
+    """The problem in a table with columns for bounds."""
+    parts: dict[str, Any] = {name: [row[i] for row in rows] for name, i in places.items()}
+    M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
+    if len(M[0]) != len(M):
+        wanted = f"give M as many columns, beside {' and '.join(places)}"
+        raise ProblemError("", f"has {count(len(M), 'row')} and {count(len(M[0]), 'column')} of M", wanted)
+    return Problem(M, **parts)
+
+
 def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     """A vector of length n, any length if None, from a text of one row or one column."""
     rows = _rows(decode(content))
@@ -58,14 +75,26 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return as_vector(field, [x for row in rows for x in row], n)
 
 
-def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
-    """M and, if there is a last column for it, q of a text that `parse` has accepted, with all decimals."""
-    from lcpcli.rational.numbers import fraction
+def parse_bound(field: str, content: bytes, number_of: Callable[[str], Any]) -> list[Any]:
+    """The bounds in a text of one row or one column, None where there is none."""
+    rows, _ = _table(decode(content), number_of, all_bounds=True)
+    if len(rows) > 1 and len(rows[0]) > 1:
+        raise ProblemError(field, f"has {len(rows)} rows and {len(rows[0])} columns", "give one row or one column")
+    return [x for row in rows for x in row]
 
-    table = _rows(decode(content), fraction)
+
+def parse_exact(content: bytes) -> ExactParts:
+    """What a text that `parse` has accepted holds, with all decimals."""
+    from lcpcli.rational.numbers import fraction
+    from lcpcli.rational.problem import ExactParts
+
+    table, places = _table(decode(content), fraction)
     n = len(table)
-    M = [{j: value for j, value in enumerate(row[:n]) if value} for row in table]
-    return M, [row[n] for row in table] if len(table[0]) > n else None
+    parts = {name: [row[i] for row in table] for name, i in places.items()}
+    M = [[value for i, value in enumerate(row) if i not in places.values()] for row in table]
+    if not places and len(table[0]) > n:
+        parts["q"] = [row[n] for row in table]
+    return ExactParts([{j: value for j, value in enumerate(row[:n]) if value} for row in M], **parts)
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
@@ -76,10 +105,15 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: A
 
 
 def render(problem: Problem) -> dict[str, bytes]:
-    """[M | q], one row per line, with all digits."""
+    """[M | q], one row per line, with all digits; with bounds [M | q | lower | upper] below a header."""
     M = matrices.dense(problem.M)
-    rows = np.column_stack((M, problem.q)).tolist()
-    return {"": "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()}
+    lines = [",".join(map(repr, row)) for row in np.column_stack((M, problem.q)).tolist()]
+    if isinstance(problem.box, Box):
+        bounds = zip(problem.box.lower.tolist(), problem.box.upper.tolist(), strict=True)
+        cells = (",".join("" if math.isinf(bound) else repr(bound) for bound in pair) for pair in bounds)
+        lines = [f"{line},{pair}" for line, pair in zip(lines, cells, strict=True)]
+        lines.insert(0, ",".join([*(f"M{i}" for i in range(1, problem.n + 1)), "q", *BOUNDS]))
+    return {"": "".join(f"{line}\n" for line in lines).encode()}
 
 
 def is_comment(line: str) -> bool:
@@ -88,6 +122,18 @@ def is_comment(line: str) -> bool:
 
 
 def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]:
+    """The numbers of a text without bounds."""
+    rows, places = _table(text, number_of)
+    if places:
+        raise ProblemError("", f"has columns headed {', '.join(places)}", "give one row or one column of numbers")
+    return rows
+
+
+def _table(
+    text: str, number_of: Callable[[str], Any] = float, all_bounds: bool = False
+) -> tuple[list[list[Any]], dict[str, int]]:
+    """The numbers of a text and, if its header names bounds, the columns of q, lower and upper, from 0; absent bounds
+    are None. With all_bounds, all numbers are bounds, and a header may name anything."""
     all_lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and not is_comment(line)]
     if not lines:
@@ -95,13 +141,18 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
     first = _fields(*lines[0], delimiter)
     indexed = _heads_an_index(first)
-    if indexed or not any(is_number(entry) or NUMERIC.match(entry) for entry in first):
-        _refuse_misplaced_q(lines[0][0], first)
+    places: dict[str, int] = {}
+    absent = all_bounds and any(map(_is_absent, first))
+    if indexed or not (absent or any(is_number(entry) or NUMERIC.match(entry) for entry in first)):
+        places = {} if all_bounds else _places(lines[0][0], first[indexed:])
+        if not (places or all_bounds):
+            _refuse_misplaced_q(lines[0][0], first)
         del lines[0]
+    bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
     commas = delimiter != "," and any("," in line for _, line in lines)
     rows = [
         [
-            number_of(_numeric(entry, number, i, commas))
+            (_bound if all_bounds or i in bounds else _value)(entry, number, i, commas, number_of)
             for i, entry in enumerate(_fields(number, line, delimiter), 1)
             if i > indexed
         ]
@@ -116,7 +167,43 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
             )
     if not rows:
         raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
-    return rows
+    return rows, places
+
+
+def _places(line: int, header: list[str]) -> dict[str, int]:
+    """The columns of q, lower and upper in a header that names a bound; else none."""
+    names = [name.strip() for name in header]
+    meant = [OTHER_NAMES.get(name.casefold(), name) for name in names[-3:]]
+    for name, other in zip(names[-3:], meant, strict=True):
+        if name not in BOUNDS and other in BOUNDS and "q" in names:
+            place = f"line {line}, column {len(names) - 3 + names[-3:].index(name) + 1}"
+            raise ProblemError(place, f"is headed {quoted(name)}", f"call it {other}, if it holds bounds of z")
+    if not set(names) & set(BOUNDS):
+        return {}
+    for name in ("q", *BOUNDS):
+        if names.count(name) > 1:
+            raise ProblemError(f"line {line}", f"heads {names.count(name)} columns {name}", "keep one")
+    if "q" not in names:
+        raise ProblemError(f"line {line}", "heads columns of bounds, but none q", "name the column of q in it")
+    return {name: names.index(name) for name in ("q", *BOUNDS) if name in names}
+
+
+def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any]) -> Any:
+    return number_of(_numeric(entry, line, column, commas))
+
+
+def _is_absent(entry: str) -> bool:
+    return entry.strip().casefold() in ("", "none", "null")
+
+
+def _bound(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any]) -> Any:
+    """A bound, None if the cell is empty or names an absent one."""
+    text = entry.strip().casefold()
+    if _is_absent(entry):
+        return None
+    if text.lstrip("+-") in ("inf", "infinity"):
+        return float(text) if number_of is float else None
+    return _value(entry, line, column, commas, number_of)
 
 
 def _heads_an_index(header: list[str]) -> bool:

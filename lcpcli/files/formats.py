@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import Rows
+    from lcpcli.rational.problem import ExactParts
     from lcpcli.typing import Matrix, Vector
 
 FORMATS = {  # the module that reads and writes it
@@ -33,8 +33,8 @@ class Format(Protocol):
     def parse_vector(self, field: str, content: bytes, n: int | None = None, /) -> Vector:
         """A vector of length n, any length if None."""
 
-    def parse_exact(self, content: bytes, /) -> tuple[Rows, list[Fraction] | None]:
-        """M and, if the file has it, q with all decimals, from content that `parse` has accepted."""
+    def parse_exact(self, content: bytes, /) -> ExactParts:
+        """What the file holds with all decimals, from content that `parse` has accepted."""
 
     def parse_exact_vector(self, field: str, content: bytes, /) -> list[Fraction]:
         """The same for content that `parse_vector` has accepted."""

@@ -1,13 +1,15 @@
-"""Problems in JSON: an object with M, q and, if known, name, x0, x1, solution, verdict, source, note and origin.
+"""Problems in JSON: an object with M, q and, if known, lower, upper, name, x0, x1, solution, verdict, source, note and
+origin.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
-indices from 0. solution is one z or a list of them; origin is as in `lcpcli.model.reductions`. Numbers are decimal;
-each key occurs once.
+indices from 0. lower and upper are numbers, null for no bound, or lists of these. solution is one z or a list of them;
+origin is as in `lcpcli.model.reductions`. Numbers are decimal; each key occurs once.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -16,7 +18,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.content import decode
-from lcpcli.files.keys import KEYS, TEXTS, refuse_unknown
+from lcpcli.files.keys import BOUNDS, KEYS, TEXTS, refuse_unknown
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -25,7 +27,7 @@ from lcpcli.typing import Indices, Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.rational.problem import Rows
+    from lcpcli.rational.problem import ExactParts, Rows
 
 COO_KEYS = ("format", "shape", "rows", "cols", "values")
 
@@ -39,7 +41,7 @@ def parse(content: bytes) -> Problem:
     for key in ("M", "q"):
         if key not in data:
             raise ProblemError(key, "is missing", f"add the key {key}")
-    fields = {key: data[key] for key in (*TEXTS, "x0", "x1", "origin") if key in data}
+    fields = {key: data[key] for key in (*TEXTS, *BOUNDS, "x0", "x1", "origin") if key in data}
     for key in ("x0", "x1"):
         if key in fields and not isinstance(fields[key], list):
             raise ProblemError(key, f"is {kind(fields[key])}", "give a list of numbers")
@@ -54,19 +56,32 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return as_vector(field, load(decode(content)), n)
 
 
-def parse_exact(content: bytes) -> tuple[Rows, list[Fraction]]:
-    """M and q of a problem that `parse` has accepted, with all decimals."""
-    from lcpcli.rational.numbers import fraction
+def parse_exact(content: bytes) -> ExactParts:
+    """A problem that `parse` has accepted, with all decimals."""
+    from lcpcli.rational.problem import ExactParts
 
-    data = load(decode(content), fraction)
-    M = data["M"]
+    data = load(decode(content), fraction_or_none)
+    M, q = data["M"], data["q"]
+    bounds = {key: _exact_bound(data[key], len(q)) for key in BOUNDS if key in data}
     if not isinstance(M, dict):
-        return [{j: value for j, value in enumerate(row) if value} for row in M], data["q"]
-    rows: Rows = [{} for _ in data["q"]]
+        return ExactParts([{j: value for j, value in enumerate(row) if value} for row in M], q, **bounds)
+    rows: Rows = [{} for _ in q]
     for i, j, value in zip(M["rows"], M["cols"], M["values"], strict=True):
         if value:
             rows[int(i)][int(j)] = value
-    return rows, data["q"]
+    return ExactParts(rows, q, **bounds)
+
+
+def fraction_or_none(text: str) -> Fraction | None:
+    """A number with all decimals; None if it is infinite, as bounds may be."""
+    from lcpcli.rational.numbers import fraction
+
+    return None if "Infinity" in text else fraction(text)
+
+
+def _exact_bound(bound: Any, n: int) -> list[Fraction | None]:
+    """One bound for each unknown, None if there is none."""
+    return bound if isinstance(bound, list) else [bound] * n
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
@@ -114,6 +129,8 @@ def render(problem: Problem) -> dict[str, bytes]:
     ]
     lines.append(f'"M": {_render_matrix(problem.M)}')
     lines.append(f'"q": {_render(problem.q)}')
+    if problem.is_mixed:
+        lines += [f'"{key}": {_render_bound(getattr(problem, key))}' for key in BOUNDS]
     lines += [f'"{key}": {_render(getattr(problem, key))}' for key in ("x0", "x1") if getattr(problem, key) is not None]
     if problem.solutions:
         rendered = ", ".join(_render(z) for z in problem.solutions)
@@ -184,6 +201,12 @@ def _indices(field: str, given: Any, size: int, n: int) -> Indices:
 
 def _render(v: Any) -> str:
     return "[" + ", ".join(_number(x) for x in v.tolist()) + "]"
+
+
+def _render_bound(bound: Vector) -> str:
+    """One number if all bounds are the same, null for none."""
+    values = ["null" if math.isinf(x) else _number(x) for x in bound.tolist()]
+    return values[0] if len(set(values)) == 1 else f"[{', '.join(values)}]"
 
 
 def _number(x: float) -> str:

@@ -25,7 +25,7 @@ from lcpcli.typing import Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.rational.problem import Rows
+    from lcpcli.rational.problem import ExactParts
 
 MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
 TYPES = {*range(1, 8), 9, *range(12, 19)}  # of the elements that version 5 has
@@ -46,7 +46,7 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return named_arrays.vector(field, _variables(content), n)
 
 
-def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
+def parse_exact(content: bytes) -> ExactParts:
     """M and, if the file has it, q, with their doubles as exact rationals."""
     from lcpcli.rational.problem import parts_of
 

@@ -25,7 +25,7 @@ from lcpcli.typing import Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.rational.problem import Rows
+    from lcpcli.rational.problem import ExactParts, Rows
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
@@ -63,9 +63,11 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return as_vector(field, matrix.ravel(), n)
 
 
-def parse_exact(content: bytes) -> tuple[Rows, None]:
+def parse_exact(content: bytes) -> ExactParts:
     """M of a file that `parse` has accepted, with all decimals."""
-    return _exact_rows("M", content), None
+    from lcpcli.rational.problem import ExactParts
+
+    return ExactParts(_exact_rows("M", content))
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:

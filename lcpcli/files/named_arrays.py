@@ -1,4 +1,4 @@
-"""Problems as arrays by name, as in NPZ and MAT: M, q and, if known, x0, x1, solution, origin and the texts."""
+"""Problems as arrays by name, as in NPZ and MAT: M, q and, if known, the bounds, x0, x1, solution, origin and texts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.json_format import load
-from lcpcli.files.keys import TEXTS
+from lcpcli.files.keys import BOUNDS, TEXTS
 from lcpcli.files.npy_format import flat
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -28,12 +28,19 @@ def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Prob
         return M
     fields: dict[str, Any] = {key: text(key, arrays[key]) for key in TEXTS if key in arrays}
     fields |= {key: flat(arrays[key]) for key in VECTORS if key in arrays}
+    fields |= {key: _bound(arrays[key]) for key in BOUNDS if key in arrays}
     if "origin" in arrays:
         fields["origin"] = _origin(text("origin", arrays["origin"]))
     q, solution = flat(arrays["q"]), arrays.get("solution", np.empty((0, 0)))
     if by_columns and solution.ndim == 2:
         solution = solution.T if solution.shape[0] == q.size else solution
     return Problem(M, q, solutions=[solution] if solution.ndim < 2 else list(solution), **fields)
+
+
+def _bound(array: Any) -> Any:
+    """A bound: one number, or one for each unknown."""
+    values = flat(array)
+    return values[0] if values.shape == (1,) else values
 
 
 def vector(field: str, arrays: Mapping[str, Any], n: int | None) -> Vector:
@@ -48,6 +55,8 @@ def arrays_of(problem: Problem) -> dict[str, Any]:
     """All that a problem holds but M, texts as texts, several solutions as rows."""
     arrays: dict[str, Any] = {key: getattr(problem, key) for key in TEXTS if getattr(problem, key)}
     arrays["q"] = problem.q
+    if problem.is_mixed:
+        arrays |= {key: getattr(problem, key) for key in BOUNDS}
     arrays |= {key: getattr(problem, key) for key in VECTORS if getattr(problem, key) is not None}
     if problem.solutions:
         arrays["solution"] = np.array(problem.solutions) if len(problem.solutions) > 1 else problem.solutions[0]

@@ -21,7 +21,7 @@ from lcpcli.typing import Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.rational.problem import Rows
+    from lcpcli.rational.problem import ExactParts
 
 LONGEST_FAULT = 80  # characters: numpy quotes whole headers
 
@@ -36,10 +36,10 @@ def parse(content: bytes) -> Problem | Matrix:
 
 def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     """A vector of length n, any length if None, from an array of one row or one column."""
-    return as_vector(field, flat(_array(content)), n)
+    return as_vector(field, held(content), n)
 
 
-def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
+def parse_exact(content: bytes) -> ExactParts:
     """M and, if the array has it, q, with their doubles as exact rationals."""
     from lcpcli.rational.problem import parts_of
 
@@ -56,6 +56,11 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
 def render(problem: Problem) -> dict[str, bytes]:
     """M, dense, and q, bit for bit."""
     return {"": _written(matrices.dense(problem.M)), ".q": _written(problem.q)}
+
+
+def held(content: bytes) -> Any:
+    """The array in a file, one row or one column as a vector."""
+    return flat(_array(content))
 
 
 def flat(array: Any) -> Any:

@@ -25,7 +25,7 @@ from lcpcli.typing import Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.rational.problem import Rows
+    from lcpcli.rational.problem import ExactParts
 
 COMPRESSED = ("data", "indices", "indptr")
 PARTS = {
@@ -51,7 +51,7 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return named_arrays.vector(field, _arrays(content), n)
 
 
-def parse_exact(content: bytes) -> tuple[Rows, list[Fraction] | None]:
+def parse_exact(content: bytes) -> ExactParts:
     """M and, if the archive has it, q, with their doubles as exact rationals."""
     from lcpcli.rational.problem import parts_of
 

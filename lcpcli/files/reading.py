@@ -69,12 +69,12 @@ def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
     fetch = cache(_read)  # standard input can be read only once
     problem = _problem(path, q_path, fetch)
     content = fetch(path, WHOLE)
-    M, q = _blaming(path, lambda: _format(path, content).parse_exact(content))
+    M, q, *bounds = _blaming(path, lambda: format_of(path, content).parse_exact(content))
     if q is None:
         q_place = cast(str, q_path)
         vector = fetch(q_place, LINE)
-        q = _blaming(q_place, lambda: _format(q_place, vector).parse_exact_vector("q", vector))
-    return ExactProblem(problem, M, q)
+        q = _blaming(q_place, lambda: format_of(q_place, vector).parse_exact_vector("q", vector))
+    return ExactProblem(problem, M, q, *bounds)
 
 
 def read_next(paths: Sequence[str]) -> tuple[Problem, Sequence[str]]:
@@ -94,7 +94,7 @@ def _problem(path: str, q_path: str | None, fetch: Fetch) -> Problem:
 def _held(path: str, fetch: Fetch) -> Problem | Matrix:
     """The problem in a file, or M alone."""
     content = fetch(path, WHOLE)
-    return _blaming(path, lambda: _format(path, content).parse(content))
+    return _blaming(path, lambda: format_of(path, content).parse(content))
 
 
 def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fetch) -> Problem:
@@ -109,7 +109,7 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
             shape = " x ".join(map(str, held.shape))
             raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
         line = fetch(q_path, LINE)
-        q = _blaming(q_path, lambda: _format(q_path, line).parse_vector("q", line))
+        q = _blaming(q_path, lambda: format_of(q_path, line).parse_vector("q", line))
         problem = _blaming(path, lambda: Problem(held, q))
     return problem if problem.name else replace(problem, name=name_of(path))
 
@@ -131,7 +131,7 @@ def read_start(field: str, path: str, n: int, box: Orthant | Box | None = None) 
     content = _read(path, LINE)
 
     def parse() -> Vector:
-        form = _format(path, content)
+        form = format_of(path, content)
         if form is csv_format:
             try:
                 given = csv_answer.parse(content)
@@ -159,7 +159,7 @@ def read_candidate(path: str, n: int) -> Candidate:
     content = _read(path, LINE) if numbers is None else " ".join(numbers).encode()
 
     def parse() -> Candidate:
-        form = csv_format if numbers else _format(path, content)
+        form = csv_format if numbers else format_of(path, content)
         if form is json_format:
             return candidate.of_json(content, n)
         if form is csv_format:
@@ -169,8 +169,15 @@ def read_candidate(path: str, n: int) -> Candidate:
     return _blaming(path, parse)
 
 
-def _format(path: str, content: bytes) -> Format:
+def format_of(path: str, content: bytes) -> Format:
+    """The module of a file's format."""
     return load(form_of(path, content))
+
+
+def parsed(path: str, expected: str, parse: Callable[[bytes], T]) -> T:
+    """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
+    content = _read(path, expected)
+    return _blaming(path, lambda: parse(content))
 
 
 def name_of(path: str) -> str:

@@ -7,15 +7,15 @@ from pathlib import Path
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.formats import FORMATS, load
+from lcpcli.files.formats import COMPLETE, FORMATS, load
 from lcpcli.model.problem import Problem
 
 
 def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     """Write a problem in the format given by the suffix of the file, completely or not at all.
 
-    .json, .npz and .mat keep everything, the others only M and q; p.mtx or p.npy is M, with q beside it in p.q.mtx or
-    p.q.npy.
+    .json, .npz and .mat keep everything, .csv M, q and the bounds, the others only M and q; p.mtx or p.npy is M, with q
+    beside it in p.q.mtx or p.q.npy.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
 
     >>> from lcpcli import Problem, read, write
@@ -25,6 +25,8 @@ def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     """
     path = os.fspath(path)
     ending = ending_of(path)
+    if problem.is_mixed and ending not in (*COMPLETE, ".csv"):
+        raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")
     contents = load(FORMATS[ending]).render(problem)
     write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
 

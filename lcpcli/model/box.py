@@ -102,6 +102,12 @@ class Orthant:
         """The nearest admissible z."""
         return np.maximum(z, 0.0)
 
+    def corrections(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
+        """sigma and rho for which z - rho is admissible and w - sigma has the signs that it asks for there, where z is
+        moved to a bound if factor times that distance is less than w."""
+        smaller = factor * z < w
+        return np.where(smaller, np.minimum(w, 0.0), w), np.where(smaller, z, np.minimum(z, 0.0))
+
     def averaged(self, T: Matrix) -> Orthant:  # noqa: ARG002
         """The bounds of T'z, for a nonnegative T with orthonormal columns."""
         return self
@@ -179,6 +185,14 @@ class Box:
     def project(self, z: Vector) -> Vector:
         """The nearest admissible z."""
         return np.minimum(np.maximum(z, self.lower), self.upper)
+
+    def corrections(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
+        """sigma and rho for which z - rho is admissible and w - sigma has the signs that it asks for there, where z is
+        moved to a bound if factor times that distance is less than the size of w."""
+        at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
+        y = np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
+        sigma = np.where(at_lower, np.minimum(w, 0.0), np.where(at_upper, np.maximum(w, 0.0), w))
+        return np.where(self.fixed, 0.0, sigma), z - y
 
     def averaged(self, T: Matrix) -> Box:
         """The bounds of T'z, for a nonnegative sparse T with orthonormal columns."""

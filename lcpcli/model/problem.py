@@ -125,6 +125,8 @@ class Problem:
             upper=math.inf if bounds is None else bounds[1],
             box=ORTHANT if bounds is None else Box(*bounds),
         )
+        if bounds is not None and origin is not None:
+            raise ProblemError("origin", "is given beside bounds", "leave one out: it stands for an LCP, z >= 0")
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 

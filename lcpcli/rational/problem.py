@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,15 +22,37 @@ Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its colu
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
 
 
+Bounds = list[Fraction | None]  # None for no bound
+
+
+class ExactParts(NamedTuple):
+    """What a file holds, with all decimals: M and, if it has them, q and the bounds, by default those of an LCP."""
+
+    M: Rows
+    q: list[Fraction] | None = None
+    lower: Bounds | None = None
+    upper: Bounds | None = None
+
+
 class ExactProblem:
-    """An LCP with exact data.
+    """A problem with exact data.
 
     problem : the same, rounded to doubles.
+    lower, upper : the bounds of z; None for those of an LCP.
     rows, constants, scales : integers with rows[i][j] / scales[i] = M_ij, constants[i] / scales[i] = q_i; scales > 0.
     """
 
-    def __init__(self, problem: Problem, M: Rows, q: Sequence[Fraction]) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        M: Rows,
+        q: Sequence[Fraction],
+        lower: Bounds | None = None,
+        upper: Bounds | None = None,
+    ) -> None:
         self.problem = problem
+        self.lower = [Fraction(0)] * problem.n if lower is None else lower
+        self.upper: Bounds = [None] * problem.n if upper is None else upper
         self.scales = [
             math.lcm(value.denominator, *(entry.denominator for entry in row.values()))
             for row, value in zip(M, q, strict=True)
@@ -45,7 +68,8 @@ class ExactProblem:
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:
         """The problem with its doubles as exact rational numbers."""
-        return cls(problem, rows_of(problem.M), fractions_of(problem.q))
+        parts = parts_of(problem)
+        return cls(problem, parts.M, fractions_of(problem.q), parts.lower, parts.upper)
 
     @property
     def n(self) -> int:
@@ -69,9 +93,13 @@ class ExactProblem:
         ]
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
-        """Whether z >= 0, w = M z + q >= 0 and z'w = 0."""
-        w = self.w(z)
-        return min(z) >= 0 and min(w) >= 0 and not any(a and b for a, b in zip(z, w, strict=True))
+        """Whether z >= 0, w = M z + q >= 0 and z'w = 0; with bounds, l <= z <= u, w_i >= 0 where z_i < u_i and w_i <= 0
+        where z_i > l_i."""
+        return not any(self.gaps(z, self.w(z)))
+
+    def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
+        """min(z, w); with bounds, z - mid(l, u, z - w)."""
+        return [_gap(*each) for each in zip(z, w, self.lower, self.upper, strict=True)]
 
     def with_transpose(self, y: Sequence[Fraction]) -> tuple[list[Fraction], Fraction]:
         """M'y and q'y."""
@@ -84,14 +112,23 @@ class ExactProblem:
         return [Fraction(value, d) for value in sums], Fraction(_dot(self.constants, V), d)
 
     def refuted_by(self, y: Sequence[Fraction]) -> bool:
-        """Whether y proves that no z >= 0 has M z + q >= 0: y >= 0, M'y <= 0, q'y < 0 (Farkas)."""
-        columns, constant = self.with_transpose(y)
-        return min(y) >= 0 and constant < 0 and max(columns) <= 0
+        """Whether y proves that no z >= 0 has M z + q >= 0: y >= 0, M'y <= 0, q'y < 0 (Farkas); or, with bounds, that
+        none has w with the signs that they ask for, as in `verify.mixed_farkas`."""
+        columns, total = self.with_transpose(y)
+        for value, column, low, high in zip(y, columns, self.lower, self.upper, strict=True):
+            if (value < 0 and low is not None) or (value > 0 and high is not None):
+                return False
+            if column:
+                bound = high if column > 0 else low
+                if bound is None:
+                    return False
+                total += column * bound
+        return total < 0
 
     def are_floats(self) -> bool:
         """Whether `problem` holds the data without rounding."""
         own = ExactProblem.of_floats(self.problem)
-        return (own.rows, own.constants, own.scales) == (self.rows, self.constants, self.scales)
+        return vars(own) == vars(self) | {"problem": own.problem}
 
     def in_integers(self) -> Problem | None:
         """The problem with its rows times `scales`, with the same solutions z; None if doubles cannot represent it."""
@@ -99,8 +136,11 @@ class ExactProblem:
             return None
         if any(abs(value) > LARGEST_INTEGER for value in self.constants):
             return None
-        M = _like(self.problem.M, self.rows)
-        return Problem(M, np.array(self.constants, dtype=float), name=self.problem.name)
+        own = ExactProblem.of_floats(self.problem)
+        if (own.lower, own.upper) != (self.lower, self.upper):
+            return None
+        M, q = _like(self.problem.M, self.rows), np.array(self.constants, dtype=float)
+        return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
 
 
 def rows_of(M: Matrix) -> Rows:
@@ -115,9 +155,22 @@ def rows_of(M: Matrix) -> Rows:
     return rows
 
 
-def parts_of(held: Problem | Matrix) -> tuple[Rows, list[Fraction] | None]:
-    """M and, of a problem, q, with their doubles as exact rationals."""
-    return (rows_of(held.M), fractions_of(held.q)) if isinstance(held, Problem) else (rows_of(held), None)
+def parts_of(held: Problem | Matrix) -> ExactParts:
+    """M and, of a problem, q and the bounds, with their doubles as exact rationals."""
+    if not isinstance(held, Problem):
+        return ExactParts(rows_of(held))
+    bounds = [_finite_fractions(bound) for bound in (held.box.lower, held.box.upper) if isinstance(bound, np.ndarray)]
+    return ExactParts(rows_of(held.M), fractions_of(held.q), *bounds)
+
+
+def _finite_fractions(bound: Vector) -> Bounds:
+    return [Fraction(value) if math.isfinite(value) else None for value in bound.tolist()]
+
+
+def _gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
+    """max(z - high, min(z - low, w))."""
+    gap = w if low is None else min(z - low, w)
+    return gap if high is None else max(z - high, gap)
 
 
 def fractions_of(values: Vector) -> list[Fraction]:

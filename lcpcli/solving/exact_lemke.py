@@ -12,11 +12,11 @@ MOST_UNKNOWNS = 60  # n up to which it is tried: seconds at worst
 
 
 def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
-    """The solution at the end of the path from z = 0; None on a ray, for large n, or after the deadline.
+    """The solution at the end of the path from z = 0; None on a ray, for large n, with bounds, or after the deadline.
 
     The covering vector is e for the integer rows.
     """
-    if data.n > MOST_UNKNOWNS:
+    if data.n > MOST_UNKNOWNS or data.problem.is_mixed:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
     if min(data.constants) < 0:

@@ -3,7 +3,8 @@
 With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs are checked. If P is not quite
 right, indices that violate them are flipped as in block principal pivoting or, where that does not help, one at a time,
 least index first: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its
-Applications 21 (1978) 207-215. Where M_PP is singular, an LP finds a vertex of the solutions with that set.
+Applications 21 (1978) 207-215. Where M_PP is singular, an LP finds a vertex of the solutions with that set. With bounds
+the sets are the states of `basic_solution`, and no vertex is sought.
 """
 
 from __future__ import annotations
@@ -18,9 +19,12 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.linear_program import linprog
+from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
+from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.farkas import ACTIVE
 
@@ -37,57 +41,95 @@ def from_point(
     deadline : by time.perf_counter().
     most : the largest number of components that are solved for.
     """
-    for P in _active_sets(data.problem, z):
-        found = _by_pivoting(data, P, deadline, most)
-        if found is None and np.count_nonzero(P) <= most and time.perf_counter() < deadline:
-            found = _at_vertex(data, P, deadline)
+    for basis in _bases(data.problem, z):
+        found = _by_pivoting(data, basis, deadline, most)
+        tries_vertex = not data.problem.is_mixed and np.count_nonzero(basis.basic) <= most
+        if found is None and tries_vertex and time.perf_counter() < deadline:
+            found = _at_vertex(data, basis.basic, deadline)
         if found is not None and data.is_solution(found):
             return found
     return None
 
 
-def _active_sets(problem: Problem, z: Vector) -> Iterator[Mask]:
-    """Active sets P suggested by z: all z_i > 0, those larger than w_i, and those that are not tiny."""
+def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
+    """Bases suggested by z: basic are all z_i not at a bound, those farther from it than w_i says, and those that are
+    not close to it."""
     R, C = equilibrate(problem.M, problem.q)
+    box = problem.box
     with np.errstate(all="ignore"):
         scaled, w = z / C, R * problem.w(z)
-        sets: list[Mask] = [z > 0, scaled > np.maximum(w, 0), scaled > ACTIVE * np.max(scaled)]
-    for k, P in enumerate(sets):
-        if not any(np.array_equal(P, earlier) for earlier in sets[:k]):
-            yield P
+        if isinstance(box, Box):
+            units = box.in_units(C)
+            near = ACTIVE * np.abs(scaled).max()
+            snapped = np.where(scaled - units.lower <= near, units.lower, scaled)
+            bases = [box.basis_of(z / 2), units.basis_of(units.x_of(scaled, w))]
+            bases += [units.basis_of(np.where(units.upper - snapped <= near, units.upper, snapped) / 2)]
+        else:
+            bases = [Basis(P) for P in (z > 0, scaled > np.maximum(w, 0), scaled > ACTIVE * np.max(scaled))]
+    for k, basis in enumerate(bases):
+        if all(basis.changes(earlier) for earlier in bases[:k]):
+            yield basis
 
 
-def _by_pivoting(data: ExactProblem, P: Mask, deadline: float, most: int) -> list[Fraction] | None:
-    fewest = data.n + 1
+def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -> list[Fraction] | None:
+    fewest, box = data.n + 1, data.problem.box
     for _ in range(MOST_STEPS):
-        if np.count_nonzero(P) > most or time.perf_counter() >= deadline:
+        if np.count_nonzero(basis.basic) > most or time.perf_counter() >= deadline:
             return None
-        active = np.flatnonzero(P)
-        z = _solved(data, active, active)
+        active = np.flatnonzero(basis.basic)
+        z = _solved(data, active, active, _at_bounds(data, basis))
         if z is None:
             return None
-        w = data.w(z)
-        violated = [i for i in range(data.n) if (z[i] if P[i] else w[i]) < 0]
-        if not violated:
+        violated = _violated(data, basis, z, data.w(z))
+        count = int(np.count_nonzero(violated))
+        if not count:
             return z
-        flipped = violated if len(violated) < fewest else violated[:1]
-        fewest = min(fewest, len(violated))
-        P = P.copy()
-        P[flipped] ^= True
+        if count >= fewest:
+            violated[np.flatnonzero(violated)[1:]] = False
+        fewest = min(fewest, count)
+        basis = box.exchanged(basis, violated, rounded(z))
     return None
 
 
-def _solved(data: ExactProblem, rows: Indices, columns: Indices) -> list[Fraction] | None:
-    """z, 0 except in those columns, with w = 0 in those rows; None if there is none."""
+def _at_bounds(data: ExactProblem, basis: Basis) -> list[Fraction]:
+    """z where it is not basic, 0 elsewhere."""
     z = [Fraction(0)] * data.n
+    if basis.upper is not None:
+        for i in np.flatnonzero(~basis.basic).tolist():
+            z[i] = (data.upper if basis.upper[i] else data.lower)[i] or z[i]
+    return z
+
+
+def _violated(data: ExactProblem, basis: Basis, z: list[Fraction], w: list[Fraction]) -> Mask:
+    """Where a basic z_i is beyond a bound, or w_i has not the sign that its bound asks for."""
+    upper = np.zeros(data.n, dtype=bool) if basis.upper is None else basis.upper
+    states = zip(z, w, data.lower, data.upper, basis.basic.tolist(), upper.tolist(), strict=True)
+    return np.array([_is_violated(*each) for each in states])
+
+
+def _is_violated(
+    z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None, basic: bool, at_upper: bool
+) -> bool:
+    if basic:
+        return (low is not None and z < low) or (high is not None and z > high)
+    return low != high and (w > 0 if at_upper else w < 0)
+
+
+def _solved(data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction]) -> list[Fraction] | None:
+    """z, as known except in those columns, where it is 0 there, with w = 0 in those rows; None if there is none."""
+    z = list(known)
     if not rows.size or not columns.size:
         return z
+    right, d = [-data.constants[i] for i in rows.tolist()], 1
+    if any(known):
+        w = data.w(known)
+        right, d = over_one_denominator([-w[i] * data.scales[i] for i in rows.tolist()])
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
-    found = linear.solve(A, [-data.constants[i] for i in rows.tolist()]).x
+    found = linear.solve(A, right).x
     if found is None:
         return None
     for j, value in zip(columns.tolist(), found, strict=True):
-        z[j] = value
+        z[j] = value / d
     return z
 
 
@@ -111,7 +153,7 @@ def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] |
     kept = active[found.x > ACTIVE * max(float(found.x.max()), ACTIVE)]
     w = columns @ found.x + q
     for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE)), active):
-        z = _solved(data, rows, kept)
+        z = _solved(data, rows, kept, [Fraction(0)] * data.n)
         if z is not None and data.is_solution(z):
             return z
     return None

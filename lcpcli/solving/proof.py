@@ -35,6 +35,8 @@ from lcpcli.verify.point import Point
 
 SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
 INFEASIBLE = "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0"
+MIXED_SOLVED = "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic"
+MIXED_INFEASIBLE = "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic"
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
 UNPROVED = "no exact proof was found for the numbers as written"
 
@@ -113,11 +115,13 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
             y = y * rounded(Fraction(scale, largest) for scale in data.scales)
         found = exact_proof(data, y)
         if found is not None:
-            return Exact(Status.INFEASIBLE, INFEASIBLE, y=found)
+            return Exact(Status.INFEASIBLE, MIXED_INFEASIBLE if data.problem.is_mixed else INFEASIBLE, y=found)
     if is_exact and run.status is Status.UNSOLVABLE:
         return Exact(Status.UNSOLVABLE, UNSOLVABLE)
     z = from_point(data, _finite(run.z), deadline) or exact_lemke.solve(data, deadline)
-    return Exact(Status.SOLVED, SOLVED, z=z, w=data.w(z)) if z is not None and data.is_solution(z) else None
+    if z is None or not data.is_solution(z):
+        return None
+    return Exact(Status.SOLVED, MIXED_SOLVED if data.problem.is_mixed else SOLVED, z=z, w=data.w(z))
 
 
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite

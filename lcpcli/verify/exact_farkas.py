@@ -22,14 +22,15 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
 
     It tries simple fractions, y itself, and y changed so that components of M'y that are nearly 0 become 0.
     """
-    if not (np.isfinite(y).all() and (y >= 0).all() and y.any()):
+    if not (np.isfinite(y).all() and y.any()):
         return None
     return next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
 
 
 def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
     exact = fractions_of(y)
-    for unit in (max(exact), min(value for value in exact if value)):
+    sizes = [abs(value) for value in exact if value]
+    for unit in (max(sizes), min(sizes)):
         for largest in SIMPLE_DENOMINATORS:
             yield [(value / unit).limit_denominator(largest) for value in exact]
     yield exact
@@ -40,11 +41,11 @@ def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
 
 def _corrected(data: ExactProblem, y: list[Fraction]) -> list[Fraction] | None:
     """y changed on its support so that components of M'y that are small relative to their terms vanish."""
-    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -y[i])  # large entries best absorb a correction
+    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -abs(y[i]))  # the best to correct
     columns, _ = data.with_transpose(y)
     floats = rounded(y)
     with np.errstate(all="ignore"):
-        size = abs(data.problem.M).T @ floats
+        size = abs(data.problem.M).T @ np.abs(floats)
         small = np.abs(rounded(columns)) <= ACTIVE * size
     active = [j for j in np.flatnonzero(small & (size > 0)).tolist() if any(j in data.rows[i] for i in support)]
     if not active:

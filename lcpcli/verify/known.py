@@ -43,11 +43,15 @@ def _fault(accuracy: Accuracy, z: Vector) -> str:
         return ""
     change = _last_digit(z)
     change_of_w = products.absolute_product(accuracy.problem.M, change)
-    wrong = (z < -change) | (w < -change_of_w) | ((z > change) & (w > change_of_w))
+    lower, upper = accuracy.problem.lower, accuracy.problem.upper
+    wrong = (z < lower - change) | (z > upper + change)
+    wrong |= ((w < -change_of_w) & (z < upper - change)) | ((w > change_of_w) & (z > lower + change))
     if not wrong.any():
         return ""
     i = int(np.argmax(np.where(wrong, relative, 0.0)))
     worst = f"{'z' if z[i] < w[i] else 'w'}{i + 1} = {min(z[i], w[i]):.3g}"
+    if accuracy.problem.is_mixed:
+        worst = f"z{i + 1} = {z[i]:.3g} and w{i + 1} = {w[i]:.3g}"
     return f"is not a solution: its residual is {accuracy.natural_residual(z, w):.2g}, with {worst}; it is ignored"
 
 

@@ -6,6 +6,7 @@ omega s_i, where s = |M| |z| + |q|, each independently: this is the theorem of W
 Compatibility of approximate solution of linear equations with given error bounds for coefficients and right-hand sides,
 Numerische Mathematik 6 (1964) 405-409. Where z_i > 0 it has to become 0, where z_i = 0 it has to become nonnegative,
 and no change helps where z_i < 0. So omega is the largest of |w_i| / s_i, max(-w_i, 0) / s_i and infinity, in turn.
+Bounds are not changed: w_i has to become 0 between them, nonnegative at l_i and nonpositive at u_i.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from lcpcli.bounds.error_bound import Bound, error_bound
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg import products
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import TOL
 from lcpcli.rational.numbers import brief, rounded
@@ -33,6 +35,8 @@ from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import proves_infeasible
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
+SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
+MIXED = "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic"
 MOST_LISTED = 10  # violations that a verification lists
 
 Number = TypeVar("Number", float, Fraction)
@@ -42,7 +46,8 @@ Number = TypeVar("Number", float, Fraction)
 class Violation(Generic[Number]):
     """A component that keeps z from being a solution: its index from 0, what it violates, z_i and w_i.
 
-    kind : "z < 0", "w < 0", both with a comma between them, or "z w > 0".
+    kind : "z < 0", "w < 0", both with a comma between them, or "z w > 0"; with bounds "z < lower", "z > upper",
+        "w < 0" or "w > 0".
     """
 
     index: int
@@ -60,7 +65,7 @@ class Verification:
     accepted, message : whether the answer is accepted, and why, as a sentence.
     residual, relative_residual, error : as in `accuracy.Accuracy`; None for a vector y; error None if no solution is
         known.
-    backward_error : the componentwise backward error; infinity if some z_i < 0, None for a vector y.
+    backward_error : the componentwise backward error; infinity if a z_i is beyond its bounds, None for a vector y.
     bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None in exact
         arithmetic, for a vector y, beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
@@ -154,9 +159,9 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
         residual=accuracy.natural_residual(z, w),
         relative_residual=relative,
         error=accuracy.error(z),
-        backward_error=_backward_error(z, w, products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)),
+        backward_error=_backward_error(problem, z, w),
         bound=error_bound(problem, z) if problem.n <= MOST_BOUNDED else None,
-        violations=[_violation(i, float(z[i]), float(w[i])) for i in violating[:MOST_LISTED]],
+        violations=[_violation(problem, i, float(z[i]), float(w[i])) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )
 
@@ -170,7 +175,7 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
     Violations are those components with min(z_i, w_i) not 0, the largest first.
     """
     w = data.w(z)
-    each = [min(pair) for pair in zip(z, w, strict=True)]
+    each = data.gaps(z, w)
     violating = sorted((i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i]))
     failure = _w_mismatch(w, given_w)
     if violating:
@@ -182,12 +187,12 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
         "solution",
         exact=True,
         accepted=not failure,
-        message=failure or "z is an exact solution: z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic",
+        message=failure or f"z is an exact solution: {MIXED if data.problem.is_mixed else SOLVED}",
         residual=float(rounded([residual])[0]),
         relative_residual=accuracy.relative_residual(doubles, doubles_w) if violating else 0.0,
         error=accuracy.error(doubles),
-        backward_error=_exact_backward_error(z, w, data.sizes(z)),
-        violations=[_violation(i, z[i], w[i]) for i in violating[:MOST_LISTED]],
+        backward_error=_exact_backward_error(data, z, w),
+        violations=[_violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )
 
@@ -222,6 +227,8 @@ def _w_mismatch(w: list[Fraction], given: list[Fraction] | None) -> str:
 
 def _farkas_verification(problem: Problem, failure: str, exact: bool) -> Verification:
     message = "proved infeasible: y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0"
+    if problem.is_mixed:
+        message = "proved infeasible: by y, no z within the bounds has w with the signs that they ask for"
     if failure:
         message = f"y proves nothing: {failure}"
     return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
@@ -229,6 +236,8 @@ def _farkas_verification(problem: Problem, failure: str, exact: bool) -> Verific
 
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
     """The first condition that a proof violates; "" if none."""
+    if data.problem.is_mixed:
+        return "" if data.refuted_by(y) else "for some z within the bounds, y'w may be positive or has no sign"
     i = min(range(data.n), key=lambda i: y[i])
     if y[i] < 0:
         return f"y{i + 1} = {brief(y[i])} is negative"
@@ -239,20 +248,28 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
     return f"component {j + 1} of M'y, {brief(columns[j])}, is positive" if columns[j] > 0 else ""
 
 
-def _violation(i: int, z: Number, w: Number) -> Violation[Number]:
+def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Number]:
+    if isinstance(problem.box, Box):
+        kind = "w < 0" if w < 0 else "w > 0"
+        kind = "z < lower" if z < problem.box.lower[i] else "z > upper" if z > problem.box.upper[i] else kind
+        return Violation(i, kind, z, w)
     negative = ", ".join(f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0)
     return Violation(i, negative or "z w > 0", z, w)
 
 
-def _backward_error(z: Vector, w: Vector, sizes: Vector) -> float:
-    if (z < 0).any():
+def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
+    if (z != problem.box.project(z)).any():
         return math.inf
-    changes = np.where(z > 0, np.abs(w), np.maximum(-w, 0.0))
+    changes = np.maximum(problem.box.excess(z, w), 0.0)
+    sizes = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     return float(np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0))
 
 
-def _exact_backward_error(z: list[Fraction], w: list[Fraction], sizes: list[Fraction]) -> float:
-    if min(z) < 0:
-        return math.inf
-    changes = [abs(b) if a else max(-b, Fraction(0)) for a, b in zip(z, w, strict=True)]
-    return float(max((c / s for c, s in zip(changes, sizes, strict=True) if c), default=Fraction(0)))
+def _exact_backward_error(data: ExactProblem, z: list[Fraction], w: list[Fraction]) -> float:
+    largest = Fraction(0)
+    for a, b, s, low, high in zip(z, w, data.sizes(z), data.lower, data.upper, strict=True):
+        if (low is not None and a < low) or (high is not None and a > high):
+            return math.inf
+        change = max(-b if a != high else 0, b if a != low else 0)
+        largest = max(largest, change / s if change > 0 else largest)
+    return float(largest)

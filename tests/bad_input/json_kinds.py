@@ -45,7 +45,7 @@ JSON = [
     of_json("matrix", '{"matrix": [[1]], "q": [1]}', " matrix:", "not a key", "did you mean M?"),
     of_key("sollution", "sollution", "[0, 0]", " sollution:", "not a key", "did you mean solution?"),
     of_key("x_0", "x_0", "[0, 0]", " x_0:", "not a key", "did you mean x0?"),
-    of_key("unknown-key", "%", "1", " %:", "not a key", "the keys are", "M, q, x0, x1, solution"),
+    of_key("unknown-key", "%", "1", " %:", "not a key", "the keys are", "M, q, lower, upper, x0, x1, solution"),
     of_key("line-break-in-key", "a\\nb", "1", "a\\nb", "not a key"),
     of_key("line-separator-in-key", "a\\u2028b", "1", "a\\u2028b", "not a key"),
     of_key("long-key", LONG, "1", "aaa", "not a key"),

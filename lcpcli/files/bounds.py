@@ -1,0 +1,96 @@
+"""Bounds of z from the command line: one number for all, numbers typed, or a file with one for each unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from lcpcli.errors import ProblemError
+from lcpcli.files import csv_format, json_format, npy_format, reading, typed
+from lcpcli.files.content import decode
+from lcpcli.model.problem import Problem
+from lcpcli.rational.numbers import fraction, ratio
+
+if TYPE_CHECKING:
+    from lcpcli.rational.problem import Bounds, ExactProblem
+
+ABSENT = ("none", "null")
+EXPECTED = "give a number, none, or one number for each unknown"
+
+
+def bounded(problem: Problem, given: Mapping[str, str | None]) -> Problem:
+    """The problem with the bounds given by name, lower and upper; those that are None stay as they are. What is known
+    of the solutions for other bounds is dropped.
+
+    A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list.
+    """
+    values = {name: _values(name, text, exact=False) for name, text in given.items() if text is not None}
+    if not values:
+        return problem
+    try:
+        return replace(problem, solutions=(), verdict="", origin=None, **values)
+    except ProblemError as error:
+        name = next((name for name in values if error.where.startswith(name)), next(iter(values)))
+        text = str(given[name])
+        raise (error if _is_typed(text) else error.inside(reading.place(text))).inside(f"--{name}") from None
+
+
+def exactly_bounded(data: ExactProblem, given: Mapping[str, str | None]) -> ExactProblem:
+    """The same for exact data, with decimals as written."""
+    data.problem = bounded(data.problem, given)
+    for name, text in given.items():
+        if text is not None:
+            values = _values(name, text, exact=True)
+            bounds: Bounds = [_exact(value) for value in (values if isinstance(values, list) else data.n * [values])]
+            setattr(data, name, bounds)
+    return data
+
+
+def _values(name: str, text: str, exact: bool) -> Any:
+    """What is given for a bound: one value or a list of them, None for no bound."""
+    if text.strip().casefold() in ABSENT:
+        return None
+    numbers = typed.numbers(text)
+    if numbers is None:
+        return _held(name, text, exact)
+    values = [_typed(name, number, exact) for number in numbers]
+    return values[0] if len(values) == 1 else values
+
+
+def _is_typed(text: str) -> bool:
+    return text.strip().casefold() in ABSENT or typed.numbers(text) is not None
+
+
+def _typed(name: str, number: str, exact: bool) -> Any:
+    try:
+        if "inf" in number.casefold() or number.casefold() == "nan":
+            return float(number)
+        value = ratio(number)
+        return value if exact else float(value)
+    except ProblemError as error:
+        raise error.inside(f"--{name}") from None
+    except OverflowError:
+        raise ProblemError(f"--{name}", f"has {number}", "give a finite number in double precision, or none") from None
+
+
+def _held(name: str, path: str, exact: bool) -> Any:
+    """The values in a file."""
+
+    def parse(content: bytes) -> Any:
+        form = reading.format_of(path, content)
+        if form is json_format:
+            return json_format.load(decode(content), json_format.fraction_or_none if exact else float)
+        if form is csv_format:
+            return csv_format.parse_bound(f"--{name}", content, fraction if exact else float)
+        values = npy_format.held(content) if form is npy_format else form.parse_vector(f"--{name}", content)
+        return values.tolist() if exact else values
+
+    return reading.parsed(path, EXPECTED, parse)
+
+
+def _exact(value: Any) -> Fraction | None:
+    if value is None or (isinstance(value, float) and value in (float("inf"), -float("inf"))):
+        return None
+    return Fraction(value)
