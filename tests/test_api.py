@@ -113,7 +113,7 @@ def test_a_trace_is_kept_if_asked_for() -> None:
         ({"omgea": 2.0, "method": "fixed-point"}, "omgea: is not an option of fixed-point; did you mean omega"),
         ({"max_iteration": 3}, "max_iteration: .*did you mean max_iterations"),
         ({"K_star": 3, "method": "shi"}, "K_star: .*did you mean k_star"),
-        ({"%": 3, "method": "shi"}, "%: .*it has x1, p, k_star, rho, sigma, x0, z0, tol"),
+        ({"%": 3, "method": "shi"}, "%: .*it has x1, p, k_star, rho, sigma, x0, z0, basis, tol"),
         ({"omega": 2.0, "method": "shi"}, "^omega: has no effect with the method shi"),
         ({"every": 2}, "every: is not an option of auto"),
         ({"method": "newtn"}, "'newtn' is unknown; did you mean newton"),

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.typing import Vector
 
+OF_START = ("x0", "z0", "basis")  # of which one may be given
+
 
 class MethodChoice(Choice):
     """A method, with or without options of its own, as in shi:p=10."""
@@ -78,9 +80,10 @@ def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Proble
     chosen = {name: given[name] for name in (*OPTIONS, *STARTS) if given[name] is not None}
     for name in STARTS:
         if name in chosen:
-            chosen[name] = _vector(name, chosen[name], problem)
-    if "x0" in chosen and "z0" in chosen:
-        raise OptionError("--z0", "gives the starting point, and so does --x0", "leave one out")
+            chosen[name] = _basis(chosen[name], problem) if name == "basis" else _vector(name, chosen[name], problem)
+    first, *others = [name for name in OF_START if name in chosen] or [""]
+    if others:
+        raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")
     chosen |= {name: given[name] for name in ADDITIONS if given[name] is not None}
     known = [
         {*_starts_of(name), *parameters_of(name), *(ADDITIONS if METHODS[name].iterates else ())} - set(own)
@@ -89,7 +92,7 @@ def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Proble
     for name in chosen:
         if not any(name in own for own in known):
             said = flag(f"no-{name}" if chosen[name] is False else name)
-            why = f", which use{'s' * (len(asked) == 1)} no starting point" * (name in ("x0", "z0"))
+            why = f", which use{'s' * (len(asked) == 1)} no starting point" * (name in OF_START)
             fault = f"has no effect with {' and '.join(map(str, asked))}{why}"
             raise OptionError(said, fault, "leave it out" if why else _remedy(name, asked))
     values = [
@@ -102,7 +105,7 @@ def for_methods(given: dict[str, Any], asked: Sequence[Variant], problem: Proble
 
 
 def _starts_of(method: str) -> tuple[str, ...]:
-    return ("x0", "z0") if METHODS[method].uses_start else ()
+    return OF_START if METHODS[method].uses_start else ()
 
 
 def _remedy(name: str, asked: Sequence[Variant]) -> str:
@@ -111,6 +114,12 @@ def _remedy(name: str, asked: Sequence[Variant]) -> str:
     chosen = len(asked) == 1 and asked[0].method != "auto"
     cure = "leave it out, or give" if chosen else "add"
     return f"it belongs to {' and '.join(owners)}: {cure} --method {' or '.join(owners)}"
+
+
+def _basis(given: str, problem: Problem) -> list[str]:
+    from lcpcli.files.states import read_states
+
+    return read_states(given, problem)
 
 
 def _vector(name: str, given: str, problem: Problem) -> Vector:

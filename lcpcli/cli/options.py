@@ -23,6 +23,7 @@ STARTS = {
     "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",
     **{name: meaning for method in METHODS.values() for name, meaning in method.vectors.items()},
     "z0": "Starting point given as z, with w = Mz + q.  [default: see --x0]",
+    "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
 }
 
 EXITS = {
@@ -151,9 +152,13 @@ def _additions() -> list[Declaration]:
 def _starts() -> list[Declaration]:
     complete = candidates.files(*candidates.VECTORS)
     return [
-        option("Start", flag(name), metavar="NUMBERS|FILE", shell_complete=complete, help=meaning)
+        option("Start", flag(name), metavar=_forms(name), shell_complete=complete, help=meaning)
         for name, meaning in STARTS.items()
     ]
+
+
+def _forms(start: str) -> str:
+    return "STATES|FILE" if start == "basis" else "NUMBERS|FILE"
 
 
 def limits(given: dict[str, Any]) -> Limits:

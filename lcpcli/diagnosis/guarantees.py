@@ -4,6 +4,10 @@ The statements are those of the methods' own modules, which name the sources, an
 `fixed-point`, |T|_2 < 1 holds for every omega > 0 if v'Mv > 0 for all v != 0, since |(omega I + M)v|^2 exceeds
 |(omega I - M)v|^2 by 4 omega v'Mv, and Bai (2010) has convergence for H+-matrices if omega is at least the largest
 diagonal entry. For `shi`, level sets are bounded for P-matrices, whose F is a homeomorphism.
+
+With bounds, z - x has for mid(l, u, 2x) the Lipschitz constant of |x|, so that what holds for fixed-point and shi still
+holds, and newton returns to no state of its last index, as w_n rises with z_n, as for an LCP. The standard form for
+lemke has a row sufficient matrix if M is and no variable is free, and a positive semidefinite one if M is.
 """
 
 from __future__ import annotations
@@ -13,10 +17,13 @@ from dataclasses import dataclass
 
 from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
+from lcpcli.model.problem import Problem
 
 SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see enumeration.MAX_NODES
 
 Classes = dict[str, Verdict]
+
+KEPT = ("p_matrix", "row_sufficient")  # by the standard form of a problem without free variables
 
 CALLED = {
     "p_matrix": "a P-matrix",
@@ -24,6 +31,7 @@ CALLED = {
     "copositive_plus": "copositive-plus",
     "row_sufficient": "row sufficient",
     "positive_definite": "positive definite",
+    "positive_semidefinite": "positive semidefinite",
     "h_plus": "an H+-matrix",
 }
 
@@ -36,15 +44,13 @@ class Guarantee:
     reason: str
 
 
-def guarantees(classes: Classes, n: int, largest: float) -> dict[str, Guarantee]:
-    """For each of `methods.registry.METHODS` whether it is guaranteed, given what is known of M.
-
-    largest : the largest diagonal entry of M, of shape (n, n).
-    """
-    return {name: _guarantee(method, classes, n, largest) for name, method in METHODS.items()}
+def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
+    """For each of `methods.registry.METHODS` whether it is guaranteed, given what is known of M."""
+    return {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
 
 
-def _guarantee(method: Method, classes: Classes, n: int, largest: float) -> Guarantee:
+def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
+    n, largest = problem.n, float(problem.M.diagonal().max())
     if method.max_unknowns is not None and n > method.max_unknowns:
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:
@@ -55,7 +61,16 @@ def _guarantee(method: Method, classes: Classes, n: int, largest: float) -> Guar
         if largest <= OMEGA.value:
             return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
         return Guarantee(NO, f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry")
-    return _by_class(classes, method.guaranteed)
+    return _by_class(classes, _kept(method, problem))
+
+
+def _kept(method: Method, problem: Problem) -> Mapping[str, str]:
+    """What classes of M guarantee for these bounds."""
+    if not problem.is_mixed or method.takes_bounds:
+        return method.guaranteed
+    if "free" in problem.box.kinds:
+        return {"positive_semidefinite": method.guaranteed["row_sufficient"]}
+    return {name: gain for name, gain in method.guaranteed.items() if name in KEPT}
 
 
 def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:

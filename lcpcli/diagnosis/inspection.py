@@ -99,7 +99,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         published=published,
         best=best,
         smoothing=rates.smoothing(problem),
-        guarantees=guarantees(found, problem.n, float(problem.M.diagonal().max())),
+        guarantees=guarantees(found, problem),
         obvious=remarks.obvious(problem, found),
         hints=hints,
     )

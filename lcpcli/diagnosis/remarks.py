@@ -27,6 +27,8 @@ def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     M is a P-matrix if and only if there is exactly one for every q: H. Samelson, R. M. Thrall, O. Wesler, A partition
     theorem for Euclidean n-space, Proc. Amer. Math. Soc. 9 (1958) 805-807.
     """
+    if problem.is_mixed:
+        return _obvious_with_bounds(problem, classes)
     if (problem.q >= 0).all():
         alone = ", the unique one, as M is a P-matrix" if classes["p_matrix"].word == YES else ""
         return f"q >= 0: z = 0 is a solution{alone}"
@@ -36,6 +38,18 @@ def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
         return f"q{i} < 0 and no entry of row {i} of M is positive: there is no solution, as w{i} < 0 for every z >= 0"
     if classes["p_matrix"].word == YES:
         return "there is exactly one solution, for this and every other q, as M is a P-matrix"
+    return ""
+
+
+def _obvious_with_bounds(problem: Problem, classes: dict[str, Verdict]) -> str:
+    box, unique = problem.box, classes["p_matrix"].word == YES
+    there = box.project(np.zeros(problem.n))
+    if not box.gaps(there, problem.q_there).any():
+        return f"the z within the bounds nearest to 0 is a solution{', the unique one, as M is a P-matrix' * unique}"
+    if unique:
+        return "there is exactly one solution, for these and all other bounds and every q, as M is a P-matrix"
+    if not {"free", "lower bound", "upper bound"} & set(box.kinds):
+        return "there is a solution, as all bounds are finite"
     return ""
 
 

@@ -34,7 +34,8 @@ def bounded(problem: Problem, given: Mapping[str, str | None]) -> Problem:
     except ProblemError as error:
         name = next((name for name in values if error.where.startswith(name)), next(iter(values)))
         text = str(given[name])
-        raise (error if _is_typed(text) else error.inside(reading.place(text))).inside(f"--{name}") from None
+        where = f"--{error.where}" if _is_typed(text) else f"--{name}: {reading.place(text)}: {error.where}"
+        raise ProblemError(where, error.fault, error.hint) from None
 
 
 def exactly_bounded(data: ExactProblem, given: Mapping[str, str | None]) -> ExactProblem:

@@ -21,7 +21,7 @@ def _panel(results: Sequence[Result]) -> Panel:
     problem = results[0].problem
     measure = "error" if problem.solutions else "residual"
     name = numbers.title(problem)
-    title = f"{name}, n = {problem.n}" if name else f"n = {problem.n}"
+    title = ", ".join((*([name] if name else []), numbers.size(problem)))
     return Panel(title, measure, [_curve(result) for result in results], "; ".join(provenance.lines(results)))
 
 

@@ -24,6 +24,7 @@ def _object(found: Inspection) -> dict[str, Any]:
     return {
         "problem": problem.name,
         "n": problem.n,
+        "bounds": dict(problem.box.kinds) or None,
         "sparse": is_sparse(problem.M),
         "nonzeros": found.nonzeros,
         "density": found.nonzeros / problem.n**2,

@@ -10,6 +10,7 @@ from lcpcli.diagnosis.rates import Rate
 from lcpcli.errors import count
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
+from lcpcli.report import numbers
 
 WIDTH = 80
 NARROW = 30  # columns: the least width of a wrapped column beside others
@@ -40,7 +41,7 @@ def render(found: Inspection, width: int | None = None) -> str:
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     remarks = [text for text in (found.obvious, *found.hints) if text]
     lines = [
-        *wrap(f"{found.problem.name}: n = {found.problem.n}", width),
+        *wrap(f"{found.problem.name}: {numbers.size(found.problem)}", width),
         *_grid(_facts(found), width),
         "",
         *_grid([("class of M", "", "because"), *classes], width, ruled=True),

@@ -156,7 +156,7 @@ def _exact(exact: Exact) -> list[str]:
 
 
 def _title(problem: Problem) -> str:
-    parts = [numbers.title(problem), f"n = {problem.n}"]
+    parts = [numbers.title(problem), numbers.size(problem)]
     if len(problem.solutions) == 1:
         z = problem.solutions[0]
         shown = [f"{v:.7g}" for v in (z if problem.n <= 6 else z[[0, 1, 2, -1]])]

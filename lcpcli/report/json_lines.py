@@ -33,6 +33,7 @@ def data(result: Result) -> dict[str, Any]:
         "verified": result.verified,
         "z": _numbers(result.z.tolist()),
         "w": _numbers(result.w.tolist()),
+        "basis": result.basis if result.problem.is_mixed else None,
         "iterations": result.iterations,
         "evaluations": result.evaluations,
         "residual": finite(result.residual),

@@ -43,7 +43,9 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     measures = [f"residual {summary.residual(result)}", f"relative {relative}"]
     if result.error is not None:
         measures.append(f"error {summary.error(result.error, result.problem)}")
-    return [*work, ", ".join(measures), *_vector("z" if result.solved else "best z", result, width or PAGE, whole)]
+    z = _vector("z" if result.solved else "best z", result, width or PAGE, whole)
+    states = [f"basis = {numbers.vector(result.basis, str)}"] if result.problem.is_mixed else []
+    return [*work, ", ".join(measures), *z, *states]
 
 
 def short_vector(result: Result, width: int) -> str:

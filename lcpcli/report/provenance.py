@@ -57,7 +57,7 @@ def lines(results: Sequence[Result]) -> list[str]:
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
         options = "".join(f", {name}={value}" for name, value in _options(result, whole=True).items())
-        problem = f"{numbers.title(result.problem) or 'problem'}, n = {result.problem.n}"
+        problem = f"{numbers.title(result.problem) or 'problem'}, {numbers.size(result.problem)}"
         told.append(f"{problem}: {summary.name(result)}{by}{options}: {' '.join(result.message.split())}")
     return told
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.report.numbers import above, finite, short, title
+from lcpcli.report.numbers import above, finite, short, size, title
 
 if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification, Violation
@@ -22,7 +22,7 @@ def render(verification: Verification, form: str, width: int | None = None) -> s
 
 def _lines(verification: Verification, width: int | None) -> str:
     name = title(verification.problem)
-    lines = [f"{name}: n = {verification.problem.n}", verification.message]
+    lines = [f"{name}: {size(verification.problem)}", verification.message]
     measures = {
         "residual": verification.residual,
         "relative residual": verification.relative_residual,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -18,7 +18,7 @@ from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import MethodName
 
-COMMON_OPTIONS = ("x0", "z0", "tol", "max_iterations", "time_limit", "scale", "finish", "trace", "threads")
+COMMON_OPTIONS = ("x0", "z0", "basis", "tol", "max_iterations", "time_limit", "scale", "finish", "trace", "threads")
 
 
 def solve(
@@ -30,6 +30,7 @@ def solve(
     upper: ArrayLike | None = math.inf,
     x0: ArrayLike | None = None,
     z0: ArrayLike | None = None,
+    basis: Sequence[str] | None = None,
     tol: float | None = None,
     max_iterations: int | None = None,
     time_limit: float | None = None,
@@ -45,12 +46,12 @@ def solve(
     ----------
     M, q : shape (n, n), a dense array, nested sequences, or a scipy sparse matrix or array of any format; shape (n,).
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None or infinite for none.
-    method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi
-        2012), "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "lemke" (Lemke 1965),
-        "milp" (Pardalos and Rosen 1988). Their modules in `lcpcli.methods` give the sources.
-    x0, z0 : the start, as x = (z - w) / 2 or as z with w = M z + q; at most one of them, by default x0 = 0.
+    method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
+        "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "lemke" (Lemke 1965), "milp"
+        (Pardalos and Rosen 1988). Their modules in `lcpcli.methods` give the sources.
+    x0, z0, basis : the start, x = (z - w) / 2, z with w = M z + q, or a `Result.basis`; at most one, by default x0 = 0.
     tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
-    max_iterations, time_limit : when to give up: by default after 10000 iterations, with no time limit (in seconds).
+    max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     threads : for dense linear algebra, by default one unless the environment sets it or M is very large.
     scale, finish : for "shi" and "fixed-point", to work on the equilibrated problem, and to stop once the active set
@@ -60,8 +61,7 @@ def solve(
 
     Returns
     -------
-    Result : its status says whether z is a solution; if it failed, z is still the best one found. A problem that is
-        hard or has no solution never raises an error.
+    Result : its status says whether z is a solution; if it failed, which raises no error, z is the best one found.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def solve(
     """
     began = seconds()
     limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
-    given = {"x0": x0, "z0": z0, "trace": trace, "threads": threads, "scale": scale, "finish": finish, **options}
+    given = dict(x0=x0, z0=z0, basis=basis, trace=trace, threads=threads, scale=scale, finish=finish, **options)
     return _run(Problem(M, q, lower=lower, upper=upper), method, began, limits, given)
 
 
@@ -89,6 +89,7 @@ def run(
     *,
     x0: ArrayLike | None = None,
     z0: ArrayLike | None = None,
+    basis: Sequence[str] | None = None,
     tol: float | None = None,
     max_iterations: int | None = None,
     time_limit: float | None = None,
@@ -117,7 +118,8 @@ def run(
     """
     began = seconds()
     limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
-    given = {"x0": x0, "z0": z0, "trace": trace, "threads": threads, "scale": scale, "finish": finish, **options}
+    starts = {"x0": x0, "z0": z0, "basis": basis}
+    given = {**starts, "trace": trace, "threads": threads, "scale": scale, "finish": finish, **options}
     return _run(as_problem(problem), method, began, limits, given)
 
 

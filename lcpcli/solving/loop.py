@@ -207,7 +207,7 @@ class Loop:
             problem=self.problem,
             method=self.method,
             status=status,
-            message=f"{status.value}: {reason}" if reason else status.value,
+            message=status.told(self.problem, reason),
             point=point,
             iterations=max(self.k, 0),
             evaluations=self.evaluations,

@@ -127,7 +127,11 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
 def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) -> Result:
     result = replace(
-        result, status=status, message=f"{status.value}: {exact.proof}", certificate=_certificate(exact), exact=exact
+        result,
+        status=status,
+        message=status.told(data.problem, exact.proof),
+        certificate=_certificate(exact),
+        exact=exact,
     )
     if exact.z is None or not np.isfinite(rounded(exact.z)).all():
         return result

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lcpcli.model.problem import Problem
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.suggestions import NONE, Suggestions, in_python
@@ -32,7 +34,8 @@ class Status(Enum):
     STALLED : the method makes no further progress in double precision.
     DIVERGED : the iterates diverge.
     BREAKDOWN : the method cannot continue, for instance because a matrix is singular.
-    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0; the certificate holds the Farkas vector.
+    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0, or with bounds no z within them whose w has the signs that
+        they ask for; the certificate holds the Farkas vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.
     INTERRUPTED : by Ctrl-C.
@@ -57,6 +60,11 @@ class Status(Enum):
     def word(self) -> str:
         """The name in lower case, as in JSON."""
         return self.name.lower()
+
+    def told(self, problem: Problem, reason: str) -> str:
+        """The sentence for a problem and a reason, "" if there is none."""
+        says = Status.UNSOLVABLE.value if self is Status.INFEASIBLE and problem.is_mixed else self.value
+        return f"{says}: {reason}" if reason else says
 
     @property
     def exit_code(self) -> int:
@@ -95,6 +103,7 @@ class Result:
         neither imports nor what is kept in traces counts. They are the sum of three:
     setup_seconds, solve_seconds, verify_seconds : in setting up the method, in its iterations, and in measuring how
         accurate they are.
+    basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0.
     limits : the tolerance for the relative residual, and when the run had to stop.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
@@ -167,6 +176,14 @@ class Result:
     @property
     def w(self) -> Vector:
         return self.point.w
+
+    @property
+    def basis(self) -> list[str]:
+        box = self.problem.box
+        states = box.basis_of(box.x_of(self.z, self.w))
+        upper = np.zeros(self.problem.n, dtype=bool) if states.upper is None else states.upper
+        named: list[str] = np.where(states.basic, "basic", np.where(upper, "upper", "lower")).tolist()
+        return named
 
     @property
     def residual(self) -> float:

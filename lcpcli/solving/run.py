@@ -39,6 +39,7 @@ def run(
     x0: ArrayLike | None = None,
     *,
     z0: ArrayLike | None = None,
+    basis: Sequence[str] | None = None,
     limits: Limits | None = None,
     trace: Trace | None = None,
     curve: Trace | None = None,
@@ -65,9 +66,9 @@ def run(
     stopwatch = Stopwatch(clock, clock() if began is None else began)
     limits = limits or DEFAULTS
     additions = _additions(method, scale=scale, finish=finish)
-    _complete(chosen, method, problem, limits, displaced=x0 is not None or z0 is not None)
-    _refuse_unused_start(method, x0=x0, z0=z0)
-    start = starting_point(problem, x0, z0)
+    _complete(chosen, method, problem, limits, displaced=not (x0 is z0 is basis is None))
+    _refuse_unused_start(method, x0=x0, z0=z0, basis=basis)
+    start = starting_point(problem, x0, z0, basis)
     observer = None if observe is None else Observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
     in_force = methods.options_in_force(method, changes[-1].problem if changes else problem, chosen)
@@ -90,7 +91,7 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
     return additions
 
 
-def _refuse_unused_start(method: str, **starts: ArrayLike | None) -> None:
+def _refuse_unused_start(method: str, **starts: Any) -> None:
     """Raise ParameterError for a start if the method uses none."""
     for name, start in starts.items():
         if start is not None and not methods.declared(method).uses_start:
