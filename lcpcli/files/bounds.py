@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import ProblemError
@@ -51,17 +53,16 @@ def exactly_bounded(data: ExactProblem, given: Mapping[str, str | None]) -> Exac
 
 def _values(name: str, text: str, exact: bool) -> Any:
     """What is given for a bound: one value or a list of them, None for no bound."""
-    if text.strip().casefold() in ABSENT:
-        return None
-    numbers = typed.numbers(text)
-    if numbers is None:
+    if not _is_typed(text):
         return _held(name, text, exact)
-    values = [_typed(name, number, exact) for number in numbers]
+    words = re.split(typed.PARTING, text.strip().strip("[]").strip())
+    values = [None if word.casefold() in ABSENT else _typed(name, word, exact) for word in words]
     return values[0] if len(values) == 1 else values
 
 
 def _is_typed(text: str) -> bool:
-    return text.strip().casefold() in ABSENT or typed.numbers(text) is not None
+    """Whether it is numbers and words for absent ones, and no file has that name."""
+    return typed.numbers(re.sub("none|null", "inf", text, flags=re.IGNORECASE)) is not None and not Path(text).exists()
 
 
 def _typed(name: str, number: str, exact: bool) -> Any:

@@ -71,7 +71,7 @@ class _Finisher:
 
     def __init__(self, problem: Problem, clock: Callable[[], float]) -> None:
         self._problem, self._clock = problem, clock
-        self._solutions: BasicSolutions | None = None
+        self._solutions = BasicSolutions(problem)
         self._spent = self._longest = 0.0
         self._previous: Basis | None = None
         self._stable = 0
@@ -112,21 +112,20 @@ class _Finisher:
             if found is None:
                 return None
             evaluations += 1
-            if found.is_solution:
+            violated = self._solutions.violated(found)
+            violations = int(np.count_nonzero(violated))
+            if not violations:
                 x = self._problem.box.x_within(found.z, found.w, found.basis)
                 return Iterate(x, None, STEP, evaluations)
-            violations = int(np.count_nonzero(found.violated))
             if violations >= fewest:
                 return None
-            fewest, basis = violations, self._problem.box.exchanged(basis, found.violated, found.z)
+            fewest, basis = violations, self._problem.box.exchanged(basis, violated, found.z)
             if self._spent + seconds > budget:
                 self._unfinished = fewest, basis
                 return None
 
     def _basic_solution(self, basis: Basis) -> BasicSolution | None:
         """That of the basis, None if it has none."""
-        if self._solutions is None:
-            self._solutions = BasicSolutions(self._problem)
         with np.errstate(over="ignore", invalid="ignore"), suppress(factors.SingularMatrix):
             return self._solutions.at(basis)
         return None

@@ -108,12 +108,13 @@ def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]
     basic = np.zeros(problem.n, dtype=bool)
     basic[support] = True
     try:
-        found = BasicSolutions(problem).at(Basis(basic))
+        solutions = BasicSolutions(problem)
+        found = solutions.at(Basis(basic))
     except factors.SingularMatrix:
         return -0.5 * problem.q, np.minimum(problem.q, 0.0), False
     x = found.x
     z = problem.box.z_of(x)
-    return x, problem.w(z) - (z - 2 * x), found.is_solution
+    return x, problem.w(z) - (z - 2 * x), not solutions.violated(found).any()
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificate:

@@ -61,7 +61,7 @@ def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
             return Breakdown(f"the principal submatrix of {size} indices is singular")
         evaluations += 1
         yield Iterate(found.x, None, step, evaluations, signs_final=found.is_solution)
-        infeasible = found.violated.nonzero()[0]
+        infeasible = found.wrong.nonzero()[0]
         if not infeasible.size:
             return Finished()
         if infeasible.size < fewest:
@@ -73,5 +73,5 @@ def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
         else:
             return Stalled("the least-index steps were not enough")
         if step == LEAST_INDEX:
-            found.violated[infeasible[1:]] = False
-        basis = problem.box.exchanged(basis, found.violated, found.z)
+            found.wrong[infeasible[1:]] = False
+        basis = problem.box.exchanged(basis, found.wrong, found.z)

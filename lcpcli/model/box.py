@@ -88,7 +88,8 @@ class Orthant:
 
     def violations(self, z: Vector, w: Vector, basis: Basis) -> Vector:  # noqa: ARG002
         """How far each component is from the signs that its state asks for; negative or 0 where it has them."""
-        return -np.minimum(z, w)
+        least: Vector = np.minimum(z, w)
+        return np.negative(least, out=least)
 
     def excess(self, z: Vector, w: Vector) -> Vector:
         """By how much w has another sign than an admissible z asks for."""

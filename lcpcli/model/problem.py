@@ -125,7 +125,9 @@ class Problem:
             upper=math.inf if bounds is None else bounds[1],
             box=ORTHANT if bounds is None else Box(*bounds),
         )
-        if bounds is not None and origin is not None:
+        if bounds is None:
+            self.__dict__.update(z_there=None, q_there=vector_q)
+        elif origin is not None:
             raise ProblemError("origin", "is given beside bounds", "leave one out: it stands for an LCP, z >= 0")
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
@@ -151,8 +153,6 @@ class Problem:
     @cached_property
     def z_there(self) -> Vector | None:
         """mid(l, u, 0), the admissible z nearest to 0; None if that is 0."""
-        if not isinstance(self.box, Box):
-            return None
         z = self.box.project(np.zeros(self.n))
         return z if z.any() else None
 

@@ -8,7 +8,7 @@ largest |M_ij| makes of it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,22 +20,21 @@ from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
-FEW, FEW_OF_MANY = 8, 0.05  # of all signs: if no more are violated, whether each is so beyond rounding is checked
+FEW_WRONG = 0.05  # of all signs: if no more are wrong, whether they are so beyond rounding is checked
 
 
-@dataclass(frozen=True, eq=False)
-class BasicSolution:
+class BasicSolution(NamedTuple):
     """The basic solution of one basis.
 
     z, w : shape (n,); w is 0 where basic.
-    violated : where a sign is violated, shape (n,): only beyond rounding if that is known of some.
-    is_solution : whether none is beyond rounding.
+    wrong : where a sign is violated, by however little; shape (n,).
+    is_solution : whether none is violated beyond rounding; if many are wrong, it is assumed that some are.
     """
 
     basis: Basis
     z: Vector
     w: Vector
-    violated: Mask
+    wrong: Mask
     is_solution: bool
 
     @property
@@ -77,20 +76,21 @@ class BasicSolutions:
 
     def _judged(self, basis: Basis, z: Vector, w: Vector) -> BasicSolution:
         """The basic solution of these z and w."""
+        wrong = self._problem.box.violations(z, w, basis) > 0.0
+        count = np.count_nonzero(wrong)
+        found = BasicSolution(basis, z, w, wrong, not count)
+        if not 0 < count <= FEW_WRONG * wrong.size:
+            return found
+        return found._replace(is_solution=not self.violated(found).any())
+
+    def violated(self, found: BasicSolution) -> Mask:
+        """Where signs are violated beyond rounding."""
         problem = self._problem
-        violations = problem.box.violations(z, w, basis)
-        violated = violations > 0.0
+        violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
-        if not rows.size:
-            return BasicSolution(basis, z, w, violated, True)
-        if rows.size > max(FEW, FEW_OF_MANY * problem.n):
-            worst = np.array([violations.argmax()])
-            if (violations[worst] > violation_by_rounding(problem, z, basis, worst)).all():
-                return BasicSolution(basis, z, w, violated, False)
-        beyond = violations[rows] > violation_by_rounding(problem, z, basis, rows)
-        if beyond.any():
-            violated[rows[~beyond]] = False
-        return BasicSolution(basis, z, w, violated, not beyond.any())
+        violations = problem.box.violations(found.z, found.w, found.basis)[rows]
+        violated[rows] = violations > violation_by_rounding(problem, found.z, found.basis, rows)
+        return violated
 
 
 def violation_by_rounding(problem: Problem, z: Vector, basis: Basis, rows: Indices) -> Vector:

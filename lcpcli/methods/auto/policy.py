@@ -50,8 +50,16 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     -------
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
-    turns = Turns(x0)
-    ending = yield from turns.take("", _search_in_good_variables(problem, x0, time_limit))
+    if problem.z_there is None:
+        turns = Turns(x0)
+        ending = yield from _search(problem, turns, time_limit)
+    else:
+        with imports:
+            from lcpcli.model.shifted import shifted
+
+        change = shifted(problem)
+        turns = Turns(change.start(x0))
+        ending = yield from in_given_variables(change, _search(change.problem, turns, time_limit))
     with imports:
         from lcpcli.methods.auto.exhaustion import exhaustion, is_small
 
@@ -60,19 +68,9 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     return ending
 
 
-def _search_in_good_variables(problem: Problem, x0: Vector, time_limit: float) -> Stage:
-    """The search with mid(l, u, 0) moved to 0."""
-    if problem.z_there is None:
-        return _search(problem, x0, time_limit)
-    with imports:
-        from lcpcli.model.shifted import shifted
-
-    change = shifted(problem)
-    return in_given_variables(change, _search(change.problem, change.start(x0), time_limit))
-
-
-def _search(problem: Problem, x0: Vector, time_limit: float) -> Stage:
-    deadline, turns = time.perf_counter() + time_limit, Turns(x0)
+def _search(problem: Problem, turns: Turns, time_limit: float) -> Stage:
+    """The methods in turn, from the start in `turns`."""
+    deadline, x0 = time.perf_counter() + time_limit, turns.last.x
     for name, stage in _stages(problem, x0, deadline):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
