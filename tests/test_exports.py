@@ -27,8 +27,8 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
     assert [(line["problem"], line["method"]) for line in lines] == [
         (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
     ]
-    keys = """version problem n method label route status message advice solved verified z w basis iterations
-        evaluations residual relative_residual error error_bound error_bound_source reference milestones warm
+    keys = """version problem n method label route status message advice solved verified z w basis
+        iterations evaluations residual relative_residual error error_bound error_bound_source reference milestones warm
         setup_seconds solve_seconds verify_seconds seconds certificate exact answer tol max_iterations
         time_limit options trace"""
     for line in lines:

@@ -74,7 +74,7 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     groups = []
     for result, rows in zip(results, traces, strict=True):
         labels = _labels(rows, result)
-        largest = float(np.max(result.z))
+        largest = float(np.abs(result.z).max())
         tails = [[cell(row) for cell in others.values()] for row in rows]
         cells = [_components(row, largest, components is not None) for row in rows]
         groups.append([[a, str(row.k), *z, *tail] for a, row, z, tail in zip(labels, rows, cells, tails, strict=False)])

@@ -105,7 +105,7 @@ def _facts(result: Result) -> list[tuple[str, str]]:
     seconds = result.seconds
     return [
         ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
-        ("n =", str(result.problem.n)),
+        ("n =", numbers.size(result.problem).removeprefix("n = ")),
         ("residual", summary.residual(result)),
         *error,
         ("in", numbers.duration(seconds)),
@@ -125,8 +125,9 @@ def problem_html(problem: Problem) -> str:
     head = _table(numbers.title(problem) or "Problem", rows)
     if problem.n > SMALL or is_sparse(problem.M):
         return head
-    cells = [[f"{v:.7g}" for v in (*row, last)] for row, last in zip(problem.M, problem.q, strict=True)]
-    return head + _grid([*(f"M<sub>{j + 1}</sub>" for j in range(problem.n)), "q"], cells)
+    named = {"q": problem.q} | ({"l": problem.lower, "u": problem.upper} if problem.is_mixed else {})
+    cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *named.values(), strict=True)]
+    return head + _grid([*(f"M<sub>{j + 1}</sub>" for j in range(problem.n)), *named], cells)
 
 
 def _properties(problem: Problem) -> list[str]:

@@ -23,7 +23,7 @@ def components(values: Iterable[float], largest: float) -> list[str]:
     largest : the size of the largest component of the solution, which decides for a whole table.
     """
     scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
-    return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{v:.7f}" for v in values]
+    return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{round(v, 7) + 0.0:.7f}" for v in values]
 
 
 def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format) -> str:

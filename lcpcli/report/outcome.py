@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.model.start import STATES
 from lcpcli.report import numbers, summary
 from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.solving.result import Result
@@ -35,7 +37,8 @@ def _parts(result: Result) -> str:
 
 
 def facts(result: Result, width: int | None, whole: bool) -> list[str]:
-    """The work, its parts, the residuals, the error and z; of a long z what fits on one line, unless `whole`."""
+    """The work, its parts, the residuals, the error and z, of a long one what fits on one line, unless `whole`; with
+    bounds also the basis."""
     work = [*([] if result.solved else [_work(result)]), _parts(result)]
     if result.status.word in SETTLED:
         return work
@@ -44,8 +47,16 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     if result.error is not None:
         measures.append(f"error {summary.error(result.error, result.problem)}")
     z = _vector("z" if result.solved else "best z", result, width or PAGE, whole)
-    states = [f"basis = {numbers.vector(result.basis, str)}"] if result.problem.is_mixed else []
-    return [*work, ", ".join(measures), *z, *states]
+    return [*work, ", ".join(measures), *z, *([_basis(result, width or PAGE)] if result.problem.is_mixed else [])]
+
+
+def _basis(result: Result, width: int) -> str:
+    """The state of each variable, or how many are in which, if that is too long for a line."""
+    line = f"basis = {_line(result.basis)}"
+    if len(line) <= width:
+        return line
+    counts = Counter(result.basis)
+    return f"basis: {', '.join(f'{counts[state]} {state}' for state in STATES if counts[state])}"
 
 
 def short_vector(result: Result, width: int) -> str:
@@ -87,7 +98,7 @@ def _cells(result: Result, first: int) -> list[str]:
     z = result.z[:first] if first >= 0 else result.z[first:]
     known = result.bound.value if result.bound and result.bound.proved else result.error
     if not result.solved or known is None or not 0 < known < math.inf:
-        return [f"{v:.{DIGITS}g}" for v in z.tolist()]
+        return [f"{v + 0.0:.{DIGITS}g}" for v in z.tolist()]
     place = math.floor(math.log10(known))
     return [_rounded(v, place) for v in z.tolist()]
 

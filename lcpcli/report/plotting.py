@@ -42,7 +42,7 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
 
     Parameters
     ----------
-    results : one or several, each solved with trace=True. Those on the same M and q share a panel, in which runs of
+    results : one or several, each solved with trace=True. Those on the same problem share a panel, in which runs of
         one method are told apart by the options in which they differ.
     file : where to write the picture as well: .png, .svg or .pdf.
 
@@ -96,11 +96,11 @@ def _told_apart(group: Sequence[Result]) -> list[Result]:
 
 
 def _is_same(one: Problem, other: Problem) -> bool:
-    """Whether two problems have the same M and q, and curves of the same measure."""
+    """Whether two problems have the same M, q and bounds, and curves of the same measure."""
     if one is other:
         return True
     if bool(one.solutions) != bool(other.solutions) or is_sparse(one.M) != is_sparse(other.M):
         return False
-    if not np.array_equal(one.q, other.q):
+    if not all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper")):
         return False
     return not (one.M != other.M).nnz if is_sparse(one.M) else np.array_equal(one.M, other.M)
