@@ -192,7 +192,7 @@ def _runs(
             for result in _quickest(partial(run_once, problem, variant, label, values), timed):
                 yield i, result
             if near is not None and METHODS[variant.method].uses_start:
-                again = {**values, "x0": near, "z0": None}
+                again = {**values, "x0": near, "z0": None, "basis": None}
                 for result in _quickest(partial(run_once, problem, variant, label, again), timed):
                     yield i, replace(result, warm=True)
 

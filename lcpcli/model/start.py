@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lcpcli.errors import ParameterError, ProblemError, count, quoted
+from lcpcli.errors import ParameterError, ProblemError, count, kind
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -34,20 +35,28 @@ def starting_point(
     return np.zeros(problem.n) if problem.x0 is None else problem.x0
 
 
+def states_of(problem: Problem, z: Vector, w: Vector) -> list[str]:
+    """The state of each variable of a solution z, one of STATES; of fixed ones "lower"."""
+    basis = problem.box.basis_of(problem.box.x_of(z, w))
+    upper = np.False_ if basis.upper is None else basis.upper
+    named: list[str] = np.where(basis.basic, "basic", np.where(upper, "upper", "lower")).tolist()
+    return named
+
+
 def x_of_states(problem: Problem, basis: Sequence[str]) -> Vector:
     """An x with these states, one of STATES for each variable: a bound and w of size one, or z inside the bounds."""
     n = problem.n
-    if isinstance(basis, str) or len(basis) != n:
-        held = quoted(basis) if isinstance(basis, str) else f"has {count(len(basis), 'entry')} for"
-        raise ProblemError("basis", f"{held} {count(n, 'unknown')}", "give one state for each")
+    if not isinstance(basis, (list, tuple, np.ndarray)):
+        raise ProblemError("basis", f"is {kind(basis)}", f"give a list of {', '.join(STATES)}")
+    if len(basis) != n:
+        raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
     low, high = (np.broadcast_to(bound, n).tolist() for bound in (problem.box.lower, problem.box.upper))
     return np.array([_x_of_state(*each) for each in zip(range(n), basis, low, high, strict=True)])
 
 
 def _x_of_state(i: int, state: str, low: float, high: float) -> float:
-    if state not in STATES:
-        shown = quoted(state) if isinstance(state, str) else "no text"
-        raise ProblemError(f"basis[{i}]", f"is {shown}", f"write {', '.join(STATES)} {FROM_0}")
+    if not isinstance(state, str) or state not in STATES:
+        raise ProblemError(f"basis[{i}]", f"is {kind(state)}", f"write lower, basic or upper {FROM_0}")
     if state == "basic" and low == high:
         raise ProblemError(f"basis[{i}]", "is basic, but that variable is fixed", f"write lower {FROM_0}")
     bound = low if state == "lower" else high
@@ -55,6 +64,11 @@ def _x_of_state(i: int, state: str, low: float, high: float) -> float:
         raise ProblemError(f"basis[{i}]", f"is {state}, but there is no such bound", f"write another state {FROM_0}")
     if state != "basic":
         return 0.5 * (bound - 1 if state == "lower" else bound + 1)
-    if np.isinf(low) or np.isinf(high):
-        return 0.5 * (low + 1 if np.isfinite(low) else high - 1 if np.isfinite(high) else 0.0)
-    return 0.25 * low + 0.25 * high
+    if np.isfinite(low) and np.isfinite(high):
+        return 0.25 * low + 0.25 * high
+    return 0.5 * (low + _beyond(low) if np.isfinite(low) else high - _beyond(high) if np.isfinite(high) else 0.0)
+
+
+def _beyond(bound: float) -> float:
+    """1, or for large numbers what makes a difference."""
+    return max(1.0, math.ulp(bound))

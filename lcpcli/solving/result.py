@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from lcpcli.model.problem import Problem
+from lcpcli.model.start import states_of
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.suggestions import NONE, Suggestions, in_python
 from lcpcli.solving.trace import Trace
@@ -179,11 +178,7 @@ class Result:
 
     @property
     def basis(self) -> list[str]:
-        box = self.problem.box
-        states = box.basis_of(box.x_of(self.z, self.w))
-        upper = np.zeros(self.problem.n, dtype=bool) if states.upper is None else states.upper
-        named: list[str] = np.where(states.basic, "basic", np.where(upper, "upper", "lower")).tolist()
-        return named
+        return states_of(self.problem, self.z, self.w)
 
     @property
     def residual(self) -> float:

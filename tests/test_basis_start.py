@@ -1,0 +1,131 @@
+"""A start given by states: what newton makes of it, and how wrong ones are refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, run
+from lcpcli.errors import LCPError
+from lcpcli.files import shipped, writing
+from lcpcli.model.start import x_of_states
+
+Lcp = Callable[..., Any]
+
+STATES = ("lower", "basic", "upper")
+MIXED = Problem(
+    [[2, 1, 0], [1, 2, 1], [0, 1, 3]],
+    [-5, -6, 4],
+    lower=[-np.inf, 0, -1],
+    upper=[np.inf, 2, np.inf],
+)
+
+
+def boxed(n: int, seed: int = 0) -> Problem:
+    """A P-matrix with random boxes, from the origin several block steps away from the solution."""
+    random = np.random.default_rng(seed)
+    A, S = random.normal(size=(2, n, n))
+    return Problem(A @ A.T + S - S.T + np.eye(n), 10 * random.normal(size=n), lower=-1, upper=random.random(n))
+
+
+def orthant(n: int) -> Problem:
+    """The same without upper bounds and z >= 0: an LCP."""
+    problem = boxed(n)
+    return Problem(problem.M, problem.q)
+
+
+@pytest.mark.parametrize("size", [0.0, 1.0, 1e12, 1e300])
+def test_start_stands_for_the_states_given_however_large_the_bounds(size: float) -> None:
+    low = np.array([-size, -size, -size, -np.inf, -np.inf, -np.inf, size])
+    high = np.array([np.inf, size + 1, 3 * size + 1, np.inf, -size, -size, size])
+    states = ["basic", "lower", "upper", "basic", "basic", "upper", "lower"]
+    problem = Problem(np.eye(7), np.zeros(7), lower=low, upper=high)
+    basis = problem.box.basis_of(x_of_states(problem, states))
+    assert basis.upper is not None
+    assert [STATES[code] for code in np.where(basis.basic, 1, 2 * basis.upper)] == states
+
+
+def test_newton_needs_one_step_from_the_basis_of_a_solution() -> None:
+    for problem in (boxed(30), orthant(30)):
+        first = run(problem, "newton")
+        again = run(problem, "newton", basis=first.basis)
+        assert first.solved
+        assert again.solved
+        assert (first.iterations > 1, again.iterations) == (True, 1)
+        assert np.array_equal(again.z, first.z)
+
+
+@pytest.mark.parametrize("problem", [boxed(30), orthant(30)], ids=["boxed", "LCP"])
+def test_command_starts_from_a_list_of_states_or_from_an_earlier_result(
+    lcp: Lcp, tmp_path: Path, problem: Problem
+) -> None:
+    file, result, states = (str(tmp_path / name) for name in ("problem.json", "result.json", "states.json"))
+    writing.write(problem, file)
+    lcp("solve", file, "-o", result)
+    basis = run(problem).basis
+    Path(states).write_text(json.dumps(basis))
+    for given in (result, states, ",".join(basis)):
+        outcome = lcp("solve", file, "--method", "newton", "--basis", given, "--format", "json")
+        assert json.loads(outcome.out)["iterations"] == 1
+
+
+def test_start_by_states_stands_beside_a_warm_one(lcp: Lcp) -> None:
+    basis = ",".join(["basic"] * 4)
+    example = shipped.path("paper-example-1.json")
+    outcome = lcp("compare", example, "--method", "newton", "--basis", basis, "--warm", "1e-3", "--format", "json")
+    assert [json.loads(line)["warm"] for line in outcome.out.splitlines()] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("basis", "said"),
+    [
+        (["basic", "basic"], "basis: has 2 entries for 3 unknowns"),
+        (["basic", "top", "lower"], "basis[1]: is the text 'top'"),
+        (["basic", 1, "lower"], "basis[1]: is a number"),
+        (["upper", "upper", "lower"], "basis[0]: is upper, but there is no such bound"),
+        (["lower", "upper", "lower"], "basis[0]: is lower, but there is no such bound"),
+        ("basic", "basis: is the text 'basic'"),
+        (7, "basis: is a number"),
+    ],
+)
+def test_wrong_states_are_refused(basis: Any, said: str) -> None:
+    with pytest.raises(LCPError) as refusal:
+        run(MIXED, basis=basis)
+    assert str(refusal.value).startswith(said)
+
+
+def test_fixed_variable_cannot_be_basic() -> None:
+    fixed = Problem([[1]], [1], lower=2, upper=2)
+    with pytest.raises(LCPError, match=r"basis\[0\]: is basic, but that variable is fixed"):
+        run(fixed, basis=["basic"])
+    assert run(fixed, basis=["lower"]).solved
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--basis", "basic,upper"), "--basis: has 2 entries for 4 unknowns"),
+        (("--basis", "basic,upper,lower,basic"), "--basis[1]: is upper, but there is no such bound"),
+        (("--basis", "missing.json"), "missing.json: no such file"),
+        (("--basis", "basic,basic,basic,basic", "--z0", "1,1,1,1"), "gives the starting point, and so does"),
+        (("--basis", "basic,basic,basic,basic", "--method", "lemke"), "uses no starting point"),
+    ],
+)
+def test_command_refuses_in_one_line(lcp: Lcp, options: tuple[str, ...], said: str) -> None:
+    outcome = lcp("solve", shipped.path("paper-example-1.json"), *options)
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+    assert said in outcome.err
+
+
+@pytest.mark.parametrize("content", ['{"x": 1}', '{"basis": 3}', "3", "{", '{"basis": ["basic"]}'])
+def test_file_without_states_is_named(lcp: Lcp, tmp_path: Path, content: str) -> None:
+    path = tmp_path / "states.json"
+    path.write_text(content)
+    outcome = lcp("solve", shipped.path("paper-example-1.json"), "--basis", str(path))
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+    assert "states.json" in outcome.err
