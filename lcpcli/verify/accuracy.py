@@ -14,7 +14,7 @@ from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate, largest, least
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import CANCELLATION, Problem
 from lcpcli.typing import Indices, Vector
 
 SCALE_FLOOR = 1e-5  # relative to the problem's scale: the least scale of a row
@@ -83,7 +83,7 @@ class Accuracy:
         size = _largest(residual)
         columns = float(np.abs(times(moved, units.to_columns)).sum())
         bound = 3 * ROW_ROUNDING * max(1.0, 2 * columns / s)  # as no entry of R |M| C is above 2
-        bound += units.underflow / (SCALE_FLOOR * s)
+        bound += units.underflow / (SCALE_FLOOR * s) + ROW_ROUNDING * CANCELLATION * self.problem.is_mixed
         if bound <= NEGLIGIBLE * max(self.tol, PRECISION, size / s) < math.inf:
             return np.empty(0, dtype=np.intp)
         terms = times(products.absolute_product(self.problem.M, np.abs(moved)), units.to_rows)
@@ -101,7 +101,7 @@ class Accuracy:
 
     def rounding(self, terms: Vector) -> Vector:
         """A bound on the rounding errors in the scaled w, for its scaled terms."""
-        lost: Vector = ROW_ROUNDING * (terms + self.units.Rq) + self.units.underflow
+        lost: Vector = ROW_ROUNDING * (terms + self.units.Rq) + (self.units.underflow + self.units.q_error)
         return lost
 
     def row_scales(self, terms: Vector) -> Vector:
@@ -191,7 +191,8 @@ class Units:
     """What it takes to scale residuals.
 
     to_rows, to_columns : multiply by R and divide by C, in units of the power of two next above s.
-    underflow : bounds what underflow loses in a row. Rq : |R q|, or |R (M mid(l, u, 0) + q)|. scale : s.
+    underflow : bounds what underflow loses in a row. Rq : |R q|, or |R (M mid(l, u, 0) + q)|. scale : s. q_error : R
+        times `Problem.q_error`.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -208,6 +209,7 @@ class Units:
         self.underflow = math.ldexp(problem.n, min(SMALLEST + int(row_power.max()) - unit, 0))
         with np.errstate(over="ignore"):
             self.Rq = np.abs(times(q, self.to_rows))
+            self.q_error = times(problem.q_error, self.to_rows) if isinstance(problem.q_error, np.ndarray) else 0.0
             sizes = self.Rq if reach is None else np.minimum(self.Rq, times(reach, self.to_columns))
         self.scale = float(sizes.max(where=decisive, initial=0.0))
 

@@ -138,6 +138,7 @@ class Point:
             low, high = (
                 distance[rows] * known.columns for distance in problem.box.distances(z) if distance is not None
             )
+            error += problem.q_error[rows] if isinstance(problem.q_error, np.ndarray) else 0.0
             excess = Distances(low, high).largest_gaps(w[rows] - error, w[rows] + error)
         else:
             scaled = moved * known.columns
