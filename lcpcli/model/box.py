@@ -199,6 +199,11 @@ class Box:
         """The bounds of T'z, for a nonnegative sparse T with orthonormal columns."""
         return Box(T.T @ self.lower, T.T @ self.upper)
 
+    @property
+    def corner(self) -> Vector:
+        """The z at the lower bounds, at upper ones where there are no others, and 0 where there are none."""
+        return np.where(np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper, 0.0))
+
     @cached_property
     def fixed(self) -> Mask:
         """Where l_i = u_i, so that w_i is free."""

@@ -152,35 +152,45 @@ class Problem:
 
     @cached_property
     def z_there(self) -> Vector | None:
-        """mid(l, u, 0), the admissible z nearest to 0; None if that is 0."""
-        z = self.box.project(np.zeros(self.n))
-        return z if z.any() else None
+        """The reference point: the z within the bounds nearest to 0, or with every z_i at a finite bound, whichever
+        leaves the smaller residual; None if that is 0, as it is for an LCP.
+
+        So neither bounds far from 0 nor, in place of infinite ones, very large ones hide a residual.
+        """
+        return self._reference[0]
 
     @cached_property
     def q_there(self) -> Vector:
         """w = M z + q at the reference point: the scale of the rows, whatever the bounds are shifted by."""
-        return self._at_reference[0]
+        return self._reference[1]
 
     @cached_property
     def q_error(self) -> Vector | float:
         """How far rounding may have taken q_there, shape (n,); 0 for an LCP, and at most 1e-11 of it for the others."""
-        return self._at_reference[1]
+        return self._reference[2]
 
     @cached_property
-    def _at_reference(self) -> tuple[Vector, Vector | float]:
-        if self.z_there is None:
-            return self.q, 0.0
-        w = product(self.M, self.z_there) + self.q
-        terms = absolute_product(self.M, np.abs(self.z_there)) + np.abs(self.q)
+    def _reference(self) -> tuple[Vector | None, Vector, Vector | float]:
+        box = self.box
+        assert isinstance(box, Box)
+        nearest, corner = box.project(np.zeros(self.n)), box.corner
+        places = [nearest] if np.array_equal(nearest, corner) else [nearest, corner]
+        found = [(z, product(self.M, z) + self.q if z.any() else self.q) for z in places]
+        z, w = min(found, key=lambda there: largest(box.gaps(*there)))
+        return (z, *self._rounded_once(z, w)) if z.any() else (None, self.q, 0.0)
+
+    def _rounded_once(self, z: Vector, w: Vector) -> tuple[Vector, Vector]:
+        """w = M z + q with those rows summed exactly that cancel, and how far rounding may have taken it."""
+        terms = absolute_product(self.M, np.abs(z)) + np.abs(self.q)
         rows = np.flatnonzero(terms > CANCELLATION * np.abs(w))
         M, q = self.M[rows], self.q[rows]
-        if rows.size and all(map(are_moderate, (M.data if is_sparse(M) else M, q, self.z_there))):
-            w[rows] = 0.0 - accurate_residual(M, self.z_there, -q)
+        if rows.size and all(map(are_moderate, (M.data if is_sparse(M) else M, q, z))):
+            w[rows] = 0.0 - accurate_residual(M, z, -q)
             terms[rows] = 0.0
         return w, ROW_ROUNDING * terms
 
     def from_reference(self, z: Vector) -> Vector:
-        """z - mid(l, u, 0)."""
+        """z minus the reference point."""
         return z if self.z_there is None else z - self.z_there
 
     def w(self, z: Vector) -> Vector:

@@ -1,4 +1,4 @@
-"""A mixed problem with its admissible point nearest to 0 moved to 0: no digits are spent on where the bounds lie."""
+"""A mixed problem with its reference point moved to 0: no digits are spent on where the bounds lie."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lcpcli.typing import Vector
 
 @dataclass(frozen=True, eq=False)
 class Shifted:
-    """The problem of M, M z + q and l - z <= z' <= u - z for z = mid(l, u, 0), with the way back."""
+    """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z, with the way back."""
 
     problem: Problem
     given: Problem

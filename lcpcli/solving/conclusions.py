@@ -9,7 +9,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.solving.result import Result
-from lcpcli.verify.refinement import is_rounded_solution
+from lcpcli.verify.refinement import is_rounding
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
@@ -36,4 +36,4 @@ def verified(result: Result) -> Result:
     if not result.solved:
         return result
     within_tol = result.relative_residual <= result.tol
-    return replace(result, verified=within_tol or is_rounded_solution(result.problem, result.z))
+    return replace(result, verified=within_tol or is_rounding(result.problem, result.z, result.tol))

@@ -22,7 +22,7 @@ from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.point import Point
-from lcpcli.verify.refinement import is_rounded_solution
+from lcpcli.verify.refinement import is_rounding
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 8  # iterations, if the method gives no bound on the residual
@@ -225,7 +225,7 @@ class Loop:
         """The point to report, with the reason and the status that its residual justifies."""
         last = best = self._at(self.last)
         solved = self._solves(last)
-        rounded = not solved and is_rounded_solution(self.problem, last.z)
+        rounded = not solved and is_rounding(self.problem, last.z, self.limits.tol)
         if self.best is not self.last and not rounded and not solved:
             best = min((last, self._at(self.best)), key=lambda point: point.relative_residual)
         if self._solves(best):

@@ -33,8 +33,8 @@ class Accuracy:
         of row i, max(|R q|_i, (R |M| z)_i), but at most s and at least SCALE_FLOOR s, where s is the scaled residual of
         z = 0 (largest |R q|_i if z = 0 solves the problem). So neither a large entry of q in another row nor a z that
         tends to infinity hides the residual of a row. Scaled numbers are in units of the power of two next above s, so
-        that no overflow or underflow matters. With bounds, mid(l, u, 0) takes the place of 0, M mid(l, u, 0) + q that
-        of q and |z - mid(l, u, 0)| that of |z| in the scales, so that they do not depend on where the bounds lie.
+        that no overflow or underflow matters. With bounds, the reference point of the problem takes the place of 0, its
+        w that of q and the distance from it that of |z|, so that no scale depends on where the bounds lie.
     error : |z - z*|_inf to the nearest of the problem's solutions.
     size : `size_of_solutions`.
 
@@ -128,7 +128,7 @@ class Accuracy:
         return _largest(self.relative_residuals(z, w, sizes))
 
     def sizes(self, z: Vector) -> Vector:
-        """|M| z, or |M| |z - mid(l, u, 0)|: the sizes of the terms of w."""
+        """|M| z, or with bounds |M| times the distance from the reference point: the sizes of the terms of w."""
         moved = self.problem.from_reference(z)
         return products.absolute_product(self.problem.M, np.abs(moved) if self.problem.is_mixed else moved)
 
@@ -191,7 +191,7 @@ class Units:
     """What it takes to scale residuals.
 
     to_rows, to_columns : multiply by R and divide by C, in units of the power of two next above s.
-    underflow : bounds what underflow loses in a row. Rq : |R q|, or |R (M mid(l, u, 0) + q)|. scale : s. q_error : R
+    underflow : bounds what underflow loses in a row. Rq : |R q|, with bounds at the reference point. scale : s. q_error : R
         times `Problem.q_error`.
     """
 
@@ -222,8 +222,7 @@ def _greatest(problem: Problem) -> float:
 
 
 def _at_reference(problem: Problem) -> tuple[Vector, Vector | None]:
-    """min(z, w) at z = 0, or what it is at mid(l, u, 0); and the distance to the bound that w points to, None for an
-    LCP."""
+    """min(z, w) at the reference point; and the distance to the bound that w points to, None for an LCP."""
     q = problem.q_there
     if not problem.is_mixed:
         return np.minimum(q, 0.0), None

@@ -62,7 +62,7 @@ class Point:
         return self._solves
 
     def _is_reference(self) -> bool:
-        """Whether z is mid(l, u, 0), whose residual is the problem's scale."""
+        """Whether z is the reference point, whose residual is the problem's scale."""
         return not np.count_nonzero(self.accuracy.problem.from_reference(self.z))
 
     @np.errstate(over="ignore", invalid="ignore")

@@ -19,9 +19,12 @@ from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.model import scaled
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
+from lcpcli.model.shifted import shifted
 from lcpcli.typing import Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.point import Point
 
 REFINEMENTS = 10
 NEAR_SOLUTION = 1e-6  # relative to the terms of a row: a residual worth refining
@@ -104,3 +107,27 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         return False
     last_digits = Fraction(LAST_DIGITS)
     return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))
+
+
+def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
+    """Whether z is a solution up to rounding of its last digits: by rational arithmetic, or of a point to tol."""
+    return is_rounded_solution(problem, z) or rounds_solution(problem, z, tol)
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def rounds_solution(problem: Problem, z: Vector, tol: float) -> bool:
+    """Whether z, of shape (n,), is within its last digits of a point with a relative residual of at most tol.
+
+    That point is held as the reference point and a difference from it, which bounds far from 0 need: there z in doubles
+    may have a larger residual, wherever it is. False for a problem whose reference point is 0.
+    """
+    if problem.z_there is None:
+        return False
+    frame = shifted(problem)
+    try:
+        found = BasicSolutions(frame.problem).at(problem.box.basis_of(z / 2))
+    except SingularMatrix:
+        return False
+    point = Point(Accuracy(frame.problem, tol), frame.problem.box.project(found.z))
+    same = np.abs(problem.z_there + point.z - z) <= LAST_DIGITS * np.abs(z)
+    return bool(same.all()) and point.solves()

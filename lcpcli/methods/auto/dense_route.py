@@ -26,7 +26,7 @@ MOST_STEPS = 40  # no more products than a few factorizations cost
 
 
 def dense_route(problem: Problem, x0: Vector) -> Stage:
-    """Newton from x0, or from mid(l, u, 0), the origin of an LCP, with its own w; for large n from the active set at
+    """Newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the active set at
     which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
@@ -89,5 +89,5 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 
 
 def _reference(problem: Problem) -> Vector:
-    """The x = (z - w) / 2 of z = mid(l, u, 0)."""
+    """The x = (z - w) / 2 of the reference point."""
     return -problem.q / 2 if problem.z_there is None else (problem.z_there - problem.q_there) / 2

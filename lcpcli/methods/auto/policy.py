@@ -19,6 +19,8 @@ from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
+from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Point
 from lcpcli.verify.refinement import is_near, is_rounded_solution, refined
 
 REFINED = "refined"
@@ -75,6 +77,8 @@ def _search(problem: Problem, turns: Turns, time_limit: float) -> Stage:
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
+        if isinstance(ending, Finished) and problem.is_mixed and _solves(problem, turns.last):
+            return ending  # although rounding to the given variables may leave a larger residual
         if is_near(problem, problem.box.z_of(turns.last.x)):
             turns.last = _refined(problem, turns.last)
             yield turns.last
@@ -116,6 +120,10 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
     yield "newton", in_given_variables(units, block_pivoting(units.problem, start, LEAST_INDEX_STEPS))
     lemke = limited(begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
     yield "lemke", in_given_variables(units, lemke)
+
+
+def _solves(problem: Problem, last: Iterate) -> bool:
+    return Point(Accuracy(problem), problem.box.z_of(last.x)).solves()
 
 
 @np.errstate(over="ignore", invalid="ignore")
