@@ -46,7 +46,7 @@ class Shifted:
 
 
 def shifted(given: Problem) -> Shifted:
-    """The problem, where mid(l, u, 0) is not 0; M is shared."""
+    """The problem, where the reference point is not 0; M is shared."""
     there = given.z_there
     assert there is not None
     return Shifted(Problem(given.M, given.q_there, lower=given.lower - there, upper=given.upper - there), given)

@@ -191,8 +191,8 @@ class Units:
     """What it takes to scale residuals.
 
     to_rows, to_columns : multiply by R and divide by C, in units of the power of two next above s.
-    underflow : bounds what underflow loses in a row. Rq : |R q|, with bounds at the reference point. scale : s. q_error : R
-        times `Problem.q_error`.
+    underflow : bounds what underflow loses in a row. Rq : |R q|, with bounds at the reference point. scale : s.
+    q_error : R times `Problem.q_error`.
     """
 
     def __init__(self, problem: Problem) -> None:

@@ -26,8 +26,8 @@ MOST_STEPS = 40  # no more products than a few factorizations cost
 
 
 def dense_route(problem: Problem, x0: Vector) -> Stage:
-    """Newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the active set at
-    which projected gradients arrive.
+    """Newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the active
+    set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
