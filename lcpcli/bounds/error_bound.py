@@ -1,4 +1,4 @@
-"""Rigorous bounds on the distance of any z from the solution of an LCP, for the data as floats, rounding included.
+"""Rigorous bounds on the distance of any z from the solution, for the data as floats, rounding included.
 
 X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity problems, Mathematical Programming
 106 (2006) 513-525, where M is an H-matrix with positive diagonal (H+). R. Mathias and J.-S. Pang, Error bounds for the
@@ -58,13 +58,13 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
 
     Parameters
     ----------
-    problem : the LCP, n unknowns.
+    problem : an LCP or a mixed one, n unknowns; the theorems hold for any bounds.
     z : shape (n,), of any sign.
 
     Returns
     -------
     The bound; None if M is in neither class or too close to its boundary, or if z or an entry of M is not finite or
-    beyond `rounding.LARGEST_ENTRY`, or a nonzero entry of M is below `rounding.SMALLEST_ENTRY`.
+    beyond `rounding.LARGEST_ENTRY`, or a nonzero entry of M or of the bounds is below `rounding.SMALLEST_ENTRY`.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
     if isinstance(z, np.ndarray) and z.dtype.kind == "f" and not np.isfinite(z).all():
         return None
     given = as_vector("z", z, problem.n)
-    if not in_range(problem.M, SMALLEST_ENTRY) or not in_range(given):
+    if not in_range(problem.M, SMALLEST_ENTRY) or not in_range(given) or _has_tiny_bounds(problem):
         return None
     diagonal = problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -96,6 +96,14 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
     y = neighbour(problem, given)
     claims = [_claim(problem, theorems, given, point) for point in (given, y) if point is not None]
     return min((claim for claim in claims if claim is not None), key=lambda claim: claim.value, default=None)
+
+
+def _has_tiny_bounds(problem: Problem) -> bool:
+    """Whether products with distances from the bounds may underflow."""
+    if not problem.is_mixed:
+        return False
+    sizes = np.abs(np.concatenate((problem.box.lower, problem.box.upper)))
+    return bool(sizes.min(where=sizes != 0, initial=np.inf) < SMALLEST_ENTRY)
 
 
 def _claim(problem: Problem, theorems: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:

@@ -3,6 +3,8 @@
 With A = M_PP for P = {i : z_i > 0 or w_i = 0}, changes |dM| <= eps |M|, |dq| <= eps |q| move z_P by at most
 eps |A^-1| (|A| z_P + |q_P|) to first order (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM
 2002, section 7.2). No method that works on rounded data can be expected to do better, however small its residual.
+With bounds, P = {i : l_i < z_i < u_i or w_i = 0}, without fixed variables, and the terms are those of all of z, as z is
+not 0 at other bounds: (|M| |z| + |q|)_P.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import numpy as np
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import scaled
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
 from lcpcli.rational.numbers import rounded
@@ -27,21 +30,25 @@ LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def sensitivity(problem: Problem, z: Vector) -> float | None:
-    """The largest component of |A^-1| (|A| z_P + |q_P|) at the solution z, shape (n,), in units of z.
+    """The largest component of |A^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z.
 
     Times eps, it is the error that may result from rounding the data alone. None if M_PP is singular or too large, or
     too large for rational arithmetic and too ill-conditioned for doubles.
     """
     w = problem.w(z)
     terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-    for active in ((z > 0) | (w <= ROW_ROUNDING * terms), z > 0):
+    between, vanishing = z > 0, w <= ROW_ROUNDING * terms
+    if isinstance(problem.box, Box):
+        box = problem.box
+        between, vanishing = (z > box.lower) & (z < box.upper), ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
+    for active in (between | vanishing, between):
         P = np.flatnonzero(active)
         if not P.size:
             return 0.0
         inverse = _inverse(problem, P)
         if inverse is not None:
-            A = _block(problem.M, P)
-            largest = float((inverse @ (np.abs(A) @ z[P] + np.abs(problem.q[P]))).max())
+            own = terms[P] if problem.is_mixed else np.abs(_block(problem.M, P)) @ z[P] + np.abs(problem.q[P])
+            largest = float((inverse @ own).max())
             return largest if np.isfinite(largest) else None
     return None
 
