@@ -4,6 +4,7 @@ With T = (omega I + M)^-1 (omega I - M), the iteration is x' = T |x| - (omega I 
 each step reduces the Euclidean distance to the solution at least by the factor |T|_2, which for symmetric M is the
 maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981). Near a solution
 without x*_i = 0 the iteration is linear, and the asymptotic factor is the spectral radius of T S, S = diag(sign x*).
+With bounds, z - x for mid(l, u, 2x) is in place of |x|: S_ii is 1 where l_i < 2x*_i < u_i, else -1.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg import matrices
+from lcpcli.model.box import Box, Orthant
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -26,7 +28,7 @@ FEWEST = 8  # iterates needed to determine a rate
 class Contraction:
     """Convergence factors: the reduction of the error per iteration.
 
-    bound : |T|_2. local : the spectral radius of T S; None if some x*_i is 0, where the iteration has a kink.
+    bound : |T|_2. local : the spectral radius of T S; None if some 2x*_i is at a bound, where the iteration has a kink.
     """
 
     bound: float
@@ -43,10 +45,19 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
         return None
     try:
         T = _iteration_matrix(problem.M, omega)
-        local = float(np.abs(np.linalg.eigvals(T * np.sign(x))).max()) if x.all() else None
+        signs = _signs(problem.box, x)
+        local = float(np.abs(np.linalg.eigvals(T * signs)).max()) if signs.all() else None
         return Contraction(float(np.linalg.norm(T, 2)), local)
     except np.linalg.LinAlgError:
         return None
+
+
+def _signs(box: Orthant | Box, x: Vector) -> Vector:
+    """The diagonal of S, 0 at kinks."""
+    if not isinstance(box, Box):
+        return np.sign(x)
+    kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
+    return np.where(kinks, 0.0, np.where(box.basis_of(x).basic, 1.0, -1.0))
 
 
 def bound(M: Matrix, omega: float) -> float | None:

@@ -7,7 +7,8 @@ diagonal entry. For `shi`, level sets are bounded for P-matrices, whose F is a h
 
 With bounds, z - x has for mid(l, u, 2x) the Lipschitz constant of |x|, so that what holds for fixed-point and shi still
 holds, and newton returns to no state of its last index, as w_n rises with z_n, as for an LCP. The standard form for
-lemke has a row sufficient matrix if M is and no variable is free, and a positive semidefinite one if M is.
+lemke has a row sufficient matrix if M is and no variable is free, a copositive-plus one if M is and all variables have
+a lower bound, and a positive semidefinite one if M is.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ SETTLED = 12  # unknowns up to which the exhaustive search of milp always termin
 
 Classes = dict[str, Verdict]
 
-KEPT = ("p_matrix", "row_sufficient")  # by the standard form of a problem without free variables
+SIGNED = ("p_matrix", "row_sufficient")  # what changes of the signs of variables keep
 
 CALLED = {
     "p_matrix": "a P-matrix",
@@ -50,9 +51,10 @@ def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
 
 
 def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
-    n, largest = problem.n, float(problem.M.diagonal().max())
+    n, largest = _unknowns(problem), float(problem.M.diagonal().max())
     if method.max_unknowns is not None and n > method.max_unknowns:
-        return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
+        form = f", and the standard form has {n}" * (n != problem.n)
+        return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns{form}")
     if ANY in method.guaranteed:
         incomplete = f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
         return Guarantee(YES, method.guaranteed[ANY] + incomplete * (n > SETTLED))
@@ -64,13 +66,20 @@ def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
     return _by_class(classes, _kept(method, problem))
 
 
+def _unknowns(problem: Problem) -> int:
+    """How many the problem has, with bounds its standard form."""
+    kinds = problem.box.kinds
+    return problem.n - kinds.get("fixed", 0) + kinds.get("boxed", 0) + ("free" in kinds)
+
+
 def _kept(method: Method, problem: Problem) -> Mapping[str, str]:
     """What classes of M guarantee for these bounds."""
     if not problem.is_mixed or method.takes_bounds:
         return method.guaranteed
     if "free" in problem.box.kinds:
         return {"positive_semidefinite": method.guaranteed["row_sufficient"]}
-    return {name: gain for name, gain in method.guaranteed.items() if name in KEPT}
+    signed = "upper bound" in problem.box.kinds
+    return {name: gain for name, gain in method.guaranteed.items() if name in SIGNED or not signed}
 
 
 def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:

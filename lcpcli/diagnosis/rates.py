@@ -16,6 +16,7 @@ from lcpcli.methods.registry import OMEGA
 from lcpcli.methods.shi import default_p
 from lcpcli.methods.smoothing import error as smoothing_error
 from lcpcli.model.problem import Problem
+from lcpcli.model.shifted import shifted
 from lcpcli.options import TOL
 from lcpcli.typing import Matrix
 
@@ -65,7 +66,8 @@ def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
 
 
 def smoothing(problem: Problem) -> Smoothing:
-    """The difference between F~ and F with the default p of `shi`."""
+    """The difference between F~ and F with the default p of `shi`, which runs with mid(l, u, 0) moved to 0."""
+    problem = problem if problem.z_there is None else shifted(problem).problem
     p = default_p(problem)
     return Smoothing(p, smoothing_error(problem, p))
 

@@ -13,6 +13,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import shi, smoothing
 from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA
 from lcpcli.model import scaled
+from lcpcli.model.shifted import shifted
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.result import Status
 from lcpcli.solving.suggestions import EXACT, NONE, Options, Suggestions
@@ -76,7 +77,8 @@ def _larger_p(result: Result) -> list[Options]:
     """A p whose smoothing error is within the tolerance, or below rounding, where a small p has ended the run."""
     if shi.SMOOTHING not in result.message:
         return []
-    problem = scaled.scale(result.problem).problem if result.options.get("scale") else result.problem
+    problem = result.problem if result.problem.z_there is None else shifted(result.problem).problem
+    problem = scaled.scale(problem).problem if result.options.get("scale") else problem
     larger = min(smoothing.p_within(problem, result.tol), shi.default_p(problem))
     return [{"p": _round(larger)}]
 
