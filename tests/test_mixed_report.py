@@ -39,6 +39,10 @@ def test_basis_has_the_state_of_each_variable_of_every_problem() -> None:
     assert solve([[2.0]], [-5.0], lower=1, upper=1).basis == ["lower"]
 
 
+def test_states_are_told_where_w_overflows() -> None:
+    assert solve([[1e300]], [-1e300], lower=-1, x0=[1e300], max_iterations=0).basis == ["lower"]
+
+
 def test_basis_is_in_json_only_with_bounds(lcp: Lcp, file: str) -> None:
     found = json.loads(lcp("solve", file, "--format", "json").out)
     assert (found["z"], found["w"], found["basis"]) == ([1.5, 2.0, -1.0], [0.0, -1.5, 3.0], BASIS)

@@ -35,6 +35,7 @@ def starting_point(
     return np.zeros(problem.n) if problem.x0 is None else problem.x0
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def states_of(problem: Problem, z: Vector, w: Vector) -> list[str]:
     """The state of each variable of a solution z, one of STATES; of fixed ones "lower"."""
     basis = problem.box.basis_of(problem.box.x_of(z, w))
