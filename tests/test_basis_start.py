@@ -64,12 +64,14 @@ def test_newton_needs_one_step_from_the_basis_of_a_solution() -> None:
 def test_command_starts_from_a_list_of_states_or_from_an_earlier_result(
     lcp: Lcp, tmp_path: Path, problem: Problem
 ) -> None:
-    file, result, states = (str(tmp_path / name) for name in ("problem.json", "result.json", "states.json"))
+    names = ("problem.json", "result.json", "result.csv", "states.json")
+    file, result, table, states = (str(tmp_path / name) for name in names)
     writing.write(problem, file)
-    lcp("solve", file, "-o", result)
+    for output in (result, table):
+        lcp("solve", file, "-o", output)
     basis = run(problem).basis
     Path(states).write_text(json.dumps(basis))
-    for given in (result, states, ",".join(basis)):
+    for given in (result, table, states, ",".join(basis), " ".join(basis)):
         outcome = lcp("solve", file, "--method", "newton", "--basis", given, "--format", "json")
         assert json.loads(outcome.out)["iterations"] == 1
 
@@ -111,7 +113,8 @@ def test_fixed_variable_cannot_be_basic() -> None:
     [
         (("--basis", "basic,upper"), "--basis: has 2 entries for 4 unknowns"),
         (("--basis", "basic,upper,lower,basic"), "--basis[1]: is upper, but there is no such bound"),
-        (("--basis", "missing.json"), "missing.json: no such file"),
+        (("--basis", "missing.json"), "--basis: 'missing.json' is neither a file nor states"),
+        (("--basis", "Basic,basic,basic,basic"), "--basis[0]: is the text 'Basic'"),
         (("--basis", "basic,basic,basic,basic", "--z0", "1,1,1,1"), "gives the starting point, and so does"),
         (("--basis", "basic,basic,basic,basic", "--method", "lemke"), "uses no starting point"),
     ],
@@ -122,10 +125,13 @@ def test_command_refuses_in_one_line(lcp: Lcp, options: tuple[str, ...], said: s
     assert said in outcome.err
 
 
-@pytest.mark.parametrize("content", ['{"x": 1}', '{"basis": 3}', "3", "{", '{"basis": ["basic"]}'])
+@pytest.mark.parametrize(
+    "content", ['{"x": 1}', '{"basis": 3}', "3", "{", '{"basis": ["basic"]}', "z\n1", "[1, 2, 0, 1]"]
+)
 def test_file_without_states_is_named(lcp: Lcp, tmp_path: Path, content: str) -> None:
-    path = tmp_path / "states.json"
-    path.write_text(content)
-    outcome = lcp("solve", shipped.path("paper-example-1.json"), "--basis", str(path))
-    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
-    assert "states.json" in outcome.err
+    for suffix in (".json", ".csv", ".npy"):
+        path = tmp_path / f"states{suffix}"
+        path.write_text(content)
+        outcome = lcp("solve", shipped.path("paper-example-1.json"), "--basis", str(path))
+        assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+        assert path.name in outcome.err
