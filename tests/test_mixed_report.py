@@ -97,3 +97,12 @@ def test_runs_on_different_bounds_do_not_share_a_panel() -> None:
 
 def test_negative_components_are_shown_like_positive_ones() -> None:
     assert numbers.components([-1e-9, -2.0, -3e7], 2.0) == ["0.0000000", "-2.0000000", "-3.000000e+07"]
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_every_advice_is_accepted_and_solves_the_problem_wherever_its_bounds_lie(shift: float) -> None:
+    problem = Problem([[2, 1], [1, 3]], [-5 - 3 * shift, -6 - 4 * shift], lower=shift, upper=shift + 2)
+    failed = run(problem, "shi", p=10)
+    assert failed.suggestions.ways[0] == {"p": 6e9}
+    for options in failed.suggestions.ways:
+        assert run(problem, **{"method": "shi", **options}).solved
