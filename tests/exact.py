@@ -34,9 +34,15 @@ def solution(problem: Problem) -> Row | None:
 
 
 def solves(problem: Problem, z: Row) -> bool:
-    """Whether z solves the LCP exactly."""
+    """Whether z solves the problem exactly."""
     M, q = _rational(problem)
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
+    if problem.is_mixed:
+        lower, upper = (np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper))
+        return all(
+            low <= a <= high and (b >= 0 or a == high) and (b <= 0 or a == low)
+            for a, b, low, high in zip(z, w, lower, upper, strict=True)
+        )
     return min(z) >= 0 and min(w) >= 0 and _dot(z, w) == 0
 
 

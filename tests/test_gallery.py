@@ -29,9 +29,13 @@ from .matrix_classes import (
     is_positive_semidefinite,
 )
 
-SPARSE = ("tridiagonal", "dominant", "obstacle", "journal-bearing", "american-put", "diagonal")
+SPARSE = (
+    *("tridiagonal", "dominant", "obstacle", "journal-bearing", "american-put", "diagonal"),
+    *("two-obstacles", "torsion", "circuit", "spatial-prices"),
+)
 FIXED = [name for name in gallery.FAMILIES if gallery.fixed_size(name)]
 ANY_SIZE = [name for name in gallery.FAMILIES if name not in FIXED]
+GRAINS = {"circuit": 8}  # unknowns that come together
 IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}  # denominators of solutions that are no floats
 
 
@@ -92,7 +96,7 @@ def test_known_solutions_are_exact(name: str, n: int) -> None:
 
 WITH_SOLUTION = (
     *("lp", "qp", "murty", "fathi", "ben-gharbia-gilbert", "curtis-han-robinson", "kostreva", "growth", "hilbert"),
-    *("diagonal", "degenerate", "near-degenerate", "ray"),
+    *("diagonal", "degenerate", "near-degenerate", "ray", "boxes"),
 )
 
 
@@ -214,8 +218,9 @@ def test_families_say_what_they_are(name: str) -> None:
 
 @pytest.mark.parametrize("name", ANY_SIZE)
 def test_the_size_is_about_the_one_that_is_asked_for(name: str) -> None:
-    assert abs(gallery.make(name, 100).n - 100) <= 1
-    assert gallery.make(name, 1).n <= 4
+    grain = GRAINS.get(name, 2)
+    assert abs(gallery.make(name, 100).n - 100) <= grain / 2
+    assert gallery.make(name, 1).n <= max(grain, 4)
 
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)

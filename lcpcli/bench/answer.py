@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -84,7 +84,7 @@ class Method:
         curve = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
         variant, limits = variants.parse(self.name), Limits(tol, time_limit=time_limit)
         options, began = variant.options, seconds()
-        anew = Problem(problem.M, problem.q, x0=problem.x0, x1=problem.x1, solutions=problem.solutions)
+        anew = replace(problem, name="", source="", note="", verdict="", origin=None)
         result = driver.run(anew, variant.method, limits=limits, curve=curve, conclude=False, began=began, **options)
         if result.interrupted:
             raise KeyboardInterrupt

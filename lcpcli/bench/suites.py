@@ -142,11 +142,20 @@ EXTREME = (
     *sizes("unsolvable", 4, 10, 20),
     *sizes("ray", 4, 10, 20),
 )
+MIXED = (
+    *sizes("two-obstacles", 100, 2500, 10_000, 90_000),
+    *sizes("torsion", 100, 2500, 10_000),
+    *sizes("circuit", 8, 80, 800, 8000),
+    *sizes("relays", 10, 50, 200, 800),
+    *sizes("spatial-prices", 24, 120, 1000),
+    *sizes("boxes", 10, 100, 300, 1000),
+)
 SUITES = {
     "quick": Suite("a little of everything, in under a minute", QUICK, budget=0.5),
     "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
+    "mixed": Suite("problems with bounds, free variables and equations", MIXED),
     "speed": Suite("the problems of lcp help speed: small and large, dense and sparse", SPEED),
     "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),

@@ -28,15 +28,18 @@ def excludes(problem: Problem) -> str:
 
 def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     clarabel = library("clarabel")
-    from scipy.sparse import eye
+    from scipy.sparse import eye, vstack
 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.time_limit = time_limit
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
     began, n = time.perf_counter(), problem.n
-    P, A, cones = storage.upper_triangle(problem.M), storage.columns(-eye(n)), [clarabel.NonnegativeConeT(n)]
-    q, b = problem.q.copy(), np.zeros(n)
+    P, q, one, (lower, upper) = storage.upper_triangle(problem.M), problem.q.copy(), eye(n), quadratic.bounds(problem)
+    low, high = np.isfinite(lower), np.isfinite(upper)
+    A = storage.columns(vstack([-one.tocsr()[low], one.tocsr()[high]]) if problem.is_mixed else -one)
+    b = np.concatenate((-lower[low], upper[high]))
+    cones = [clarabel.NonnegativeConeT(b.size)]
     solution = clarabel.DefaultSolver(P, q, A, b, cones, settings).solve()
     z = np.array(solution.x)
     seconds = time.perf_counter() - began

@@ -48,7 +48,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     }
     began, n = time.perf_counter(), problem.n
     M, q, A = storage.dense(problem.M), problem.q.copy(), np.zeros((0, n))
-    upper, lower, sense = np.full(n, INFINITE), np.zeros(n), np.zeros(n, dtype=np.int32)
+    (lower, upper), sense = quadratic.bounds(problem, INFINITE), np.zeros(n, dtype=np.int32)
     z, _, flag, _ = daqp.solve(M, q, A, upper, lower, sense, **settings)
     seconds = time.perf_counter() - began
     return Claim(np.array(z), flag == 1, seconds, STATUS.get(flag, f"exit flag {flag}"))

@@ -52,7 +52,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
 
 
 def _model(highspy: Any, problem: Problem) -> Any:
-    """The quadratic program, with the row z_1 >= 0 in addition to the bounds.
+    """The quadratic program, with the bounds of z_1 as a row too.
 
     Without any row, HiGHS 1.15.1 may stop at a point that is not optimal and call it optimal, even for a small positive
     definite M.
@@ -61,8 +61,8 @@ def _model(highspy: Any, problem: Problem) -> Any:
     model = highspy.HighsModel()
     lp, hessian = model.lp_, model.hessian_
     lp.num_col_, lp.num_row_ = n, 1
-    lp.col_cost_, lp.col_lower_, lp.col_upper_ = problem.q, np.zeros(n), np.full(n, highspy.kHighsInf)
-    lp.row_lower_, lp.row_upper_ = np.zeros(1), np.full(1, highspy.kHighsInf)
+    lp.col_cost_, (lp.col_lower_, lp.col_upper_) = problem.q, quadratic.bounds(problem, highspy.kHighsInf)
+    lp.row_lower_, lp.row_upper_ = lp.col_lower_[:1], lp.col_upper_[:1]
     lp.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
     lp.a_matrix_.start_, lp.a_matrix_.index_ = np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
     lp.a_matrix_.value_ = np.ones(1)

@@ -37,7 +37,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     with silence():  # OSQP prints a message when a factorization fails
         began = time.perf_counter()
         P, A, q = storage.upper_triangle(problem.M), storage.columns(eye(n)), problem.q.copy()
-        lower, upper = np.zeros(n), np.full(n, np.inf)
+        lower, upper = quadratic.bounds(problem)
         try:
             solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
             result = solver.solve(raise_error=False)

@@ -35,8 +35,9 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: AR
     settings.eps_abs = settings.eps_duality_gap_abs = tol * (float(np.abs(problem.q).max()) or 1.0)
     began = time.perf_counter()
     M = storage.columns(problem.M) if is_sparse(problem.M) else storage.dense(problem.M)
-    q, lower = problem.q.copy(), np.zeros(problem.n)
-    solver.setup(M, q, x_l=lower)
+    q, (lower, upper) = problem.q.copy(), quadratic.bounds(problem)
+    bounds = {"x_l": lower, "x_u": upper} if problem.is_mixed else {"x_l": lower}
+    solver.setup(M, q, **bounds)
     status = solver.solve()
     seconds = time.perf_counter() - began
     return Claim(np.array(solver.result.x), status == piqp.PIQP_SOLVED, seconds, status.name)

@@ -1,4 +1,4 @@
-"""The LCP as a convex quadratic program: minimize z'Mz / 2 + q'z over z >= 0.
+"""The LCP as a convex quadratic program: minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u.
 
 If M is symmetric, its optimality conditions are the LCP; if M is positive semidefinite too, they are sufficient:
 R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem (1992), section 1.2.
@@ -17,7 +17,7 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.principal import definite_solver
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix
+from lcpcli.typing import Matrix, Vector
 
 # times n: how far rounding may push the eigenvalues of a semidefinite M with unit diagonal below 0
 SEMIDEFINITE = 10 * EPS
@@ -30,6 +30,12 @@ def not_convex(problem: Problem) -> str:
     return (
         "" if matrices.is_symmetric(problem.M) and is_monotone(problem) else "needs a symmetric positive semidefinite M"
     )
+
+
+def bounds(problem: Problem, infinite: float = np.inf) -> tuple[Vector, Vector]:
+    """New vectors l and u of shape (n,), with a solver's own infinity."""
+    lower, upper = np.full(problem.n, problem.lower), np.full(problem.n, problem.upper)
+    return np.maximum(lower, -infinite), np.minimum(upper, infinite)
 
 
 def is_monotone(problem: Problem) -> bool:

@@ -22,7 +22,7 @@ def version() -> str | None:
 
 
 def excludes(problem: Problem) -> str:
-    return storage.not_dense(problem)
+    return storage.bounded(problem) or storage.not_dense(problem)
 
 
 def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: ARG001 (this pivoting method has neither)

@@ -54,6 +54,10 @@ def version() -> str | None:
     return _version(_python())
 
 
+def excludes(problem: Problem) -> str:
+    return storage.bounded(problem) or storage.not_dense(problem)
+
+
 def solver(name: str, iterations: int = 0) -> Callable[[Problem, float, float], Claim]:
     """`solve` for a peer that is one of Siconos' solvers.
 

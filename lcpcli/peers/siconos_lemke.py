@@ -5,7 +5,7 @@ The method has no tolerance; the driver's check of its answer does.
 
 from __future__ import annotations
 
-from lcpcli.peers import siconos, storage
+from lcpcli.peers import siconos
 
-version, excludes = siconos.version, storage.not_dense
+version, excludes = siconos.version, siconos.excludes
 solve = siconos.solver("SICONOS_LCP_LEMKE")

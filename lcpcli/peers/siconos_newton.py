@@ -5,7 +5,7 @@ Its own limit of 1000 iterations applies.
 
 from __future__ import annotations
 
-from lcpcli.peers import siconos, storage
+from lcpcli.peers import siconos
 
-version, excludes = siconos.version, storage.not_dense
+version, excludes = siconos.version, siconos.excludes
 solve = siconos.solver("SICONOS_LCP_NEWTON_MIN_FBLSA")

@@ -6,8 +6,8 @@ Only the time limit applies: its own limit of 1000 sweeps is too small for the t
 
 from __future__ import annotations
 
-from lcpcli.peers import siconos, storage
+from lcpcli.peers import siconos
 
-version, excludes = siconos.version, storage.not_dense
+version, excludes = siconos.version, siconos.excludes
 SWEEPS = 10**9
 solve = siconos.solver("SICONOS_LCP_PGS", SWEEPS)

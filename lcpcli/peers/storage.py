@@ -13,6 +13,11 @@ from lcpcli.typing import Matrix
 CONVERTED = 2000  # largest n at which a matrix is converted; beyond it, the benchmark would misuse the peer
 
 
+def bounded(problem: Problem) -> str:
+    """Why a peer for z >= 0 cannot be given the problem, as a clause; "" if it can."""
+    return "takes no bounds but z >= 0" if problem.is_mixed else ""
+
+
 def not_dense(problem: Problem) -> str:
     """Why a peer for dense matrices cannot be given M, as a clause; "" if it can."""
     return _too_large(problem, "dense") if is_sparse(problem.M) else ""
