@@ -13,6 +13,7 @@ import pytest
 from lcpcli import Result
 from lcpcli.solving import run as driver
 
+from .bad_input.bound_kinds import BOUNDS
 from .bad_input.file_kinds import CSV, FILES, STANDARD_INPUT
 from .bad_input.json_kinds import COORDINATES, JSON, MATRICES
 from .bad_input.kinds import GOOD, Kind
@@ -55,7 +56,7 @@ def is_one_readable_line(text: str) -> bool:
     "kind",
     [
         *(*FILES, *JSON, *MATRICES, *COORDINATES, *CSV, *MATRIX_MARKET, *NPZ),
-        *(*FROM_RESULTS, *STANDARD_INPUT, *OPTIONS, *STARTS, *UNWRITABLE),
+        *(*FROM_RESULTS, *STANDARD_INPUT, *OPTIONS, *STARTS, *UNWRITABLE, *BOUNDS),
     ],
 )
 def test_one_line_says_where_what_and_how_to_fix_it(meet: Callable[[Kind], tuple[Outcome, bool]], kind: Kind) -> None:

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -25,7 +26,20 @@ FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 
 
 @st.composite
-def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
+def bounds(draw: st.DrawFn, n: int) -> dict[str, list[float]]:
+    """Any bounds of n unknowns, infinite ones among them; or none."""
+    if draw(st.booleans()):
+        return {}
+    pairs = draw(st.lists(st.tuples(st.floats(allow_nan=False), st.floats(allow_nan=False)), min_size=n, max_size=n))
+    lower, upper = ([choose(pair) for pair in pairs] for choose in (min, max))
+    return {
+        "lower": [-math.inf if value == math.inf else value for value in lower],
+        "upper": [math.inf if value == -math.inf else value for value in upper],
+    }
+
+
+@st.composite
+def problems(draw: st.DrawFn, *, in_coordinates: bool, with_bounds: bool = True) -> Problem:
     """Any problem of a few unknowns that has a name."""
     n = draw(st.integers(1, 4))
     vectors = st.lists(FLOATS, min_size=n, max_size=n)
@@ -46,13 +60,15 @@ def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
         verdict=draw(st.sampled_from(["", *VERDICTS])),
         source=draw(st.text()),
         note=draw(st.text()),
+        **(draw(bounds(n)) if with_bounds else {}),
     )
 
 
 def everything(problem: Problem) -> list[Any]:
     """All that a problem holds, its numbers bit by bit."""
     dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
-    vectors = [dense, problem.q, problem.x0, problem.x1, *problem.solutions]
+    bounds = [np.asarray(bound) for bound in (problem.lower, problem.upper)]
+    vectors = [dense, problem.q, problem.x0, problem.x1, *bounds, *problem.solutions]
     bits = [None if v is None else v.tobytes() for v in vectors]
     return [*bits, is_sparse(problem.M), problem.name, problem.source, problem.note, problem.verdict]
 
@@ -92,7 +108,16 @@ def test_json_in_coordinates_is_read_back_exactly(folder: Path, problem: Problem
 def test_csv_is_read_back_exactly(folder: Path, problem: Problem) -> None:
     write(problem, str(folder / "both.csv"))
     dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
-    assert everything(read(str(folder / "both.csv"))) == everything(Problem(dense, problem.q, name="both"))
+    kept = Problem(dense, problem.q, name="both", lower=problem.lower, upper=problem.upper)
+    assert everything(read(str(folder / "both.csv"))) == everything(kept)
+
+
+@settings(deadline=None)
+@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
+def test_mat_is_read_back_with_all_bounds(folder: Path, problem: Problem) -> None:
+    write(Problem(problem.M, problem.q, lower=problem.lower, upper=problem.upper), str(folder / "all.mat"))
+    again = read(str(folder / "all.mat"))
+    assert everything(again)[4:6] == everything(problem)[4:6]
 
 
 def texts_end_without_nul(problem: Problem) -> bool:
@@ -109,7 +134,7 @@ def test_npz_is_read_back_exactly(folder: Path, problem: Problem) -> None:
 
 
 @settings(deadline=None)
-@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
+@given(problem=problems(in_coordinates=False, with_bounds=False) | problems(in_coordinates=True, with_bounds=False))
 @example(problem=Problem(EXTREME, EXTREME[0]))
 @example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0]))
 def test_matrix_market_is_read_back_exactly(folder: Path, problem: Problem) -> None:

@@ -36,7 +36,9 @@ def bounded(problem: Problem, given: Mapping[str, str | None]) -> Problem:
     except ProblemError as error:
         name = next((name for name in values if error.where.startswith(name)), next(iter(values)))
         text = str(given[name])
-        where = f"--{error.where}" if _is_typed(text) else f"--{name}: {reading.place(text)}: {error.where}"
+        typed_here = _is_typed(text) and error.where.startswith(name)
+        file = "" if _is_typed(text) else f"{reading.place(text)}: "
+        where = f"--{error.where}" if typed_here else f"--{name}: {file}{error.where}"
         raise ProblemError(where, error.fault, error.hint) from None
 
 
