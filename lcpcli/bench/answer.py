@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -84,7 +84,8 @@ class Method:
         curve = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
         variant, limits = variants.parse(self.name), Limits(tol, time_limit=time_limit)
         options, began = variant.options, seconds()
-        anew = replace(problem, name="", source="", note="", verdict="", origin=None)
+        kept = {name: getattr(problem, name) for name in ("x0", "x1", "solutions", "lower", "upper")}
+        anew = Problem(problem.M, problem.q, **kept)
         result = driver.run(anew, variant.method, limits=limits, curve=curve, conclude=False, began=began, **options)
         if result.interrupted:
             raise KeyboardInterrupt

@@ -49,7 +49,7 @@ class Transformation(Protocol):
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """A method on a problem, through its standard form if the method knows only z >= 0."""
     function = methods.load(method)
-    if methods.declared(method).takes_bounds:
+    if not problem.is_mixed or methods.declared(method).takes_bounds:
         return function(problem, x0, **options)
     return as_lcp(function, problem, x0, **options)
 

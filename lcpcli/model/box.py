@@ -91,6 +91,11 @@ class Orthant:
         least: Vector = np.minimum(z, w)
         return np.negative(least, out=least)
 
+    def wrong(self, z: Vector, w: Vector, basis: Basis) -> Mask:  # noqa: ARG002
+        """Where a component has not the signs that its state asks for."""
+        wrong: Mask = np.minimum(z, w) < 0.0
+        return wrong
+
     def excess(self, z: Vector, w: Vector) -> Vector:
         """By how much w has another sign than an admissible z asks for."""
         return np.where(z > 0, np.abs(w), -w)
@@ -171,6 +176,10 @@ class Box:
         signed = np.where(basis.upper, w, -w)
         signed[self.fixed] = 0.0
         return np.where(basis.basic, beyond, signed)
+
+    def wrong(self, z: Vector, w: Vector, basis: Basis) -> Mask:
+        """Where a component has not what its state asks for."""
+        return self.violations(z, w, basis) > 0.0
 
     def excess(self, z: Vector, w: Vector) -> Vector:
         """By how much w has another sign than an admissible z asks for; minus infinity where that is any."""

@@ -51,7 +51,7 @@ class Problem:
     verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
     origin : the quadratic program or the game behind the problem, or the object for it in a file; or None.
     row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
-    box : the set of admissible z, with what depends on it.
+    is_mixed, box : whether it has other bounds than z >= 0, and the set of admissible z, with what depends on it.
 
     Raises ProblemError, which names the field.
 
@@ -78,6 +78,7 @@ class Problem:
     origin: Origin | None = None
     lower: Vector | float = 0.0
     upper: Vector | float = math.inf
+    is_mixed: bool = declared(init=False, repr=False)
     box: Orthant | Box = declared(init=False, repr=False)
     row_maxima: Vector = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
@@ -123,6 +124,7 @@ class Problem:
             largest=largest(row_maxima),
             lower=0.0 if bounds is None else bounds[0],
             upper=math.inf if bounds is None else bounds[1],
+            is_mixed=bounds is not None,
             box=ORTHANT if bounds is None else Box(*bounds),
         )
         if bounds is None:
@@ -136,11 +138,6 @@ class Problem:
     def n(self) -> int:
         """Number of unknowns."""
         return int(self.q.size)
-
-    @property
-    def is_mixed(self) -> bool:
-        """Whether it has other bounds than z >= 0."""
-        return self.box is not ORTHANT
 
     @property
     def has_small_integers(self) -> bool:
@@ -195,7 +192,7 @@ class Problem:
 
     def w(self, z: Vector) -> Vector:
         """w = M z + q for z of shape (n,), computed from the reference point."""
-        w = product(self.M, self.from_reference(z))
+        w = product(self.M, z if self.z_there is None else z - self.z_there)
         w += self.q_there
         return w
 

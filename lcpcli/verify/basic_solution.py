@@ -76,7 +76,7 @@ class BasicSolutions:
 
     def _judged(self, basis: Basis, z: Vector, w: Vector) -> BasicSolution:
         """The basic solution of these z and w."""
-        wrong = self._problem.box.violations(z, w, basis) > 0.0
+        wrong = self._problem.box.wrong(z, w, basis)
         count = np.count_nonzero(wrong)
         found = BasicSolution(basis, z, w, wrong, not count)
         if not 0 < count <= FEW_WRONG * wrong.size:

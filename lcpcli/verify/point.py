@@ -43,6 +43,8 @@ class Point:
         self._plain_w: Vector | None = None
         self._sizes: Vector | None = None
         self._solves: bool | None = None
+        moved = accuracy.problem.from_reference(z) if accuracy.problem.is_mixed else z
+        self._is_reference = not np.count_nonzero(moved)  # whose residual is the problem's scale
 
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
@@ -58,12 +60,8 @@ class Point:
         If rounding errors in w hide that it is, this is False.
         """
         if self._solves is None:
-            self._solves = self.accuracy.greatest <= 0 if self._is_reference() else self._passes()
+            self._solves = self.accuracy.greatest <= 0 if self._is_reference else self._passes()
         return self._solves
-
-    def _is_reference(self) -> bool:
-        """Whether z is the reference point, whose residual is the problem's scale."""
-        return not np.count_nonzero(self.accuracy.problem.from_reference(self.z))
 
     @np.errstate(over="ignore", invalid="ignore")
     def _passes(self) -> bool:
@@ -86,7 +84,7 @@ class Point:
 
     @cached_property
     def relative_residual(self) -> float:
-        if self._is_reference():  # its residual is its own scale
+        if self._is_reference:  # its residual is its own scale
             return float(self.accuracy.greatest > 0)
         with np.errstate(over="ignore", invalid="ignore"):
             return self.accuracy.relative_residual(self.z, self.w, self._sizes)
