@@ -86,3 +86,49 @@ def test_larger_problems_take_the_routes_of_auto(sparse: bool) -> None:
     inside = (result.z > lower) & (result.z < upper)
     assert np.abs(w[inside]).max() <= 1e-8
     assert {"lower", "basic", "upper"} == set(result.basis)
+
+
+def test_what_is_evident_is_left_out_and_comes_back() -> None:
+    """Fixed variables, rows with a diagonal entry alone, and rows without entries, before and after others are out."""
+    from scipy.sparse import csr_array
+
+    from lcpcli.model.reductions.presolve import presolved
+
+    M = np.array(
+        [
+            [4.0, 1, 0, 0, 1, 0],
+            [1, 3, 0, 0, 0, 0],
+            [0, 0, 2, 0, 0, 0],
+            [0, 0, 0, 0, 0, 0],
+            [0, 0, 5, 0, 4, 0],
+            [0, 1, 0, 0, 0, 9],
+        ]
+    )
+    q = np.array([-1.0, 2, -8, -3, 1, 7])
+    lower, upper = [-9.0, -9, 0, -np.inf, -9, 0.5], [9.0, 9, 3, 2, np.inf, 0.5]
+    problem = Problem(csr_array(M), q, lower=lower, upper=upper)
+    change = presolved(problem)
+    assert change is not None
+    assert change.kept.tolist() == [0, 1]
+    assert change.z.tolist() == [0, 0, 3, 2, -4, 0.5]
+    inner = lcpcli.run(change.problem)
+    x = change.back(change.problem.box.x_of(inner.z, inner.w))
+    assert np.abs(problem.box.z_of(x) - lcpcli.run(problem).z).max() <= 1e-14
+
+
+def test_a_problem_that_is_mostly_evident_is_solved_without_that() -> None:
+    from scipy.sparse import csr_array
+
+    generator = np.random.default_rng(2)
+    n = 600
+    M, q = definite(n, generator)
+    lower, upper = with_all_bounds(n, generator)
+    evident = generator.random(n) < 0.7
+    for given in (np.where(evident[:, np.newaxis], np.eye(n) * 2, M), M):
+        low, high = (bound.copy() for bound in (lower, upper))
+        if given is M:
+            low[evident] = high[evident] = 0.25
+        result = lcpcli.solve(csr_array(given), q, lower=low, upper=high)
+        reference = lcpcli.solve(given, q, lower=low, upper=high, method="newton")
+        assert result.solved
+        assert np.abs(result.z - reference.z).max() <= 1e-8

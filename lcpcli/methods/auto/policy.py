@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 def _search(problem: Problem, turns: Turns, time_limit: float) -> Stage:
     """The methods in turn, from the start in `turns`."""
     deadline, x0 = time.perf_counter() + time_limit, turns.last.x
-    for name, stage in _stages(problem, x0, deadline):
+    for name, stage in chain(_presolved_stages(problem, x0, deadline), _stages(problem, x0, deadline)):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
@@ -85,6 +86,19 @@ def _search(problem: Problem, turns: Turns, time_limit: float) -> Stage:
             if is_rounded_solution(problem, problem.box.z_of(turns.last.x)):
                 return Finished()
     return (yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline))))
+
+
+def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
+    """The methods for a large problem with many evident variables, without these."""
+    if not problem.is_mixed or problem.n <= factors.SMALL:
+        return
+    with imports:
+        from lcpcli.model.reductions.presolve import presolved
+
+    change = presolved(problem)
+    if change is not None:
+        for name, stage in _stages(change.problem, change.start(x0), deadline):
+            yield name, in_given_variables(change, stage)
 
 
 def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
