@@ -89,7 +89,7 @@ def test_ctrl_c_ends_that_wait_without_a_word() -> None:
 
 def test_command_ends_at_once(tmp_path: Path) -> None:
     file, rng = tmp_path / "random.npz", np.random.default_rng(0)
-    writing.write(Problem(rng.standard_normal((300, 300)), rng.standard_normal(300)), str(file))
+    writing.write(Problem(rng.standard_normal((800, 800)), rng.standard_normal(800)), str(file))
     line = ["solve", str(file), "--method", "milp", "--time-limit", "0.3", "--format", "json"]
     done = python("from lcpcli.cli.main import main; main()", *line)
     assert (done.returncode, done.stderr) == (1, "")
