@@ -1,4 +1,4 @@
-"""Linear complementarity problems: find z >= 0 with w = M z + q >= 0 and z'w = 0.
+"""Linear complementarity problems: find z >= 0 with w = M z + q >= 0 and z'w = 0; and mixed ones, with other bounds.
 
 M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
 

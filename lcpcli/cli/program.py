@@ -25,7 +25,7 @@ from lcpcli.cli.options import EXITS
 @click.version_option(__version__, prog_name="lcp")
 @click.pass_context
 def lcp(context: click.Context) -> None:
-    """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0."""
+    """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0; and mixed ones."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
