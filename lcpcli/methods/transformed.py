@@ -9,8 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.errors import ProblemError
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled, advance
+from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled, advance, ended
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import farkas_statement, proves_infeasible
@@ -61,7 +62,10 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
     with imports:
         from lcpcli.model.reductions.standard_form import standard_form
 
-    form = standard_form(problem)
+    try:
+        form = standard_form(problem)
+    except ProblemError:
+        return ended(Breakdown("numbers overflow in the standard form"))
     return in_given_variables(form, function(form.problem, form.start(x0), **options))
 
 

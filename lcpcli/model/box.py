@@ -24,6 +24,11 @@ def in_range(x: Vector) -> bool:
     return largest(x) <= LARGEST_X
 
 
+def moved(bound: Vector, given: Vector | float) -> Vector:
+    """A bound in other variables, kept finite where the given one is."""
+    return np.where(np.isfinite(given), np.clip(bound, -LARGEST, LARGEST), bound)
+
+
 class Basis(NamedTuple):
     """The state of each variable in a basic solution.
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.accurate import accurate_residual
-from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate, largest
+from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate, is_finite, largest
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import as_bounds, as_square, as_vector
@@ -150,7 +150,7 @@ class Problem:
     @cached_property
     def z_there(self) -> Vector | None:
         """The reference point: the z within the bounds nearest to 0, or with every z_i at a finite bound, whichever
-        leaves the smaller residual; None if that is 0, as it is for an LCP.
+        leaves the smaller residual; None if that is 0, as it is for an LCP, or if w overflows at both.
 
         So neither bounds far from 0 nor, in place of infinite ones, very large ones hide a residual.
         """
@@ -172,9 +172,10 @@ class Problem:
         assert isinstance(box, Box)
         nearest, corner = box.project(np.zeros(self.n)), box.corner
         places = [nearest] if np.array_equal(nearest, corner) else [nearest, corner]
-        found = [(z, product(self.M, z) + self.q if z.any() else self.q) for z in places]
-        z, w = min(found, key=lambda there: largest(box.gaps(*there)))
-        return (z, *self._rounded_once(z, w)) if z.any() else (None, self.q, 0.0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = [(z, product(self.M, z) + self.q if z.any() else self.q) for z in places]
+            z, w = min(found, key=lambda there: largest(box.gaps(*there)) if is_finite(there[1]) else math.inf)
+        return (z, *self._rounded_once(z, w)) if z.any() and is_finite(w) else (None, self.q, 0.0)
 
     def _rounded_once(self, z: Vector, w: Vector) -> tuple[Vector, Vector]:
         """w = M z + q with those rows summed exactly that cancel, and how far rounding may have taken it."""

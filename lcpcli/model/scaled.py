@@ -10,7 +10,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import are_moderate
 from lcpcli.linalg.equilibration import LARGEST_POWER, equilibrate
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.box import LARGEST_X
+from lcpcli.model.box import LARGEST_X, moved
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -89,7 +89,9 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
     M, q = matrices.scaled(problem.M, R, C), R * problem.q
     if not problem.is_mixed:
         return Scaled(Problem(M, q), R, C, problem)
-    return Scaled(Problem(M, q, lower=problem.lower / C, upper=problem.upper / C), R, C, problem)
+    with np.errstate(over="ignore"):
+        lower, upper = (moved(bound / C, bound) for bound in (problem.lower, problem.upper))
+    return Scaled(Problem(M, q, lower=lower, upper=upper), R, C, problem)
 
 
 def is_far_from_one(problem: Problem) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.model.box import LARGEST_X
+from lcpcli.model.box import LARGEST_X, moved
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -49,4 +49,6 @@ def shifted(given: Problem) -> Shifted:
     """The problem, where the reference point is not 0; M is shared."""
     there = given.z_there
     assert there is not None
-    return Shifted(Problem(given.M, given.q_there, lower=given.lower - there, upper=given.upper - there), given)
+    with np.errstate(over="ignore"):
+        bounds = [moved(bound - there, bound) for bound in (given.lower, given.upper)]
+    return Shifted(Problem(given.M, given.q_there, lower=bounds[0], upper=bounds[1]), given)
