@@ -15,6 +15,7 @@ from contextlib import suppress
 import numpy as np
 
 from lcpcli.linalg import factors
+from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods.iterate import Finished, Iterate, Stage, advance
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
@@ -125,7 +126,8 @@ class _Finisher:
                 return None
 
     def _basic_solution(self, basis: Basis) -> BasicSolution | None:
-        """That of the basis, None if it has none."""
+        """That of the basis, None if it has none, or w overflows."""
         with np.errstate(over="ignore", invalid="ignore"), suppress(factors.SingularMatrix):
-            return self._solutions.at(basis)
+            found = self._solutions.at(basis)
+            return found if is_finite(found.w) else None
         return None

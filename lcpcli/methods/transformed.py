@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
+from lcpcli.linalg.doubles import is_finite, largest
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled, advance, ended
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
+from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import farkas_statement, proves_infeasible
 
+if TYPE_CHECKING:
+    from lcpcli.model.reductions.standard_form import StandardForm
+
+SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
 INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
 
 
 class Transformation(Protocol):
-    """A scaled or shifted problem or the standard form of a mixed one, with the way there and back."""
+    """A scaled, shifted or presolved problem, with the way there and back."""
 
     @property
     def problem(self) -> Problem:
@@ -40,8 +48,8 @@ class Transformation(Protocol):
     def back(self, x: Vector) -> Vector:
         """x of the given problem."""
 
-    def residual(self, F: Vector) -> Vector | None:
-        """F of the given problem; None if it is not known from this one alone."""
+    def residual(self, F: Vector) -> Vector:
+        """F of the given problem."""
 
     def multipliers(self, y: Vector) -> Vector:
         """Farkas' y for the given problem."""
@@ -66,7 +74,23 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
         form = standard_form(problem)
     except ProblemError:
         return ended(Breakdown("numbers overflow in the standard form"))
-    return in_given_variables(form, function(form.problem, form.start(x0), **options))
+    return _polished(form, function(form.problem, form.start(x0), **options))
+
+
+def _polished(form: StandardForm, stage: Stage) -> Stage:
+    """The stage in the variables of the mixed problem, with solutions replaced by its own basic solutions: the standard
+    form has more numbers to round."""
+    solutions, small = BasicSolutions(form.given), SOLVED * largest(form.problem.q)
+    while isinstance(step := advance(stage), Iterate):
+        with np.errstate(over="ignore", invalid="ignore"):
+            x = form.back(step.x)
+            if step.F is None or largest(step.F) <= small:
+                with suppress(SingularMatrix):
+                    found = solutions.at(form.given.box.basis_of(x))
+                    if is_finite(found.w) and not solutions.violated(found).any():
+                        x = form.given.box.x_within(found.z, found.w, found.basis)
+        yield step._replace(x=x, F=None)
+    return _concluded(form, step) if isinstance(step, NoSolution) else step
 
 
 def in_given_variables(transformation: Transformation, stage: Stage) -> Stage:
@@ -83,7 +107,7 @@ def in_given_variables(transformation: Transformation, stage: Stage) -> Stage:
         yield step._replace(x=x, F=F)
 
 
-def _concluded(transformation: Transformation, ending: NoSolution) -> Ending:
+def _concluded(transformation: Transformation | StandardForm, ending: NoSolution) -> Ending:
     """The proof for the given problem, or that it is none."""
     proof = ending.certificate
     if proof.kind == "exhaustion":

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -24,15 +25,18 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.farkas import ACTIVE, GRID, LARGEST_EXACT, SNAP
 
 
-def refutes(M: Matrix, q: Vector, box: Box, y: Vector) -> bool:
+def refutes(M: Matrix, q: Vector, box: Box, y: Vector, asked: Box | None = None) -> bool:
     """Whether y, of shape (n,), is such a proof. True only if it holds without rounding; False proves nothing.
+
+    asked : bounds that ask for other signs of w than the box does: for some states of the variables.
+
 
     Floats decide the signs of M'y where they are certain. Columns that have to vanish, as those of free variables,
     which possibly no y in floats satisfies, may be corrected in rational arithmetic, as in `farkas.refutes`.
     """
-    low, high = _sides(box)
-    if not (np.isfinite(y).all() and y.any()) or (y < 0)[low].any() or (y > 0)[high].any() or y[low & high].any():
+    if not (np.isfinite(y).all() and y.any() and _has_signs(y, asked or box)):
         return False
+    low, high = _sides(box)
     with np.errstate(all="ignore"):
         product, size = M.T @ y, abs(M).T @ np.abs(y)
         error = 4 * (y.size + 2) * (EPS * size + SMALLEST_NORMAL)
@@ -44,7 +48,15 @@ def refutes(M: Matrix, q: Vector, box: Box, y: Vector) -> bool:
     if _holds(M, q, box, support, exact):
         return True
     corrected = _corrected(M, support, exact, active)
-    return corrected is not None and _holds(M, q, box, *corrected)
+    if corrected is None or not _has_signs(np.array(corrected[1]), asked or box, corrected[0]):
+        return False
+    return _holds(M, q, box, *corrected)
+
+
+def _has_signs(y: Any, asked: Box, support: Indices | slice = slice(None)) -> bool:
+    """Whether y, on a support, has the signs of multipliers."""
+    low, high = (side[support] for side in _sides(asked))
+    return not ((y < 0)[low].any() or (y > 0)[high].any())
 
 
 def _sides(box: Box) -> tuple[Mask, Mask]:
@@ -53,10 +65,8 @@ def _sides(box: Box) -> tuple[Mask, Mask]:
 
 
 def _holds(M: Matrix, q: Vector, box: Box, support: Indices, y: Sequence[Fraction]) -> bool:
-    """Whether the rational y on a support is a proof."""
+    """Whether the rational y on a support, with the right signs, is a proof."""
     low, high = _sides(box)
-    if any((value < 0 and low[i]) or (value > 0 and high[i]) for i, value in zip(support.tolist(), y, strict=True)):
-        return False
     rows, total = M[support], sums.product(q[support], y)
     for j in _columns(rows):
         value = sums.product(_column(rows, j), y)
@@ -91,14 +101,15 @@ def _corrected(
     return support, [value + change for value, change in zip(y, changes, strict=True)]
 
 
-def candidates(M: Matrix, q: Vector, box: Box, seconds: float = math.inf) -> Iterator[Vector]:
+def candidates(M: Matrix, q: Vector, box: Box, seconds: float = math.inf, asked: Box | None = None) -> Iterator[Vector]:
     """Vectors y that may be proofs, the likeliest first; M should be equilibrated. One LP of at most that many seconds.
 
     It minimises q'y + u'v - l'v' with M'y = v - v', v and v' >= 0, where v_i = 0 if u_i is infinite and v'_i = 0 if l_i
     is, over the y with the signs above, from a total of -1 on: its minimum is -1 or 0.
     """
-    low, high = _sides(box)
+    low, high = _sides(asked or box)
     positive, negative = np.flatnonzero(~high), np.flatnonzero(~low)  # the y_i that may be positive, negative
+    low, high = _sides(box)
     above, below = np.flatnonzero(high), np.flatnonzero(low)
     power = math.frexp(np.abs(q).max())[1]
     cost = np.concatenate((q[positive], -q[negative], box.upper[above], -box.lower[below])) * math.ldexp(1.0, -power)

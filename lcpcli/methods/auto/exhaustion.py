@@ -12,6 +12,7 @@ from itertools import product
 
 import numpy as np
 
+from lcpcli.linalg import matrices
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
@@ -19,6 +20,7 @@ from lcpcli.rational.basis import ExactBasis, exact_basis
 from lcpcli.rational.numbers import rounded
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Certificate
+from lcpcli.verify.mixed_farkas import candidates, refutes
 from lcpcli.verify.refinement import is_rounded_solution
 
 MAX_SETS = 256  # a fraction of a second
@@ -48,7 +50,7 @@ def exhaustion(problem: Problem) -> Stage:
             yield Iterate(x, None, "exact", k)
             if is_rounded_solution(problem, problem.box.z_of(x)):
                 return Finished()
-        elif found is not None and not found.unique:
+        elif found is not None and not found.unique and not _is_excluded(problem, basis):
             singular = True
     if solvable or singular:
         return Stalled(OUT_OF_RANGE if solvable else SINGULAR)
@@ -71,6 +73,17 @@ def _states(problem: Problem) -> list[tuple[int, ...]]:
         (LOWER,) if same else (*[LOWER] * down, BASIC, *[UPPER] * up)
         for same, down, up in zip(fixed.tolist(), low.tolist(), high.tolist(), strict=True)
     ]
+
+
+def _is_excluded(problem: Problem, basis: Basis) -> bool:
+    """Whether Farkas' alternative, without rounding, excludes these states: z_N, the signs of w_N, and w_B = 0."""
+    if not isinstance(problem.box, Box) or basis.upper is None:
+        return False
+    z, basic, free = problem.box.nonbasic(basis), basis.basic, problem.box.fixed
+    face = Box(np.where(basic, problem.box.lower, z), np.where(basic, problem.box.upper, z))
+    asked = Box(np.where((basic | basis.upper) & ~free, -np.inf, 0.0), np.where(basis.upper | free, 0.0, np.inf))
+    M = matrices.dense(problem.M)
+    return any(refutes(M, problem.q, face, y, asked) for y in candidates(M, problem.q, face, asked=asked))
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -14,7 +14,7 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
 from lcpcli.methods.auto.turns import Turns
-from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, limited
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, limited
 from lcpcli.methods.newton import block_pivoting
 from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
@@ -66,7 +66,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     with imports:
         from lcpcli.methods.auto.exhaustion import exhaustion, is_small
 
-    if isinstance(ending, Stalled) and is_small(problem):
+    if isinstance(ending, Stalled | Breakdown) and is_small(problem):
         ending = yield from turns.take("exhaustion", exhaustion(problem))
     return ending
 

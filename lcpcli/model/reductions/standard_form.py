@@ -54,10 +54,6 @@ class StandardForm:
         """Whether it is certain that nothing was rounded."""
         return self.given.has_small_integers
 
-    def residual(self, F: Vector) -> None:  # noqa: ARG002
-        """F of the mixed problem is not known from this one alone."""
-        return
-
     def back(self, x: Vector) -> Vector:
         """x of the mixed problem, from an x of the LCP."""
         unknowns, own = self.problem.box.z_of(x), self.problem.box.reflected(x) - x
