@@ -30,7 +30,6 @@ def refutes(M: Matrix, q: Vector, box: Box, y: Vector, asked: Box | None = None)
 
     asked : bounds that ask for other signs of w than the box does: for some states of the variables.
 
-
     Floats decide the signs of M'y where they are certain. Columns that have to vanish, as those of free variables,
     which possibly no y in floats satisfies, may be corrected in rational arithmetic, as in `farkas.refutes`.
     """
