@@ -14,7 +14,7 @@ CLASS = "symmetric positive definite, M"
 SOURCE = "Rodrigues 1987, five-point differences"
 
 
-def two_obstacles(n: int, _seed: int, *, gap: float = 0.5) -> Problem:
+def two_obstacles(n: int, _seed: int, *, gap: float = 0.3) -> Problem:
     """-Laplace z = f where -gap / 2 < z < gap / 2, on the unit square, z = 0 on its boundary, times h^2.
 
     gap : between the obstacles, which are flat, 0 < gap <= 1e6.
