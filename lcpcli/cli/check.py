@@ -53,7 +53,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, **g
     if exact and tol is not None:
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
     threads.settle(paths)
-    session.refuse_twice(paths)
+    session.refuse_twice(problems.inputs(paths, given))
     verification = _verification(paths[:-1], given, paths[-1], tol, exact)
     from lcpcli.report.verification import render
 

@@ -40,7 +40,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: str | No
     if q_file is not None and output is None and not Path(q_file).exists():
         raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
     output = None if output == "-" else output
-    refuse_clashes(files, {"--output": output})
+    refuse_clashes(problems.inputs(files, given), {"--output": output})
     written = problems.write(lambda: _read(files, given), output)
     lost = [] if output is None else problems.lost(written, output)
     if lost:

@@ -47,7 +47,7 @@ def inspect(
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
     output = None if output == "-" else output
     form = form or form_of(output, SUFFIXES)
-    refuse_clashes(files, {"--output": output})
+    refuse_clashes(problems.inputs(files, given), {"--output": output})
     from lcpcli.files import atomic_write
 
     if output is not None:

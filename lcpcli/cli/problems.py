@@ -50,6 +50,11 @@ def read_each(files: Sequence[str], given: Given, quiet: bool = False) -> list[P
     return [_vetted(bounds.bounded(problem, given), file, quiet) for problem, file in problems]
 
 
+def inputs(files: Sequence[str], given: Given) -> list[str]:
+    """The files of a problem, and what is given for its bounds: numbers or files."""
+    return [*files, *(text for text in given.values() if text is not None)]
+
+
 def write(made: Callable[[], Problem], output: str | None) -> Problem:
     """Make a problem and write it in the format of the file's suffix, or as JSON to standard output; return it.
 

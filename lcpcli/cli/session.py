@@ -57,9 +57,10 @@ def run(
         from lcpcli.rational.linear import require
 
         require()
-    _refuse_amiss(files, output, plot)
+    of_z = {name: given[name] for name in BOUNDS}
+    _refuse_amiss(problems_in.inputs(files, of_z), output, plot)
     bounds = limits(given)
-    problems, data = _read(files, {name: given[name] for name in BOUNDS}, exact, bool(levels), given["quiet"])
+    problems, data = _read(files, of_z, exact, bool(levels), given["quiet"])
     plot.require_room(len(problems))
     chosen = [for_methods(given, variants, problem) for problem in problems]
     if levels or plot.path is not None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import ProblemError
-from lcpcli.files import csv_format, json_format, npy_format, reading, typed
+from lcpcli.errors import OptionError, ProblemError, quoted
+from lcpcli.files import csv_format, json_format, mat_format, npy_format, npz_format, reading, typed
 from lcpcli.files.content import decode
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import fraction, ratio
@@ -56,6 +56,9 @@ def exactly_bounded(data: ExactProblem, given: Mapping[str, str | None]) -> Exac
 def _values(name: str, text: str, exact: bool) -> Any:
     """What is given for a bound: one value or a list of them, None for no bound."""
     if not _is_typed(text):
+        if text != reading.STANDARD_INPUT and not _is_there(text):
+            fault = f"{quoted(text)} is neither a file nor numbers"
+            raise OptionError(f"--{name}", fault, "write -1,none,0.5 or name a file")
         return _held(name, text, exact)
     words = re.split(typed.PARTING, text.strip().strip("[]").strip())
     values = [None if word.casefold() in ABSENT else _typed(name, word, exact) for word in words]
@@ -64,7 +67,12 @@ def _values(name: str, text: str, exact: bool) -> Any:
 
 def _is_typed(text: str) -> bool:
     """Whether it is numbers and words for absent ones, and no file has that name."""
-    return typed.numbers(re.sub("none|null", "inf", text, flags=re.IGNORECASE)) is not None and not Path(text).exists()
+    words = re.sub("none|null|infinity", "inf", text.casefold())
+    return typed.numbers(words) is not None and not _is_there(text)
+
+
+def _is_there(path: str) -> bool:
+    return os.path.exists(path)  # noqa: PTH110 (Path.exists raises an error for a long text)
 
 
 def _typed(name: str, number: str, exact: bool) -> Any:
@@ -88,7 +96,12 @@ def _held(name: str, path: str, exact: bool) -> Any:
             return json_format.load(decode(content), json_format.fraction_or_none if exact else float)
         if form is csv_format:
             return csv_format.parse_bound(f"--{name}", content, fraction if exact else float)
-        values = npy_format.held(content) if form is npy_format else form.parse_vector(f"--{name}", content)
+        if form is npy_format:
+            values = npy_format.held(content)
+        elif form is npz_format or form is mat_format:
+            values = (npz_format if form is npz_format else mat_format).parse_bound(name, content)
+        else:
+            values = form.parse_vector(f"--{name}", content)
         return values.tolist() if exact else values
 
     return reading.parsed(path, EXPECTED, parse)

@@ -46,6 +46,11 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return named_arrays.vector(field, _variables(content), n)
 
 
+def parse_bound(name: str, content: bytes) -> Any:
+    """A bound, one number or one for each unknown: the variable of that name, or the only one."""
+    return named_arrays.bound(name, _variables(content))
+
+
 def parse_exact(content: bytes) -> ExactParts:
     """M and, if the file has it, q, with their doubles as exact rationals."""
     from lcpcli.rational.problem import parts_of

@@ -28,7 +28,7 @@ def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Prob
         return M
     fields: dict[str, Any] = {key: text(key, arrays[key]) for key in TEXTS if key in arrays}
     fields |= {key: flat(arrays[key]) for key in VECTORS if key in arrays}
-    fields |= {key: _bound(arrays[key]) for key in BOUNDS if key in arrays}
+    fields |= {key: bound(key, arrays) for key in BOUNDS if key in arrays}
     if "origin" in arrays:
         fields["origin"] = _origin(text("origin", arrays["origin"]))
     q, solution = flat(arrays["q"]), arrays.get("solution", np.empty((0, 0)))
@@ -37,18 +37,22 @@ def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Prob
     return Problem(M, q, solutions=[solution] if solution.ndim < 2 else list(solution), **fields)
 
 
-def _bound(array: Any) -> Any:
-    """A bound: one number, or one for each unknown."""
-    values = flat(array)
+def bound(name: str, arrays: Mapping[str, Any]) -> Any:
+    """A bound, one number or one for each unknown: the array of that name, or the only one."""
+    values = _named(name, arrays)
     return values[0] if values.shape == (1,) else values
 
 
 def vector(field: str, arrays: Mapping[str, Any], n: int | None) -> Vector:
     """A vector of length n, any length if None: the array of that name, or the only one."""
-    name = field.lstrip("-")
+    return as_vector(field, _named(field.lstrip("-"), arrays), n)
+
+
+def _named(name: str, arrays: Mapping[str, Any]) -> Any:
+    """The array of a name, or the only one; one row or one column as a vector."""
     if name not in arrays and len(arrays) != 1:
         raise ProblemError(name, "is missing", f"add the key {name}, or keep a single array")
-    return as_vector(field, flat(arrays.get(name, next(iter(arrays.values())))), n)
+    return flat(arrays.get(name, next(iter(arrays.values()))))
 
 
 def arrays_of(problem: Problem) -> dict[str, Any]:

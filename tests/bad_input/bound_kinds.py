@@ -7,10 +7,13 @@ from typing import Any
 import numpy as np
 
 from .json_kinds import of_key
-from .kinds import GOOD, of_csv, of_file, of_json, of_line, of_solving
-from .matrix_kinds import EYE, ONES, archive, of_npz
+from .kinds import GOOD, LONG, of_csv, of_file, of_json, of_line, of_solving, of_stdin
+from .matrix_kinds import EYE, ONES, archive, mat, of_npz
 
 MIXED = GOOD[:-1] + ', "lower": [0, null], "upper": 1}'
+
+
+NAN_FILES = {"b.npz": archive(lower=np.array([0, np.nan])), "b.mat": mat(lower=[0, np.nan]), "b.json": "[0, NaN]"}
 
 
 def of_lower(name: str, value: str, *words: str) -> Any:
@@ -89,7 +92,7 @@ COLUMNS = [
 ]
 
 GIVEN = [
-    of_solving("lower-option-word", "--lower zero", "zero:", "no such file"),
+    of_solving("lower-option-word", "--lower zero", "--lower:", "neither a file nor numbers", "none,0.5"),
     of_solving("lower-option-crossed", "--lower 1 --upper 0", "--lower[0]:", "above upper[0]"),
     of_solving("lower-option-infinite", "--lower inf", "--lower[0]:", "infinite"),
     of_solving("lower-option-nan", "--lower nan", "--lower[0]:", "is not a number"),
@@ -101,6 +104,20 @@ GIVEN = [
     of_solving("lower-option-empty-file", "--lower t.csv", "t.csv:", "is empty", "none", t=""),
     of_solving("lower-option-words", "--lower t.csv", "t.csv:", "line 2", "'b'", t="a\nb\n1\n"),
     of_solving("lower-option-short-file", "--lower t.csv", "--lower:", "t.csv", "1 entry", t="1\n"),
+    of_solving("lower-option-empty", "--lower ", "--lower:", "neither a file nor numbers"),
+    of_solving("lower-option-brackets", "--lower []", "--lower:", "neither a file nor numbers"),
+    of_solving("lower-option-long-text", f"--lower {LONG}", "--lower:", "neither a file nor numbers"),
+    of_solving("lower-option-overwritten", "--lower t.csv -o t.csv", "t.csv:", "holds the problem", t="0\n0\n"),
+    of_line("upper-overwritten", "convert M.csv q.csv --upper t.csv -o t.csv", "t.csv:", "another file", t="1\n1\n"),
+    *(
+        of_stdin(f"{line.split()[0]}-bounds-from-stdin", b"0\n0\n", "only once", line=f"{line} --lower - --upper -")
+        for line in ("solve good.json", "check good.json 1,1", "inspect good.json", "compare good.json")
+    ),
+    *(
+        of_file(name, content, f"solve good.json --lower {name}", "--lower:", f"{name}:", "lower[1]:", "not a number")
+        for name, content in NAN_FILES.items()
+    ),
+    of_file("b.npz", archive(x=ONES, y=ONES), "solve good.json --lower b.npz", "b.npz: lower:", "is missing"),
     of_file("b.json", '{"lower": 1}', "solve good.json --lower b.json", "b.json:", "lower", "object"),
     of_file("b.json", "[0, 1", "solve good.json --lower b.json", "b.json:", "not JSON"),
     of_line(

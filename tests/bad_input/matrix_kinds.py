@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from .kinds import GOOD, LONG, Kind, of_file
 
@@ -37,6 +38,12 @@ def of_csr(name: str, parts: dict[str, Any], *words: str) -> Any:
 def archive(*unnamed: Any, **named: Any) -> bytes:
     file = io.BytesIO()
     np.savez(file, *unnamed, **named)
+    return file.getvalue()
+
+
+def mat(**variables: Any) -> bytes:
+    file = io.BytesIO()
+    savemat(file, variables)
     return file.getvalue()
 
 
