@@ -49,7 +49,7 @@ def test_what_a_format_cannot_keep_is_named(tmp_path: Path, lcp: Lcp) -> None:
     out = str(tmp_path / "a.csv")
     outcome = lcp("convert", str(tmp_path / "a.json"), "-o", out)
     lost = "name, source, note, x0, x1, solution"
-    assert outcome.err == f"lcp: {out}: the format keeps only M and q; left out: {lost}\n"
+    assert outcome.err == f"lcp: {out}: the format keeps only M, q and bounds; left out: {lost}\n"
 
 
 @pytest.mark.parametrize(

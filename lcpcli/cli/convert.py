@@ -14,7 +14,7 @@ from lcpcli.cli.command import Command
 from lcpcli.cli.options import problem_file, problem_output
 from lcpcli.cli.session import refuse_clashes
 from lcpcli.errors import OptionError
-from lcpcli.files.formats import COMPLETE
+from lcpcli.files.formats import COMPLETE, WITH_BOUNDS
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
         "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz",
     ),
     exits={0: "written", 2: "usage or input error (one-line message)"},
-    epilog="Numbers are written as doubles, with all digits. Only M and q are kept, except by "
-    f"{', '.join(COMPLETE)}; .mtx and .npy need two files for them, such as p.mtx and p.q.mtx.",
+    epilog=f"Numbers are written as doubles, with all digits. {', '.join(COMPLETE)} keep everything, .csv M, q "
+    "and bounds, the others M and q; .mtx and .npy need two files for them, such as p.mtx and p.q.mtx.",
 )
 @problem_file
 @problem_output
@@ -44,7 +44,8 @@ def convert(file: str, q_file: str | None, output: str | None, **given: str | No
     written = problems.write(lambda: _read(files, given), output)
     lost = [] if output is None else problems.lost(written, output)
     if lost:
-        problems.tell(f"{output}: the format keeps only M and q; left out: {', '.join(lost)}")
+        kept = "M, q and bounds" if str(output).endswith(WITH_BOUNDS) else "M and q"
+        problems.tell(f"{output}: the format keeps only {kept}; left out: {', '.join(lost)}")
     return 0
 
 

@@ -11,12 +11,16 @@ from typing import Any
 from lcpcli.errors import ProblemError, kind
 from lcpcli.files.content import decode
 from lcpcli.files.json_format import load
-from lcpcli.files.keys import THREE_PLAYERS, refuse_unknown
+from lcpcli.files.keys import THREE_PLAYERS, is_for_bounds, refuse_unknown
 from lcpcli.model.from_game import from_game
 from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem
 
 TEXTS = ("name", "source", "note")
+BOUNDS_OF = {
+    "a program": "its bounds are x >= 0; write others as rows of A and b, with the x_i that may be negative in free",
+    "a game": "its unknowns are probabilities; leave it out",
+}
 
 
 def qp(content: bytes) -> Problem:
@@ -41,6 +45,8 @@ def _held(content: bytes, whole: str, needed: tuple[str, ...], optional: tuple[s
     data = load(decode(content))
     if not isinstance(data, dict):
         raise ProblemError("", f"is {kind(data)}", f"give an object with the keys {' and '.join(needed)}")
+    if bound := next(filter(is_for_bounds, data), None):
+        raise ProblemError(bound, f"is not a key of {whole}", BOUNDS_OF[whole])
     refuse_unknown("", data, (*needed, *optional, *TEXTS), whole)
     for key in needed:
         if key not in data:

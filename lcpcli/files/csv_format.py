@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 SPREADSHEET_ERROR = re.compile(r"\s*#[A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$)")  # such as #N/A, #REF!, #DIV/0!
+SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
+HEADED = "name q, lower and upper in a header, if the last columns are these"
 NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
@@ -51,7 +53,7 @@ def parse(content: bytes) -> Problem | Matrix:
         raise ProblemError(
             "",
             f"has {count(n, 'row')} of {count(columns, 'column')}",
-            _numbering(table) or "give n rows of n + 1 columns (M and q) or of n columns (M alone)",
+            _numbering(table) or (f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE),
         )
     return Problem(np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n]))
 

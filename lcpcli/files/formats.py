@@ -21,6 +21,7 @@ FORMATS = {  # the module that reads and writes it
     ".mat": "mat",
 }
 COMPLETE = (".json", ".npz", ".mat")  # those that keep all that a problem holds, and not only M and q
+WITH_BOUNDS = (*COMPLETE, ".csv")  # those that keep the bounds of z
 COMPRESSED = ".mtx.gz"  # read as .mtx
 
 

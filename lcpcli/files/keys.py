@@ -30,6 +30,12 @@ OTHER_NAMES = {
 }
 
 
+def is_for_bounds(key: str) -> bool:
+    """Whether a key, right or not, is likely meant for bounds."""
+    folded = key.casefold()
+    return folded in PAIRS_OF_BOUNDS or OTHER_NAMES.get(folded, folded) in BOUNDS
+
+
 def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem") -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely meant."""
     keys = set(given)

@@ -1,12 +1,14 @@
-"""Problems in MATLAB's MAT files up to version 7: variables called M, q and, if known, x0, x1, solution and the texts.
+"""Problems in MATLAB's MAT files up to version 7: variables called M, q and, if known, lower, upper, x0, x1,
+solution and the texts.
 
 Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
-MATLAB writes the whole workspace. origin is a JSON string.
+MATLAB writes the whole workspace, but not what are likely bounds by another name. origin is a JSON string.
 """
 
 from __future__ import annotations
 
 import io
+import math
 import struct
 import warnings
 import zlib
@@ -17,6 +19,7 @@ import numpy as np
 from lcpcli.errors import ProblemError
 from lcpcli.files import named_arrays
 from lcpcli.files.content import refuse_beyond_memory
+from lcpcli.files.keys import KEYS, is_for_bounds
 from lcpcli.files.npy_format import fault_of, flat
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
@@ -38,7 +41,17 @@ def parse(content: bytes) -> Problem | Matrix:
     variables = _variables(content)
     if "M" not in variables:
         raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {_names(variables)}")
+    _refuse_misnamed_bounds(variables)
     return named_arrays.problem(variables["M"], variables, by_columns=True)
+
+
+def _refuse_misnamed_bounds(variables: dict[str, Any]) -> None:
+    """Refuse a variable next to M and q that has the size of bounds, and a name that others give them."""
+    n = math.prod(variables["q"].shape) if "q" in variables else -1
+    for name, values in variables.items():
+        if name not in KEYS and is_for_bounds(name) and math.prod(values.shape) in (1, n, 2 * n):
+            fault = "may hold bounds of z, which are called lower and upper"
+            raise ProblemError(name, fault, "rename it, or leave it out")
 
 
 def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:

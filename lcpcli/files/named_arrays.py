@@ -25,6 +25,8 @@ def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Prob
     by_columns : whether several solutions are the columns of an array, and not its rows.
     """
     if "q" not in arrays:
+        if given := [key for key in BOUNDS if key in arrays]:
+            raise ProblemError(given[0], "is given without q", f"add q to the file, or give --{given[0]} instead")
         return M
     fields: dict[str, Any] = {key: text(key, arrays[key]) for key in TEXTS if key in arrays}
     fields |= {key: flat(arrays[key]) for key in VECTORS if key in arrays}

@@ -1,4 +1,5 @@
-"""Problems in NPZ, as numpy.savez writes it: arrays called M, q and, if known, x0, x1, solution and the texts.
+"""Problems in NPZ, as numpy.savez writes it: arrays called M, q and, if known, lower, upper, x0, x1, solution and
+the texts.
 
 A sparse M is in parts as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse rows),
 or those of another form with its name as format. solution is one z or has one z per row. origin is a JSON string.

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.formats import COMPLETE, FORMATS, load
+from lcpcli.files.formats import COMPLETE, FORMATS, WITH_BOUNDS, load
 from lcpcli.model.problem import Problem
 
 
@@ -25,7 +25,7 @@ def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     """
     path = os.fspath(path)
     ending = ending_of(path)
-    if problem.is_mixed and ending not in (*COMPLETE, ".csv"):
+    if problem.is_mixed and ending not in WITH_BOUNDS:
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")
     contents = load(FORMATS[ending]).render(problem)
     write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})

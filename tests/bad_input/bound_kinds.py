@@ -10,6 +10,7 @@ from .json_kinds import of_key
 from .kinds import GOOD, LONG, of_csv, of_file, of_json, of_line, of_solving, of_stdin
 from .matrix_kinds import EYE, ONES, archive, mat, of_npz
 
+PROGRAM, GAME = '{"Q": [[1]], "c": [1], "%s": 0}', '{"A": [[1]], "B": [[1]], "upper": 1}'
 MIXED = GOOD[:-1] + ', "lower": [0, null], "upper": 1}'
 
 
@@ -71,7 +72,23 @@ VALUES = [
     of_npz("lower-square", archive(M=EYE, q=ONES, lower=EYE), " lower:", "2 dimensions"),
     of_npz("lower-long", archive(M=EYE, q=ONES, lower=np.zeros(3)), " lower:", "3 entries", "2 unknowns"),
     of_npz("lower-nan", archive(M=EYE, q=ONES, lower=np.array([0, np.nan])), " lower[1]:", "is not a number"),
+    of_npz("lower-without-q", archive(M=EYE, lower=ONES), " lower:", "without q", "--lower"),
     of_npz("lb", archive(M=EYE, q=ONES, lb=ONES), " lb:", "did you mean lower?"),
+]
+
+ELSEWHERE = [
+    *(
+        of_file(
+            "p.mat", mat(M=EYE, q=ONES, **held), "solve p.mat", f"p.mat: {name}:", "lower and upper", "leave it out"
+        )
+        for name, held in {"lb": {"lb": ONES}, "L": {"L": -1}, "xu": {"xu": ONES}, "bnds": {"bnds": EYE}}.items()
+    ),
+    of_file("p.mat", mat(M=EYE, lower=ONES), "solve p.mat q.csv", "p.mat: lower:", "without q", "--lower"),
+    *(
+        of_file("p.json", PROGRAM % key, "make --from-qp p.json", f"p.json: {key}:", "x >= 0", "rows of A and b")
+        for key in ("lower", "lb", "u", "bounds")
+    ),
+    of_file("g.json", GAME, "make --from-game g.json", "g.json: upper:", "not a key of a game", "leave it out"),
 ]
 
 COLUMNS = [
@@ -87,7 +104,7 @@ COLUMNS = [
     of_columns("infinite", "a,b,q,lower\n2,0,-1,inf\n0,2,-1,0\n", " lower[0]:", "infinite"),
     of_columns("crossed", "a,b,q,lower,upper\n2,0,-1,0,1\n0,2,-1,2,1\n", " lower[1]:", "above upper[1]"),
     of_columns("wide", "a,b,c,q,lower\n2,0,0,-1,0\n0,2,0,-1,0\n", "2 rows and 3 columns of M"),
-    of_columns("without-header", "2,0,-1,0,1\n0,2,-1,0,1\n", "2 rows of 5 columns"),
+    of_columns("without-header", "2,0,-1,0,1\n0,2,-1,0,1\n", "2 rows of 5 columns", "q, lower and upper"),
     of_columns("ragged", "a,b,q,lower\n2,0,-1\n0,2,-1,0\n", "line 3:", "4 columns where line 2 has 3"),
 ]
 
@@ -129,4 +146,4 @@ GIVEN = [
     of_mixed("solve mixed.json --basis lower,lower", "--basis[1]:", "no such bound"),
 ]
 
-BOUNDS = [*NAMES, *VALUES, *COLUMNS, *GIVEN]
+BOUNDS = [*NAMES, *VALUES, *ELSEWHERE, *COLUMNS, *GIVEN]
