@@ -84,11 +84,18 @@ EXTREME = [
     [1e15, 1e15 + 1, 2.0**53 - 1, 2.0**53 + 2],
     [1e22, -1e23, 1 / 3, 123456789012345.0],
 ]
+BOUNDED = Problem(
+    *(EXTREME, EXTREME[0]),
+    name="bounded",
+    lower=[-math.inf, -0.0, SMALLEST, -LARGEST],
+    upper=[-SMALLEST, 0.0, math.inf, 1e308],
+)
 
 
 @settings(deadline=None)
 @given(problem=problems(in_coordinates=False))
 @example(problem=Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME))
+@example(problem=BOUNDED)
 def test_dense_json_is_read_back_exactly(folder: Path, problem: Problem) -> None:
     write(problem, str(folder / "dense.json"))
     assert everything(read(str(folder / "dense.json"))) == everything(problem)
@@ -105,6 +112,7 @@ def test_json_in_coordinates_is_read_back_exactly(folder: Path, problem: Problem
 @settings(deadline=None)
 @given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
 @example(problem=Problem(EXTREME, EXTREME[0]))
+@example(problem=BOUNDED)
 def test_csv_is_read_back_exactly(folder: Path, problem: Problem) -> None:
     write(problem, str(folder / "both.csv"))
     dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
@@ -114,6 +122,7 @@ def test_csv_is_read_back_exactly(folder: Path, problem: Problem) -> None:
 
 @settings(deadline=None)
 @given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
+@example(problem=BOUNDED)
 def test_mat_is_read_back_with_all_bounds(folder: Path, problem: Problem) -> None:
     write(Problem(problem.M, problem.q, lower=problem.lower, upper=problem.upper), str(folder / "all.mat"))
     again = read(str(folder / "all.mat"))
@@ -128,6 +137,7 @@ def texts_end_without_nul(problem: Problem) -> bool:
 @given(problem=(problems(in_coordinates=False) | problems(in_coordinates=True)).filter(texts_end_without_nul))
 @example(problem=Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME))
 @example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1]))
+@example(problem=BOUNDED)
 def test_npz_is_read_back_exactly(folder: Path, problem: Problem) -> None:
     write(problem, str(folder / "all.npz"))
     assert everything(read(str(folder / "all.npz"))) == everything(problem)
