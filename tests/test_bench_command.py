@@ -169,7 +169,7 @@ import sys, time
 from lcpcli.bench import suites
 prepare = suites.prepare
 def slowly(case):
-    time.sleep(0.1)
+    time.sleep(100 if "none" in case.name else 0.1)
     return prepare(case)
 suites.prepare = slowly
 sys.argv = ["lcp", *sys.argv[1:]]
