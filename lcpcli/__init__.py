@@ -12,7 +12,10 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
     plot         results as a figure of error against time and iteration
     error_bound  a proved bound on the distance of a z from the solution
-    from_qp      the Problem of a quadratic program; Result.answer has its minimizer
+    solve_qp     the minimizer of a convex quadratic or linear program, called as in qpsolvers
+    from_qp      the Problem of a linear or quadratic program; Result.answer has its minimizer and multipliers
+    from_qpsolvers  the same from the arguments that qpsolvers has
+    add_to_qpsolvers  makes qpsolvers.solve_qp(..., solver="lcp") possible
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
 
 >>> import lcpcli
@@ -37,10 +40,13 @@ if TYPE_CHECKING:
     from lcpcli.files.writing import write as write
     from lcpcli.model.from_game import from_game as from_game
     from lcpcli.model.from_program import from_qp as from_qp
+    from lcpcli.model.from_program import from_qpsolvers as from_qpsolvers
     from lcpcli.model.problem import Problem as Problem
     from lcpcli.report.plotting import plot as plot
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
+    from lcpcli.solving.programs import add_to_qpsolvers as add_to_qpsolvers
+    from lcpcli.solving.programs import solve_qp as solve_qp
     from lcpcli.solving.proof import exact as exact
     from lcpcli.solving.result import Result as Result
     from lcpcli.solving.result import Status as Status
@@ -54,16 +60,19 @@ _HOMES = {
     "Result": "solving.result",
     "Status": "solving.result",
     "Trace": "solving.trace",
+    "add_to_qpsolvers": "solving.programs",
     "check": "verify.verification",
     "error_bound": "bounds.error_bound",
     "exact": "solving.proof",
     "from_game": "model.from_game",
     "from_qp": "model.from_program",
+    "from_qpsolvers": "model.from_program",
     "inspect": "diagnosis.inspection",
     "plot": "report.plotting",
     "read": "files.reading",
     "run": "solving.call",
     "solve": "solving.call",
+    "solve_qp": "solving.programs",
     "write": "files.writing",
 }
 
@@ -72,16 +81,19 @@ __all__ = [
     "Result",
     "Status",
     "Trace",
+    "add_to_qpsolvers",
     "check",
     "error_bound",
     "exact",
     "from_game",
     "from_qp",
+    "from_qpsolvers",
     "inspect",
     "plot",
     "read",
     "run",
     "solve",
+    "solve_qp",
     "write",
 ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -74,11 +75,12 @@ def test_exact_answers_are_fractions(lcp: Lcp) -> None:
 def test_json_has_the_answer(lcp: Lcp) -> None:
     (line,) = remade(lcp, "--from-qp", "program.json", "--format", "json")
     answer = json.loads(line)["answer"]
-    assert list(answer) == ["kind", "x", "y", "objective", "statement", "exact"]
+    told = ["statement", "exact", "ray", "certificate", "rows", "columns"]
+    assert list(answer) == ["kind", "x", "y", "bound_multipliers", "objective", *told]
     assert (answer["kind"], answer["x"], answer["y"], answer["objective"]) == ("qp", [1.5, 0], [0], -2.25)
     (line,) = remade(lcp, "--from-game", "game.json", "--format", "json")
     answer = json.loads(line)["answer"]
-    assert list(answer) == ["kind", "row", "column", "payoffs", "gains", "statement", "exact"]
+    assert list(answer) == ["kind", "row", "column", "payoffs", "gains", "statement", "exact", "rows", "columns"]
     assert answer["row"] == pytest.approx([0.6, 0.4])
     assert (answer["payoffs"], answer["exact"]) == (pytest.approx([1.2, 1.2]), None)
 
@@ -97,19 +99,20 @@ def test_an_unsolvable_program_is_reported_in_words_and_by_the_exit_code(lcp: Lc
 
 
 BAD_PROGRAMS = {
-    "[1]": "is a list; give an object with the keys Q and c",
+    "[1]": "is a list; give an object with the keys M and q",
     "{": "line 1, column 2: is not JSON",
-    '{"c": [1]}': "Q: is missing; add the key Q",
-    '{"Q": [[1]], "c": [1], "q": [1]}': "q: is not a key of a program",
+    '{"Q": [[1]]}': "c: is missing; add the objective, c'x",
+    '{"Q": [[1]], "c": [1], "q": [1]}': "q: and Q are of two ways to write a program; give min x'Qx/2 + c'x, row_lower",
+    '{"M": [[1]], "q": [1]}': "is not a program; give Q and c, or an MPS file",
     '{"Q": [[1]], "c": []}': "c: is empty",
     '{"Q": 3, "c": [1]}': "Q: is a number; give a list of rows of numbers",
     '{"Q": [[1, 2]], "c": [1]}': "Q: is 1 x 2; make it square",
     '{"Q": [[1]], "c": [1, 2]}': "Q: is 1 x 1 but c has 2 entries; make them agree",
     '{"Q": [[1, 2], [0, 1]], "c": [1, 2]}': "Q[0][1]: makes Q unsymmetric; give (Q + Q') / 2, the same program",
-    '{"Q": [[1]], "c": [1], "A": [[1]]}': "b: is missing; give it with A, or leave both out",
+    '{"Q": [[1]], "c": [1], "A": [[1]]}': "row_lower: is missing; give it with A, or leave both out",
     '{"Q": [[1]], "c": [1], "b": [1]}': "A: is missing; give it with b, or leave both out",
     '{"Q": [[1]], "c": [1], "A": [[1, 2]], "b": [1]}': "A: has 2 columns for 1 variable; make them agree",
-    '{"Q": [[1]], "c": [1], "A": [[1]], "b": [1, 2]}': "b: has 2 entries where A has 1 row; make them agree",
+    '{"Q": [[1]], "c": [1], "A": [[1]], "b": [1, 2]}': "b: has 2 entries for 1 row; make them agree",
     '{"Q": [[1]], "c": [1], "A": [[]], "b": [1]}': "A: has empty rows; give a list of rows of numbers",
     '{"Q": [[1]], "c": [1e999]}': "c[0]: is not a finite number",
     '{"Q": [[1]], "c": [1], "free": 0}': "free: is a number; give a list of indices",
@@ -118,7 +121,7 @@ BAD_PROGRAMS = {
     '{"Q": [[1]], "c": [1], "name": 3}': "name: is a number; give a text",
 }
 BAD_GAMES = {
-    "3": "is a number; give an object with the keys A and B",
+    "3": "is a number; give an object with the keys M and q",
     '{"A": [[1]]}': "B: is missing; add the key B",
     '{"A": [[1, 2]], "B": [[1]]}': "B: is 1 x 1 but A is 1 x 2; make them agree",
     '{"A": [[1]], "B": [["x"]]}': "B[0][0]: is the text 'x'; give a number",
@@ -170,7 +173,7 @@ BAD_ORIGINS = {
     '{"kind": 3}': "origin.kind: is a number; use one of qp, game",
     '{"kind": "qp"}': "origin.variables: is not a number of variables; give a whole number from 1",
     '{"kind": "qp", "variables": 1.5}': "origin.variables: is not a number of variables",
-    '{"kind": "qp", "variables": 1, "free": [2]}': "origin.free[0]: is 2; indices are whole numbers from 0 to 0",
+    '{"kind": "qp", "variables": 1, "free": [2]}': "origin.free: is not a key",
     '{"kind": "qp", "variables": 1, "size": 2}': "origin.size: is not a key",
     '{"kind": "qp", "variables": 9}': "origin: does not yield this M and q",
     '{"kind": "qp", "variables": 1}': "origin: does not yield this M and q",
@@ -197,18 +200,20 @@ def test_an_origin_that_is_no_json_is_reported_in_one_line(lcp: Lcp, files: Path
     assert outcome.err.startswith("lcp: bad.npz: origin: line 1, column 2: is not JSON")
 
 
-@pytest.mark.parametrize("place", [(0, 0), (0, 1), (0, 2), (2, 1), (2, 2), (3, 3)])
+@pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 1), (2, 2), (3, 3)])
 @pytest.mark.parametrize(
-    "made", [lambda: from_qp(PROGRAM["Q"], [1, 2], [[1, 1]], [1], free=[0]), lambda: game_of(GAME)]
+    "made", [lambda: from_qp(PROGRAM["Q"], [1, 2], [[1, 1]], [1], row_upper=[2]), lambda: game_of(GAME)]
 )
 def test_a_changed_matrix_no_longer_fits_its_origin(made: Callable[[], Problem], place: tuple[int, int]) -> None:
     problem = made()
     M = problem.M.copy()
     M[place] += 1
     with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
-        Problem(M, problem.q, origin=problem.origin)
+        Problem(M, problem.q, origin=problem.origin, lower=problem.lower, upper=problem.upper)
     with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
-        Problem(problem.M, problem.q + np.eye(problem.n)[2], origin=problem.origin)
+        replace(problem, q=problem.q + np.eye(problem.n)[2])
+    with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
+        replace(problem, lower=np.eye(problem.n)[2], upper=np.inf)
 
 
 def test_an_unsymmetric_matrix_comes_from_no_program() -> None:

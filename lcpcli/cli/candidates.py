@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.files.formats import COMPRESSED, FORMATS
+from lcpcli.files.formats import COMPRESSED, FORMATS, READ_ONLY
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-PROBLEMS = (*FORMATS, COMPRESSED)  # the suffixes of problem files
+PROBLEMS = (*FORMATS, *READ_ONLY, *COMPRESSED)  # the suffixes of problem files
 VECTORS = (*PROBLEMS, ".txt")  # the suffixes of files that hold a vector
 
 Completer = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]

@@ -106,7 +106,7 @@ def make(
 def _converted(option: str, source: str) -> Problem:
     from lcpcli.files import reading
 
-    return reading.read_converted(option.removeprefix("--from-"), source)
+    return reading.read_origin(option.removeprefix("--from-"), source)
 
 
 def _show_list() -> int:

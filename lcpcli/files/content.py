@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import codecs
+import gzip
 import math
 import os
+import zlib
 
 from lcpcli.errors import ProblemError
 
@@ -28,6 +30,16 @@ def decode(content: bytes) -> str:
     if "\0" in text:
         raise ProblemError("", "is not UTF-8 text", "save it as UTF-8")
     return text
+
+
+def unpacked(content: bytes) -> bytes:
+    """The content, uncompressed if it was by gzip, or a ProblemError."""
+    if not content.startswith(b"\x1f\x8b"):
+        return content
+    try:
+        return gzip.decompress(content)
+    except (OSError, EOFError, zlib.error) as error:
+        raise ProblemError("", f"cannot be uncompressed ({error})", "compress it again") from None
 
 
 def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) -> None:

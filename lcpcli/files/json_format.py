@@ -1,5 +1,5 @@
 """Problems in JSON: an object with M, q and, if known, lower, upper, name, x0, x1, solution, verdict, source, note and
-origin.
+origin; or one that holds a program or a game, as in `origins`.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
 indices from 0. lower and upper are numbers, null for no bound, or lists of these. solution is one z or a list of them;
@@ -14,22 +14,21 @@ from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from lcpcli.errors import ProblemError, count, kind
+from lcpcli.errors import ProblemError, kind
+from lcpcli.files import coordinates, origins
 from lcpcli.files.content import decode
 from lcpcli.files.keys import BOUNDS, KEYS, TEXTS, refuse_unknown
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Matrix, Vector
+
+MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.rational.problem import ExactParts, Rows
-
-COO_KEYS = ("format", "shape", "rows", "cols", "values")
 
 
 def parse(content: bytes) -> Problem:
@@ -37,6 +36,10 @@ def parse(content: bytes) -> Problem:
     data = load(decode(content))
     if not isinstance(data, dict):
         raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q")
+    if origins.kind_of(data):
+        for key in [key for key in MATRICES if isinstance(data.get(key), dict)]:
+            data[key] = coordinates.matrix(key, data[key])
+        return origins.made(data)
     refuse_unknown("", data, KEYS)
     for key in ("M", "q"):
         if key not in data:
@@ -47,7 +50,7 @@ def parse(content: bytes) -> Problem:
             raise ProblemError(key, f"is {kind(fields[key])}", "give a list of numbers")
     M = data["M"]
     if isinstance(M, dict):
-        M = _coordinates(M, as_vector("q", data["q"]).size)
+        M = coordinates.matrix("M", M, as_vector("q", data["q"]).size)
     return Problem(M, data["q"], solutions=_solutions(data), **fields)
 
 
@@ -57,10 +60,12 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
 
 
 def parse_exact(content: bytes) -> ExactParts:
-    """A problem that `parse` has accepted, with all decimals."""
-    from lcpcli.rational.problem import ExactParts
+    """A problem that `parse` has accepted, with all decimals; of a program or a game the shortest decimals."""
+    from lcpcli.rational.problem import ExactParts, decimal_parts_of
 
     data = load(decode(content), fraction_or_none)
+    if origins.kind_of(data):
+        return decimal_parts_of(parse(content))
     M, q = data["M"], data["q"]
     bounds = {key: _exact_bound(data[key], len(q)) for key in BOUNDS if key in data}
     if not isinstance(M, dict):
@@ -158,45 +163,6 @@ def _solutions(data: dict[str, Any]) -> list[Any]:
     if not isinstance(solution, list):
         raise ProblemError("solution", f"is {kind(solution)}", "give a list of numbers, or a list of such lists")
     return solution if solution and isinstance(solution[0], list) else [solution]
-
-
-def _coordinates(M: dict[str, Any], n: int) -> Matrix:
-    """The matrix in coordinate form, after checking that its indices and its shape fit q, of n entries."""
-    refuse_unknown("M", M, COO_KEYS)
-    for key in COO_KEYS:
-        if key not in M:
-            raise ProblemError(f"M.{key}", "is missing", f"add the key {key}")
-    if M["format"] != "coo":
-        raise ProblemError("M.format", f"is {kind(M['format'])}", 'the only format is "coo"')
-    shape = as_vector("M.shape", M["shape"])
-    if shape.size != 2 or (shape != n).any():
-        declared = " x ".join(f"{side:g}" for side in shape) or "empty"
-        raise ProblemError("M.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
-    values = as_vector("M.values", M["values"])
-    rows, cols = (_indices(f"M.{key}", M[key], values.size, n) for key in ("rows", "cols"))
-    order = np.lexsort((cols, rows))
-    again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
-    if again.size:
-        i = order[again[0] + 1]
-        raise ProblemError(
-            f"M.rows[{i}]",
-            f"and M.cols[{i}] name entry ({rows[i]}, {cols[i]}) again",
-            "give every entry once (indices count from 0)",
-        )
-    from scipy.sparse import csr_array
-
-    return csr_array((values, (rows, cols)), shape=(n, n))
-
-
-def _indices(field: str, given: Any, size: int, n: int) -> Indices:
-    numbers = as_vector(field, given)
-    if numbers.size != size:
-        raise ProblemError(field, f"has {count(numbers.size, 'entry')} where M.values has {size}", "make them agree")
-    wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers != np.floor(numbers)))
-    if wrong.size:
-        i = int(wrong[0])
-        raise ProblemError(f"{field}[{i}]", f"is {numbers[i]:g}", f"indices are whole numbers from 0 to {n - 1}")
-    return numbers.astype(np.intp)
 
 
 def _render(v: Any) -> str:

@@ -10,10 +10,6 @@ from lcpcli.errors import ProblemError
 TEXTS = ("name", "source", "note", "verdict")
 BOUNDS = ("lower", "upper")
 KEYS = ("name", "source", "note", "M", "q", *BOUNDS, "x0", "x1", "solution", "verdict", "origin")
-CONVERTED = {
-    "a quadratic program": ({"Q", "c"}, "--from-qp"),
-    "a game of two players": ({"A", "B"}, "--from-game"),
-}
 NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
 THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
@@ -43,11 +39,7 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
         raise ProblemError("", *THREE_PLAYERS)
     if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
         raise ProblemError("", "is a nonlinear problem", "lcp solves linear ones, w = Mz + q: give M and q")
-    if known == KEYS and "M" not in keys:
-        for what, (needed, option) in CONVERTED.items():
-            if needed <= keys:
-                raise ProblemError("", f"is {what}, not a problem", f"convert it with lcp make {option}")
     both = next((key for key in given if key not in known and key.casefold() in PAIRS_OF_BOUNDS), None)
     if both is not None and "lower" in known:
-        raise ProblemError(both, f"is not a key of {whole}", "give the bounds of z as lower and upper, each a list")
+        raise ProblemError(both, f"is not a key of {whole}", "give the bounds as lower and upper, each a list")
     errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files import named_arrays
+from lcpcli.files import named_arrays, origins
 from lcpcli.files.content import refuse_beyond_memory
 from lcpcli.files.keys import KEYS, is_for_bounds
 from lcpcli.files.npy_format import fault_of, flat
@@ -39,10 +39,18 @@ MOST_NAMED = 6  # variables that a message names
 def parse(content: bytes) -> Problem | Matrix:
     """The problem in a file, or M alone if there is no q."""
     variables = _variables(content)
+    program = None if "M" in variables else named_arrays.program(_without_others(variables))
+    if program is not None:
+        return program
     if "M" not in variables:
         raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {_names(variables)}")
     _refuse_misnamed_bounds(variables)
     return named_arrays.problem(variables["M"], variables, by_columns=True)
+
+
+def _without_others(variables: dict[str, Any]) -> dict[str, Any]:
+    """The variables of a program or a game."""
+    return {name: values for name, values in variables.items() if name in origins.KNOWN}
 
 
 def _refuse_misnamed_bounds(variables: dict[str, Any]) -> None:

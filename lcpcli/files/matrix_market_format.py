@@ -6,17 +6,15 @@ on some broken files. All digits are kept.
 
 from __future__ import annotations
 
-import gzip
 import io
 import re
-import zlib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.errors import REAL as REAL_ONLY
 from lcpcli.errors import ProblemError, count, quoted
-from lcpcli.files.content import refuse_beyond_memory
+from lcpcli.files.content import refuse_beyond_memory, unpacked
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -48,12 +46,12 @@ class _Header(NamedTuple):
 
 def parse(content: bytes) -> Matrix:
     """M, dense or in scipy's coordinate form. The format has no place for q."""
-    return _matrix("M", _uncompressed(content))
+    return _matrix("M", unpacked(content))
 
 
 def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     """A vector of length n, any length if None, from a matrix of one row or one column."""
-    matrix = _matrix(field, _uncompressed(content))
+    matrix = _matrix(field, unpacked(content))
     rows, columns = matrix.shape
     if 1 not in (rows, columns):
         raise ProblemError(field, f"has {rows} rows and {columns} columns", "give one row or one column")
@@ -75,7 +73,7 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
     from fractions import Fraction
 
     rows = _exact_rows(field, content)
-    columns = _matrix(field, _uncompressed(content)).shape[1]
+    columns = _matrix(field, unpacked(content)).shape[1]
     return [row.get(j, Fraction(0)) for row in rows for j in range(columns)]
 
 
@@ -92,15 +90,6 @@ def _written(matrix: Matrix) -> bytes:
     return file.getvalue()
 
 
-def _uncompressed(content: bytes) -> bytes:
-    if not content.startswith(b"\x1f\x8b"):
-        return content
-    try:
-        return gzip.decompress(content)
-    except (OSError, EOFError, zlib.error) as error:
-        raise ProblemError("", f"cannot be uncompressed ({error})", "compress it again") from None
-
-
 def _matrix(field: str, content: bytes) -> Any:
     header, numbers = _entries(field, content)
     width = WIDTHS[header.form]
@@ -112,7 +101,7 @@ def _exact_rows(field: str, content: bytes) -> Rows:
     """The rows of the matrix with all decimals: it is assembled from the positions of its numbers in the file."""
     from lcpcli.rational.numbers import fraction
 
-    header, numbers = _entries(field, _uncompressed(content))
+    header, numbers = _entries(field, unpacked(content))
     width = WIDTHS[header.form]
     texts = [number.decode("ascii") for number in numbers[width - 1 :: width]]
     places = _assembled(field, header, numbers, np.arange(1.0, header.entries + 1))

@@ -9,14 +9,34 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.json_format import load
+from lcpcli.files import origins
+from lcpcli.files.json_format import MATRICES, load
 from lcpcli.files.keys import BOUNDS, TEXTS
 from lcpcli.files.npy_format import flat
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 VECTORS = ("x0", "x1")
+
+
+def program(arrays: Mapping[str, Any]) -> Problem | None:
+    """The problem of the program or the game that the arrays hold; None if their names tell of none."""
+    if not origins.kind_of(arrays):
+        return None
+    return origins.made({key: _plain(key, values) for key, values in arrays.items()})
+
+
+def _plain(key: str, values: Any) -> Any:
+    """A text, a number, a vector or a matrix of a program or a game."""
+    if key in (*TEXTS, "sense"):
+        return text(key, values)
+    if is_sparse(values) or key in MATRICES:
+        return values if is_sparse(values) or values.ndim == 2 else np.atleast_2d(values)
+    if values.dtype.kind in "US":
+        return [str(name) for name in values.ravel().tolist()]
+    return values.item() if values.size == 1 and key == "constant" else flat(values)
 
 
 def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Problem | Matrix:

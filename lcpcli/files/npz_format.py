@@ -42,6 +42,9 @@ OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "for
 def parse(content: bytes) -> Problem | Matrix:
     """The problem in an archive, or M alone if there is no q."""
     arrays = _arrays(content)
+    program = named_arrays.program(arrays)
+    if program is not None:
+        return program
     refuse_unknown("", arrays, (*KEYS, *OF_SPARSE))
     M = _matrix(arrays)
     return named_arrays.problem(M, arrays)

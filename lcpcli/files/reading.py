@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
 
 STANDARD_INPUT = "-"
+ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
 
 T = TypeVar("T")
@@ -46,17 +47,16 @@ def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = N
     return _problem(os.fspath(path), None if q_path is None else os.fspath(q_path), _read)
 
 
-def read_converted(kind: str, path: str) -> Problem:
-    """The LCP of the object in a JSON file, by its kind: "qp", a quadratic program, or "game", a bimatrix game.
+def read_origin(kind: str, path: str) -> Problem:
+    """The problem in a file that holds what it comes from: a program ("qp") or a game of two players ("game").
 
     Raises ProblemError as `read` does.
     """
-    from lcpcli.files import converted
-
-    content = _read(path, "give a program or a game as a JSON object")
-    _blaming(path, lambda: form_of(path, content))
-    problem = _blaming(path, lambda: converted.KINDS[kind](content))
-    return problem if problem.name else replace(problem, name=name_of(path))
+    problem = _problem(path, None, _read)
+    if problem.origin is None or problem.origin.data()["kind"] != kind:
+        what, hint = ORIGINS[kind]
+        raise ProblemError(place(path), f"is not {what}", hint)
+    return problem
 
 
 def read_exact(path: str, q_path: str | None = None) -> ExactProblem:

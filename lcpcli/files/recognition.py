@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.formats import COMPRESSED, FORMATS
+from lcpcli.files.formats import COMPRESSED, FORMATS, READ_ONLY
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
 BEGINNINGS = {b"\x93NUMPY": "npy", b"MATLAB 5.0": "mat"}  # of formats that are read whatever their suffix
+COMPRESSIBLE = {Path(ending).stem for ending in COMPRESSED}
+MPS = re.compile(rb"(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S", re.MULTILINE)
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
 HDF5 = ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7")
 PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
-GAME = ("is a game of Gambit", "write the payoffs A and B of its two players as JSON, for lcp make --from-game")
-PROGRAM = ("is a linear or quadratic program", "write Q, c, A and b as JSON, for lcp make --from-qp")
+GAME = ("is a game of Gambit", "write the payoffs A and B of its two players as JSON")
 SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
 TABLE = ("is a binary table", "save it as CSV")
 PACKED = ("is compressed", "uncompress it first")
@@ -35,7 +37,6 @@ FOREIGN_BEGINNINGS = {
 FOREIGN_SUFFIXES = {
     **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods", ".numbers"), SPREADSHEET),
     **dict.fromkeys((".nfg", ".efg", ".gbt"), GAME),
-    **dict.fromkeys((".mps", ".qps", ".lp"), PROGRAM),
     **dict.fromkeys((".h5", ".hdf5"), HDF5),
     **dict.fromkeys((".pkl", ".pickle", ".joblib"), PICKLE),
     **dict.fromkeys((".parquet", ".feather", ".dta", ".sav", ".rds", ".rdata"), TABLE),
@@ -46,18 +47,22 @@ FOREIGN_SUFFIXES = {
 
 
 def form_of(path: str, content: bytes) -> str:
-    """The format in FORMATS that a file has, or ProblemError for one that is not read.
+    """The format in FORMATS or READ_ONLY that a file has, or ProblemError for one that is not read.
 
     With other suffixes and .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
     """
     ending = Path(uncompressed(path)).suffix.casefold()
     if content.startswith(ZIP) and ending != ".npz":
         return _of_archive(content)
-    if not (content.startswith(GZIP) and ending == ".mtx"):
+    if not (content.startswith(GZIP) and ending in COMPRESSIBLE):
         _refuse(next((advice for mark, advice in FOREIGN_BEGINNINGS.items() if content.startswith(mark)), None))
-    form = next((form for mark, form in BEGINNINGS.items() if content.startswith(mark)), FORMATS.get(ending))
+    form = next(
+        (form for mark, form in BEGINNINGS.items() if content.startswith(mark)), (FORMATS | READ_ONLY).get(ending)
+    )
     if form is None:
         _refuse(FOREIGN_SUFFIXES.get(ending))
+    if form is None and MPS.match(content):
+        return "mps"
     if form is None or form == "csv":
         return "json" if content.lstrip()[:1] in (b"{", b"[") else "csv"
     return form

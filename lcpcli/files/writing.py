@@ -7,7 +7,7 @@ from pathlib import Path
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.formats import COMPLETE, FORMATS, WITH_BOUNDS, load
+from lcpcli.files.formats import COMPLETE, FORMATS, READ_ONLY, WITH_BOUNDS, load
 from lcpcli.model.problem import Problem
 
 
@@ -34,6 +34,8 @@ def write(problem: Problem, path: str | os.PathLike[str]) -> None:
 def ending_of(path: str) -> str:
     """The suffix of a file to be written, one of FORMATS, or a ProblemError."""
     ending = Path(path).suffix
+    if ending in READ_ONLY:
+        raise ProblemError(path, "is of a format that is only read", f"use {' or '.join(COMPLETE)}")
     if ending not in FORMATS:
         raise ProblemError(path, "has no known suffix", f"use {' or '.join(FORMATS)}")
     return ending

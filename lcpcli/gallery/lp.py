@@ -10,7 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.quadratic_program import bordered
+from lcpcli.model.reductions.program import bordered
 from lcpcli.typing import Vector
 
 CLASS = "skew-symmetric"
@@ -31,7 +31,7 @@ def lp(n: int, seed: int) -> Problem:
     A = constraints(random, m, n - m)
     (x, r), (y, s) = pairs(random, n - m, m), pairs(random, m, m)
     q = np.concatenate((A.T @ y + r, s - A @ x))
-    M = bordered(None, A, n > DENSE)
+    M = bordered(None, A, sparse=n > DENSE)
     return Problem(
         M,
         q,

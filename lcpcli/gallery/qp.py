@@ -9,7 +9,7 @@ import numpy as np
 from lcpcli.gallery.degenerate import integer_matrix
 from lcpcli.gallery.lp import constraints, pairs
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.quadratic_program import bordered
+from lcpcli.model.reductions.program import bordered
 
 CLASS = "positive semidefinite"
 SOURCE = "Cottle and Dantzig 1968, random program"
@@ -27,7 +27,7 @@ def qp(n: int, seed: int) -> Problem:
     A, Q = constraints(random, m, n - m), integer_matrix(random, n - m)
     (x, r), (y, s) = pairs(random, n - m, m), pairs(random, m, m)
     q = np.concatenate((A.T @ y + r - Q @ x, s - A @ x))
-    M = bordered(Q, A, sparse=False)
+    M = bordered(Q, A)
     return Problem(
         M,
         q,

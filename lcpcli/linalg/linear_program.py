@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silence
+from lcpcli.linalg.matrices import stack
 from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Matrix, Vector
 
@@ -23,8 +24,9 @@ def linprog(
     seconds: float = math.inf,
     upper: Vector | float = math.inf,
     equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
+    lower: Vector | float = 0.0,
 ) -> Any:
-    """scipy's result for: minimise objective'x subject to A x <= b, equal and 0 <= x <= upper; None if it has none.
+    """scipy's result for: minimise objective'x subject to A x <= b, equal, lower <= x <= upper; None if it has none.
 
     The solver takes at most that many seconds, and no more than remain of the time limit of the run.
     """
@@ -32,7 +34,7 @@ def linprog(
         from scipy.optimize import linprog as solve
 
     include_loaded()
-    bounds = np.column_stack((np.zeros(objective.size), np.broadcast_to(upper, objective.size)))
+    bounds = np.column_stack([np.broadcast_to(bound, objective.size) for bound in (lower, upper)])
     seconds = max(min(seconds, remaining()), 0.0)
     options = TOLERANCES | ({"time_limit": seconds} if seconds < math.inf else {})
 
@@ -45,3 +47,32 @@ def linprog(
     if found.status == LIMIT_REACHED and remaining() <= 0:  # where calls are direct, the solver's limit is the only one
         raise TimeIsUp
     return found if found.status == 0 else None
+
+
+class Optimum(NamedTuple):
+    """A minimiser x and the multipliers y of the rows: the derivative of the minimum with respect to the bound."""
+
+    x: Vector
+    y: Vector
+
+
+def minimized(
+    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], seconds: float = math.inf
+) -> Optimum | None:
+    """The minimum of objective'x subject to row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
+
+    ends, bounds : row_lower and row_upper, lower and upper; infinite for none.
+    """
+    low, high = ends
+    equal = np.flatnonzero(low == high)
+    below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
+    inequalities = stack([[-A[below]], [A[above]]]), np.concatenate((-low[below], high[above]))
+    lower, upper = bounds
+    found = linprog(objective, *inequalities, seconds, equal=(A[equal], low[equal]), lower=lower, upper=upper)
+    if found is None:
+        return None
+    y = np.zeros(low.size)
+    y[equal] = found.eqlin.marginals
+    y[below] -= found.ineqlin.marginals[: below.size]
+    y[above] += found.ineqlin.marginals[below.size :]
+    return Optimum(found.x, y)

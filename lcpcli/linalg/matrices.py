@@ -75,6 +75,13 @@ def dense(A: Matrix) -> Matrix:
     return A.toarray() if is_sparse(A) else A
 
 
+def compressed(A: Matrix | tuple[int, int]) -> Matrix:
+    """A, or zeros of that shape, in compressed sparse rows; A itself if it is in that form."""
+    from scipy.sparse import csr_array
+
+    return A if type(A) is csr_array else csr_array(A)
+
+
 def comparison(M: Matrix) -> Matrix:
     """The comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
     diagonal = np.abs(M.diagonal())

@@ -17,40 +17,50 @@ FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 ROWS = "a list of rows of numbers"
 
 
-def as_vector(field: str, values: Any, n: int | None = None) -> Vector:
-    """Values as a float64 vector of length n (any length if None), or a ProblemError for the field."""
+def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
+    """Values as a float64 vector, one for each of n things of a kind (any number if None), or a ProblemError."""
     if isinstance(values, (list, tuple)):
         _refuse_other_than_numbers(field, values)
     v = _as_floats(field, values)
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a flat list of numbers")
     if n is not None and v.size != n:
-        raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, 'unknown')}", "make them agree")
+        raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
     _refuse_infinite(field, v)
     return v
 
 
 def as_bounds(lower: Any, upper: Any, n: int) -> tuple[Vector, Vector] | None:
     """l and u, each of shape (n,), or None if they are those of an LCP, 0 and infinity; else a ProblemError."""
-    if lower is None or upper is None:
-        lower, upper = -math.inf if lower is None else lower, math.inf if upper is None else upper
-    if type(lower) in (int, float) and type(upper) in (int, float) and lower == 0 and upper == math.inf:
+    if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
         return None
-    low, high = _as_bound("lower", lower, n), _as_bound("upper", upper, n)
-    for field, wrong, words in (("lower", low == math.inf, "-inf"), ("upper", high == -math.inf, "inf")):
-        if wrong.any():
-            i, sign = int(np.argmax(wrong)), "infinite" if field == "lower" else "minus infinity"
-            raise ProblemError(f"{field}[{i}]", f"is {sign}", f"give a number, or {words} for none {FROM_0}")
-    crossed = low > high
-    if crossed.any():
-        i = int(np.argmax(crossed))
-        fault = f"is {low[i]:g}, above upper[{i}] = {high[i]:g}"
-        raise ProblemError(f"lower[{i}]", fault, f"make every lower bound at most the upper one {FROM_0}")
+    low, high = as_intervals(("lower", "upper"), lower, upper, n)
     return None if not low.any() and (high == math.inf).all() else (low, high)
 
 
-def _as_bound(field: str, values: Any, n: int) -> Vector:
+def as_intervals(fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown") -> tuple[Vector, Vector]:
+    """Lower and upper bounds, for each of n things of a kind, infinite for none; or a ProblemError for their fields."""
+    below, above = fields
+    low, high = _as_bound(below, lower, n, of, -math.inf), _as_bound(above, upper, n, of, math.inf)
+    for field, wrong, fault, none in (
+        (below, low == math.inf, "is infinite", "-inf"),
+        (above, high == -math.inf, "is minus infinity", "inf"),
+    ):
+        if wrong.any():
+            place = f"{field}[{int(np.argmax(wrong))}]"
+            raise ProblemError(place, fault, f"give a number, or {none} for none {FROM_0}")
+    crossed = low > high
+    if crossed.any():
+        i = int(np.argmax(crossed))
+        fault = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
+        raise ProblemError(f"{below}[{i}]", fault, f"make every lower bound at most the upper one {FROM_0}")
+    return low, high
+
+
+def _as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     """A bound, of shape (n,): a number for all, or one each, possibly infinite; None stands for an absent one."""
+    if values is None:
+        return np.full(n, absent)
     if isinstance(values, (bool, np.bool_, str)):
         raise ProblemError(field, f"is {kind(values)}", "give a number, or a list of numbers")
     if isinstance(values, (int, float, np.integer, np.floating)) or (
@@ -59,14 +69,13 @@ def _as_bound(field: str, values: Any, n: int) -> Vector:
         with np.errstate(over="ignore"):
             values = np.full(n, _as_floats(field, [values])[0])
     if isinstance(values, (list, tuple)):
-        absent = -math.inf if field == "lower" else math.inf
         values = [absent if value is None else value for value in values]
         _refuse_other_than_numbers(field, values)
     v = _as_floats(field, values, "a number, or a list of numbers")
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a number, or a flat list of numbers")
     if v.size != n:
-        raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, 'unknown')}", "make them agree")
+        raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
     if np.isnan(v).any():
         raise ProblemError(f"{field}[{int(np.argmax(np.isnan(v)))}]", "is not a number", f"give a number {FROM_0}")
     return v

@@ -1,17 +1,23 @@
-"""Reduction of a quadratic program to the LCP of its first-order conditions."""
+"""Reduction of a linear or quadratic program to the complementarity problem of its first-order conditions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lcpcli.errors import ProblemError, count
-from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
+from lcpcli.errors import ProblemError, count, kind
+from lcpcli.linalg.matrices import compressed, is_sparse, stack
+from lcpcli.model.arrays import FROM_0, as_intervals, as_matrix, as_square, as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.quadratic_program import QuadraticProgram, indices_of_free
+from lcpcli.model.reductions.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
+from lcpcli.typing import Matrix, Vector
+
+Interval: TypeAlias = tuple[Vector, Vector]
+
+LARGEST_DENSE = 1000  # variables for which a program without any matrix is kept as a dense problem
 
 
 def from_qp(
@@ -20,49 +26,168 @@ def from_qp(
     A: Any = None,
     b: ArrayLike | None = None,
     *,
+    row_lower: ArrayLike | None = None,
+    row_upper: ArrayLike | None = None,
+    lower: ArrayLike | None = 0.0,
+    upper: ArrayLike | None = None,
     free: Sequence[int] = (),
-    name: str = "",
-    source: str = "",
-    note: str = "",
+    sense: str = "min",
+    constant: float = 0.0,
+    rows: Sequence[str] = (),
+    columns: Sequence[str] = (),
+    **texts: str,
 ) -> Problem:
-    """The LCP of the first-order conditions of min x'Qx / 2 + c'x subject to Ax >= b and x >= 0.
+    """The conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <= row_upper and lower <= x <= upper.
 
-    Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse. If it is positive semidefinite, the solutions
-        of the LCP are the minimizers, else the first-order stationary points. Zeros for a linear program.
+    Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program. If it is positive
+        semidefinite, the solutions of the conditions are the minimizers, else the first-order stationary points.
     c : shape (k,).
-    A, b : shapes (m, k) and (m,), or both None if x >= 0 is the only constraint.
-    free : indices of the x_i that may be negative.
+    A : shape (m, k), or None if there are only bounds.
+    row_lower, row_upper : numbers or of shape (m,); None, or infinite, for no bound. An equation has two equal ones.
+    b : short for row_lower, the program with Ax >= b.
+    lower, upper : numbers or of shape (k,), by default 0 and none.
+    free : indices of the x_i without bounds, beside which lower and upper are left out.
+    sense : "min" or "max", for which Q is to be negative semidefinite.
+    rows, columns : names of the rows of A and of the variables, or nothing.
+    texts : name, source and note of the problem.
 
-    z = (x, y), with the multipliers y; `Result.answer` maps it back. Raises ProblemError, which names the field.
+    The unknowns are z = (x, y, s), with the multipliers y of the rows and s = Ax in the rows between two different
+    bounds; `Result.answer` maps them back. Raises ProblemError, which names the field.
 
     >>> import lcpcli
-    >>> problem = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], [1])
-    >>> answer = lcpcli.run(problem, "auto").answer
-    >>> answer.x.tolist(), answer.objective
-    ([1.5, 0.0], -2.25)
+    >>> problem = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
+    >>> answer = lcpcli.run(problem).answer
+    >>> answer.x.tolist(), answer.y.tolist(), answer.objective
+    ([1.0, 0.0], [-1.0], -2.0)
     """
-    linear = as_vector("c", c)
+    linear, sign = _objective("c", c), SENSES[sense_of(sense)]
     k = linear.size
-    if not k:
-        raise ProblemError("c", "is empty", "give a program with at least one variable")
-    quadratic, _ = as_square("Q", Q, k, "c")
+    bounds = _bounds(lower, upper, free, k)
+    if b is not None and row_lower is not None:
+        raise ProblemError("b", "is short for row_lower, which is given too", "leave one out")
+    field, row_low = ("row_lower", row_lower) if b is None else ("b", b)
+    matrix = _rows("A", A, k, {field: row_low, "row_upper": row_upper})
+    m = matrix.shape[0]
+    ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row")
+    data = _program(_symmetric("Q", Q, k, "c"), linear, matrix, ends, bounds, sign)
+    names = names_of("rows", rows, m, "row"), names_of("columns", columns, k, "variable")
+    return _problem(data, Program(k, int(data.ranges.sum()), sense, constant_of(constant), *names), texts)
+
+
+def from_qpsolvers(
+    P: Any,
+    q: ArrayLike,
+    G: Any = None,
+    h: ArrayLike | None = None,
+    A: Any = None,
+    b: ArrayLike | None = None,
+    lb: ArrayLike | None = None,
+    ub: ArrayLike | None = None,
+    **texts: str,
+) -> Problem:
+    """The conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the names of qpsolvers.
+
+    P : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program.
+    q : shape (k,).
+    G, h : shapes (m, k) and (m,), or both None; A, b : shapes (p, k) and (p,), or both None.
+    lb, ub : numbers or of shape (k,); None, or infinite, for no bound, so that x is free by default.
+    texts : name, source and note of the problem.
+
+    The multipliers in `Result.answer` are those of the m rows of G and then those of the p rows of A. (S. Caron et al.,
+    qpsolvers: quadratic programming solvers in Python.) Raises ProblemError, which names the field.
+
+    >>> import lcpcli
+    >>> problem = lcpcli.from_qpsolvers([[2, 0], [0, 2]], [-3, 1], A=[[1, 1]], b=[1], lb=0)
+    >>> lcpcli.run(problem).answer.x.tolist()
+    [1.0, 0.0]
+    """
+    return _problem(qpsolvers_program(P, q, G, h, A, b, lb, ub), Program(np.size(q)), texts)
+
+
+def qpsolvers_program(P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any) -> ProgramData:
+    """The program with the arguments of `from_qpsolvers`."""
+    linear = _objective("q", q)
+    k = linear.size
+    bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable")
+    below, equal = _rows("G", G, k, {"h": h}), _rows("A", A, k, {"b": b})
+    least, most = as_intervals(("h", "h"), None, h, below.shape[0], "row")
+    value = as_vector("b", [] if b is None else b, equal.shape[0], "row")
+    if is_sparse(equal):
+        below = compressed(below)
+    ends = np.concatenate((least, value)), np.concatenate((most, value))
+    return _program(_symmetric("P", P, k, "q"), linear, stack([[below], [equal]]), ends, bounds)
+
+
+def _bounds(lower: Any, upper: Any, free: Any, k: int) -> Interval:
+    """The bounds of k variables, none of the free ones."""
+    low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable")
+    if not isinstance(free, (list, tuple, range, np.ndarray)):
+        raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
+    indices = as_vector("free", list(free))
+    if not indices.size:
+        return low, high
+    if upper is not None or not (isinstance(lower, (int, float)) and lower == 0):
+        other = "lower" if upper is None else "upper"
+        raise ProblemError("free", f"is given beside {other}", f"leave it out, and give null for no bound in {other}")
+    wrong = np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))
+    if wrong.size:
+        i = int(wrong[0])
+        raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", f"indices are whole numbers from 0 to {k - 1}")
+    if np.unique(indices).size < indices.size:
+        raise ProblemError("free", "names an index twice", "keep one")
+    low[indices.astype(np.intp)] = -np.inf
+    return low, high
+
+
+def _objective(field: str, given: ArrayLike) -> Vector:
+    linear = as_vector(field, given)
+    if not linear.size:
+        raise ProblemError(field, "is empty", "give a program with at least one variable")
+    return linear
+
+
+def _symmetric(field: str, given: Any, k: int, other: str) -> Matrix | None:
+    """The matrix of the objective, of shape (k, k), if there is one."""
+    if given is None:
+        return None
+    quadratic, _ = as_square(field, given, k, other)
     rows, columns = (quadratic != quadratic.T).nonzero()
     if rows.size:
-        raise ProblemError(
-            f"Q[{rows[0]}][{columns[0]}]", "makes Q unsymmetric", f"give (Q + Q') / 2, the same program {FROM_0}"
-        )
-    program = QuadraticProgram(k, indices_of_free(free, k))
-    if A is None or b is None:
-        if (A is None) != (b is None):
-            absent, present = ("A", "b") if A is None else ("b", "A")
-            raise ProblemError(absent, "is missing", f"give it with {present}, or leave both out")
-        M, q = program.conditions(quadratic, linear, None, np.empty(0))
-        return Problem(M, q, name=name, source=source, note=note, origin=program)
-    matrix, right = as_matrix("A", A), as_vector("b", b)
+        place = f"{field}[{rows[0]}][{columns[0]}]"
+        hint = f"give ({field} + {field}') / 2, the same program {FROM_0}"
+        raise ProblemError(place, f"makes {field} unsymmetric", hint)
+    return quadratic
+
+
+def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
+    """The matrix of the rows, of shape (m, k), with m = 0 if neither it nor its bounds are given."""
+    present = [name for name, bound in bounds.items() if bound is not None]
+    if given is None and not present:
+        return np.zeros((0, k))
+    if given is None:
+        raise ProblemError(field, "is missing", f"give it with {present[0]}, or leave both out")
+    if not present:
+        raise ProblemError(next(iter(bounds)), "is missing", f"give it with {field}, or leave both out")
+    matrix = as_matrix(field, given)
     if matrix.shape[1] != k:
-        raise ProblemError("A", f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}", "make them agree")
-    if right.size != matrix.shape[0]:
-        fault = f"has {count(right.size, 'entry')} where A has {count(matrix.shape[0], 'row')}"
-        raise ProblemError("b", fault, "make them agree")
-    M, q = program.conditions(quadratic, linear, matrix, right)
-    return Problem(M, q, name=name, source=source, note=note, origin=program)
+        fault = f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}"
+        raise ProblemError(field, fault, "make them agree")
+    return matrix
+
+
+def _program(
+    Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, sign: float = 1.0
+) -> ProgramData:
+    """The program to be minimized, both matrices sparse if one is; a large one without any is sparse too."""
+    k = c.size
+    sparse = is_sparse(A) or is_sparse(Q) or (Q is None and k > LARGEST_DENSE)
+    if Q is None:
+        Q = compressed((k, k)) if sparse else np.zeros((k, k))
+    if sparse:
+        Q, A = compressed(Q), compressed(A)
+    return ProgramData(sign * Q, sign * c, A, *ends, *bounds)
+
+
+def _problem(data: ProgramData, program: Program, texts: Mapping[str, str]) -> Problem:
+    M, q, lower, upper = data.conditions()
+    return Problem(M, q, lower=lower, upper=upper, origin=program, **texts)

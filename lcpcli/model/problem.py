@@ -23,6 +23,7 @@ from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from lcpcli.model.reductions.kinds import Origin
+    from lcpcli.model.reductions.program import Conditions
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
@@ -49,7 +50,7 @@ class Problem:
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
     reference : "known" for given solutions, else how they were obtained: "exact" or "computed", see `reference`.
     verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
-    origin : the quadratic program or the game behind the problem, or the object for it in a file; or None.
+    origin : the program or the game behind the problem, or the object for it in a file; or None.
     row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
     is_mixed, box : whether it has other bounds than z >= 0, and the set of admissible z, with what depends on it.
 
@@ -119,7 +120,7 @@ class Problem:
             source=source,
             note=note,
             reference=reference,
-            origin=None if origin is None else _origin(origin, matrix, vector_q),
+            origin=None,
             row_maxima=row_maxima,
             largest=largest(row_maxima),
             lower=0.0 if bounds is None else bounds[0],
@@ -129,8 +130,8 @@ class Problem:
         )
         if bounds is None:
             self.__dict__.update(z_there=None, q_there=vector_q, q_error=0.0)
-        elif origin is not None:
-            raise ProblemError("origin", "is given beside bounds", "leave one out: it stands for an LCP, z >= 0")
+        if origin is not None:
+            self.__dict__["origin"] = _origin(origin, self)
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
@@ -210,7 +211,15 @@ def _solutions(given: Sequence[ArrayLike], n: int) -> tuple[Vector, ...]:
     return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
 
 
-def _origin(given: Any, M: Matrix, q: Vector) -> Origin:
+def _origin(given: Any, problem: Problem) -> Origin:
     from lcpcli.model.reductions.kinds import as_origin
 
-    return as_origin(given, M, q)
+    return as_origin(given, conditions_of(problem))
+
+
+def conditions_of(problem: Problem) -> Conditions:
+    """The problem with every bound in a vector."""
+    from lcpcli.model.reductions.program import Conditions
+
+    bounds = (np.full(problem.n, bound, dtype=float) for bound in (problem.lower, problem.upper))
+    return Conditions(problem.M, problem.q, *bounds)

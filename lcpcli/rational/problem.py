@@ -7,7 +7,7 @@ the same, and sums of products need no gcd.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -143,28 +143,34 @@ class ExactProblem:
         return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
 
 
-def rows_of(M: Matrix) -> Rows:
-    """The rows of a dense or sparse matrix of doubles, as exact rational numbers."""
+def rows_of(M: Matrix, number: Callable[[float], Fraction] = Fraction) -> Rows:
+    """The rows of a dense or sparse matrix of doubles, as rational numbers: by default exactly the doubles."""
     if not is_sparse(M):
-        return [{j: Fraction(a) for j, a in enumerate(row) if a} for row in M.tolist()]
+        return [{j: number(a) for j, a in enumerate(row) if a} for row in M.tolist()]
     rows: Rows = [{} for _ in range(M.shape[0])]
     coo = M.tocoo()
     for i, j, a in zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True):
         if a:
-            rows[i][j] = Fraction(a)
+            rows[i][j] = number(a)
     return rows
 
 
-def parts_of(held: Problem | Matrix) -> ExactParts:
-    """M and, of a problem, q and the bounds, with their doubles as exact rationals."""
+def parts_of(held: Problem | Matrix, number: Callable[[float], Fraction] = Fraction) -> ExactParts:
+    """M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
     if not isinstance(held, Problem):
-        return ExactParts(rows_of(held))
-    bounds = [_finite_fractions(bound) for bound in (held.box.lower, held.box.upper) if isinstance(bound, np.ndarray)]
-    return ExactParts(rows_of(held.M), fractions_of(held.q), *bounds)
+        return ExactParts(rows_of(held, number))
+    box = (held.box.lower, held.box.upper)
+    bounds = [
+        [number(value) if math.isfinite(value) else None for value in bound.tolist()]
+        for bound in box
+        if isinstance(bound, np.ndarray)
+    ]
+    return ExactParts(rows_of(held.M, number), [number(value) for value in held.q.tolist()], *bounds)
 
 
-def _finite_fractions(bound: Vector) -> Bounds:
-    return [Fraction(value) if math.isfinite(value) else None for value in bound.tolist()]
+def decimal_parts_of(problem: Problem) -> ExactParts:
+    """The same with the shortest decimal of each double: as written, up to 15 digits."""
+    return parts_of(problem, lambda value: Fraction(repr(value)))
 
 
 def _gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:

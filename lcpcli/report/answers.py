@@ -1,4 +1,4 @@
-"""Results in terms of the quadratic program or the game behind the problem, as lines and as JSON."""
+"""Results in terms of the program or the game behind the problem, as lines and as JSON."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def lines(result: Result, compared: bool) -> list[str]:
     answer = result.answer
     if answer is None:
         return []
-    told = [text for text in (", ".join(_parts(result)), answer.statement) if text]
+    told = [text for text in (", ".join(_parts(result)), answer.statement, *_proofs(result)) if text]
     if answer.exact:
         from lcpcli.rational.numbers import brief
 
@@ -35,19 +35,21 @@ def data(result: Result) -> dict[str, Any] | None:
     if answer is None or result.problem.origin is None:
         return None
     held = {field.name: _json(getattr(answer, field.name)) for field in fields(answer)}
-    return {"kind": result.problem.origin.data()["kind"], **held}
+    told = result.problem.origin.data()
+    return {"kind": told["kind"], **held, "rows": told.get("rows"), "columns": told.get("columns")}
 
 
 def _parts(result: Result) -> list[str]:
-    from lcpcli.solving.answer import Minimum
+    from lcpcli.model.reductions.program import Program
+    from lcpcli.solving.answer import Equilibrium, Minimum
 
     answer, origin = result.answer, result.problem.origin
-    if isinstance(answer, Minimum):
+    if isinstance(answer, Minimum) and isinstance(origin, Program):
         if answer.x is None or answer.y is None:
             return []
-        multipliers = [f"y = {numbers.vector(answer.y.tolist())}"] if answer.y.size else []
-        return [f"x = {numbers.vector(answer.x.tolist())}", *multipliers, f"objective {answer.objective:.7g}"]
-    if answer is None or answer.row is None or answer.column is None or answer.payoffs is None:
+        multipliers = [f"y = {_named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
+        return [f"x = {_named(answer.x.tolist(), origin.columns)}", *multipliers, f"objective {answer.objective:.7g}"]
+    if not isinstance(answer, Equilibrium) or answer.row is None or answer.column is None or answer.payoffs is None:
         return []
     strategies = [
         _strategy(player, probabilities.tolist(), getattr(origin, f"{player}s"))
@@ -56,12 +58,30 @@ def _parts(result: Result) -> list[str]:
     return [*strategies, f"payoffs {answer.payoffs[0]:.7g} and {answer.payoffs[1]:.7g}"]
 
 
+def _proofs(result: Result) -> list[str]:
+    """Why a program has no optimum: the multipliers of the rows that exclude each other, and the ray."""
+    from lcpcli.model.reductions.program import Program
+    from lcpcli.solving.answer import Minimum
+
+    answer, origin = result.answer, result.problem.origin
+    if not isinstance(answer, Minimum) or not isinstance(origin, Program):
+        return []
+    rows, direction = "excluded within the bounds by its rows times", "improves for ever in the direction"
+    told = ((rows, answer.certificate, origin.rows), (direction, answer.ray, origin.columns))
+    return [f"{what} {_named(v.tolist(), names, sparing=True)}" for what, v, names in told if v is not None]
+
+
+def _named(values: list[float], names: Sequence[str], sparing: bool = False) -> str:
+    """A vector, or its entries with their names, if they have any; of a sparing one only those that are not 0."""
+    if not names:
+        return numbers.vector(values)
+    named = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
+    return numbers.vector(named, lambda each: f"{each[0]} {each[1]:.7g}")
+
+
 def _strategy(player: str, probabilities: list[float], names: Sequence[str]) -> str:
     """A mixed strategy: a vector or, if the strategies have names, the names of those that are played."""
-    if not names:
-        return f"{player} = {numbers.vector(probabilities)}"
-    played = [(name, p) for name, p in zip(names, probabilities, strict=True) if p > 0]
-    return f"{player} = {numbers.vector(played, lambda each: f'{each[0]} {each[1]:.7g}')}"
+    return f"{player} = {_named(probabilities, names, sparing=True)}"
 
 
 def _json(value: Any) -> Any:

@@ -11,18 +11,28 @@ from lcpcli.typing import Vector
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """What a solution of the LCP says about min x'Qx / 2 + c'x, Ax >= b, x >= 0 except for the free x_i.
+    """What a solution of the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and
+    bounds.
 
-    x, y, objective : the point, the multipliers y >= 0 of Ax >= b, and its value; None if the LCP is not solved.
+    x : the point, shape (k,); None, as are the next three, if the conditions are not solved.
+    y, bound_multipliers : those of the m rows and of the bounds of the k variables: the derivative of the optimal
+        objective with respect to the bound that holds with equality, 0 where none does.
+    objective : the value at x, in the program's own sense and with its constant.
     statement : what x is, or what it means that there is no solution.
     exact : x and y as fractions if they are proved, else None.
+    ray : a direction of shape (k,) in which the objective improves for ever within rows and bounds; else None.
+    certificate : of shape (m,): multipliers of the rows, positive for lower and negative for upper bounds, whose
+        combination no x within its bounds satisfies; else None.
     """
 
     x: Vector | None
     y: Vector | None
+    bound_multipliers: Vector | None
     objective: float | None
     statement: str
     exact: dict[str, list[Fraction]] | None = None
+    ray: Vector | None = None
+    certificate: Vector | None = None
 
 
 @dataclass(frozen=True, eq=False)

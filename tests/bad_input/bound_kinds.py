@@ -10,7 +10,7 @@ from .json_kinds import of_key
 from .kinds import GOOD, LONG, of_csv, of_file, of_json, of_line, of_solving, of_stdin
 from .matrix_kinds import EYE, ONES, archive, mat, of_npz
 
-PROGRAM, GAME = '{"Q": [[1]], "c": [1], "%s": 0}', '{"A": [[1]], "B": [[1]], "upper": 1}'
+GAME = '{"A": [[1]], "B": [[1]], "upper": 1}'
 MIXED = GOOD[:-1] + ', "lower": [0, null], "upper": 1}'
 
 
@@ -84,10 +84,6 @@ ELSEWHERE = [
         for name, held in {"lb": {"lb": ONES}, "L": {"L": -1}, "xu": {"xu": ONES}, "bnds": {"bnds": EYE}}.items()
     ),
     of_file("p.mat", mat(M=EYE, lower=ONES), "solve p.mat q.csv", "p.mat: lower:", "without q", "--lower"),
-    *(
-        of_file("p.json", PROGRAM % key, "make --from-qp p.json", f"p.json: {key}:", "x >= 0", "rows of A and b")
-        for key in ("lower", "lb", "u", "bounds")
-    ),
     of_file("g.json", GAME, "make --from-game g.json", "g.json: upper:", "not a key of a game", "leave it out"),
 ]
 

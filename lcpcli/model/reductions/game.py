@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, kind, refuse_unknown
+from lcpcli.errors import ProblemError, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import as_matrix
-from lcpcli.typing import Matrix, Vector
+from lcpcli.model.reductions.program import Conditions, names_of
+from lcpcli.typing import Vector
 
 KEYS = ("kind", "A", "B", "rows", "columns")
 
@@ -49,18 +50,18 @@ class Game:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
             raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree")
         m, k = one.shape
-        return cls(one, other, _names("rows", rows, m), _names("columns", columns, k))
+        return cls(one, other, names_of("rows", rows, m, "strategy"), names_of("columns", columns, k, "strategy"))
 
     def data(self) -> dict[str, Any]:
         held: dict[str, Any] = {"kind": "game", "A": _listed(self.A), "B": _listed(self.B)}
         names = {"rows": list(self.rows), "columns": list(self.columns)}
         return held | {key: value for key, value in names.items() if value}
 
-    def fits(self, M: Matrix, q: Vector) -> bool:
+    def fits(self, given: Conditions) -> bool:
         m, k = self.A.shape
-        if q.size != m + k or (q != -1).any():
+        if given.q.size != m + k or (given.q != -1).any() or given.lower.any() or (given.upper < np.inf).any():
             return False
-        M = matrices.dense(M)
+        M = matrices.dense(given.M)
         costs = (M[:m, m:], self.A), (M[m:, :m].T, self.B)
         return not M[:m, :m].any() and not M[m:, m:].any() and all(_complement(*each) for each in costs)
 
@@ -70,6 +71,11 @@ class Game:
         M = np.zeros((m + k, m + k))
         M[:m, m:], M[m:, :m] = _costs("A", self.A), _costs("B", self.B).T
         return M, -np.ones(m + k)
+
+    def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
+        """The names of the strategies, "" where they have none."""
+        m, k = self.A.shape
+        return [*(self.rows or [""] * m), *(self.columns or [""] * k)]
 
     def parts(self, z: Any) -> tuple[Any, Any]:
         """The parts of a z that belong to the row and to the column player."""
@@ -98,14 +104,3 @@ def _complement(costs: Vector, payoffs: Vector) -> bool:
 def _listed(payoffs: Vector) -> list[list[float]]:
     """Rows of numbers, whole ones as integers, which JSON shows without a point."""
     return [[int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row] for row in payoffs.tolist()]
-
-
-def _names(field: str, given: Any, size: int) -> tuple[str, ...]:
-    if not isinstance(given, (list, tuple)):
-        raise ProblemError(field, f"is {kind(given)}", "give a list of names")
-    for i, name in enumerate(given):
-        if not isinstance(name, str):
-            raise ProblemError(f"{field}[{i}]", f"is {kind(name)}", "give a text")
-    if given and len(given) != size:
-        raise ProblemError(field, f"has {count(len(given), 'name')} for {count(size, 'strategy')}", "make them agree")
-    return tuple(given)

@@ -1,17 +1,16 @@
-"""The kinds of problems reduced to LCPs, by name. In files the origin of an LCP is an object with the key kind.
+"""The kinds of problems that are reduced to complementarity problems, by name: in files, the key kind of an origin.
 
-An origin is pure data, what is needed to map a solution of the LCP back; solving/ interprets results with it.
+An origin is pure data, what is needed to map a solution back; solving/ interprets results with it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.model.reductions.game import Game
-from lcpcli.model.reductions.quadratic_program import QuadraticProgram
-from lcpcli.typing import Matrix, Vector
+from lcpcli.model.reductions.program import Conditions, Program
 
 
 class Origin(Protocol):
@@ -20,17 +19,20 @@ class Origin(Protocol):
     def data(self) -> dict[str, Any]:
         """Its content for a file, in lists, numbers and texts; `as_origin` reads it back."""
 
-    def fits(self, M: Matrix, q: Vector, /) -> bool:
-        """Whether this origin yields M, of shape (n, n), and q."""
+    def fits(self, given: Conditions, /) -> bool:
+        """Whether this origin yields the problem."""
+
+    def names(self, n: int, /) -> Sequence[str]:
+        """The names of the n components of z, "" where there is none."""
 
 
-KINDS: dict[str, Callable[[Mapping[str, Any]], Origin]] = {"qp": QuadraticProgram.parse, "game": Game.parse}
+KINDS: dict[str, Callable[[Mapping[str, Any]], Origin]] = {"qp": Program.parse, "game": Game.parse}
 
 
-def as_origin(given: Any, M: Matrix, q: Vector) -> Origin:
-    """The origin of the LCP of M and q, given as such or as the object in a file, or a ProblemError."""
+def as_origin(given: Any, problem: Conditions) -> Origin:
+    """The origin of a problem, given as such or as the object in a file, or a ProblemError."""
     origin: Origin = _parsed(given) if isinstance(given, Mapping) or not hasattr(given, "fits") else given
-    if not origin.fits(M, q):
+    if not origin.fits(problem):
         raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")
     return origin
 

@@ -1,0 +1,93 @@
+"""The lines of an MPS file: what HiGHS reads otherwise than it stands there, and where something stands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from lcpcli.errors import ProblemError, quoted
+
+NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+INFINITE = rb"[-+]?[iI][nN][fF](?:[iI][nN][iI][tT][yY])?"
+OF_ENTRIES = (b"COLUMNS", b"RHS", b"RANGES", b"QUADOBJ", b"QMATRIX")  # sections of names followed by numbers
+SECTIONS = (b"ROWS", *OF_ENTRIES, b"BOUNDS", b"ENDATA")
+USUAL = rb"[ \t]+\S+[ \t]+\S+[ \t]+%b(?:[ \t]+\S+[ \t]+%b)?[ \t]*\r?\n" % (NUMBER, NUMBER)  # a line of entries
+OTHERS = re.compile(rb"\n(?!%b)(?=[^*\r\n]*\S)(?=([^\n]*))" % USUAL)
+BOUNDS = re.compile(
+    rb"\n[ \t]+(?:UP|LO|FX)[ \t](?=[^\n]*[ \t](?!(?:%b|%b)[ \t]*\r?\n)\S+[ \t]*\r?\n)" % (NUMBER, INFINITE)
+)
+
+
+def refuse_misread(text: bytes) -> None:
+    """Refuse a file that is cut off, and an entry or a bound whose number is none: HiGHS reads it as 0."""
+    places = _sections(text)
+    if b"ENDATA" not in places:
+        raise ProblemError("", "has no ENDATA", "is it cut off?")
+    for section in OF_ENTRIES:
+        if section in places:
+            for match in OTHERS.finditer(text, *places[section]):
+                words = match[1].split()
+                if b"'MARKER'" in words:
+                    continue
+                for word in {5: [words[2]], 4: [words[1]]}.get(len(words), []) + words[-1:]:
+                    if not re.fullmatch(NUMBER, word):
+                        raise _misread(text, match.start() + 1, word)
+    if b"BOUNDS" in places and (wrong := BOUNDS.search(text, *places[b"BOUNDS"])):
+        line = text[wrong.start() + 1 :].partition(b"\n")[0]
+        raise _misread(text, wrong.start() + 1, line.split()[-1])
+
+
+def undeclared(text: bytes, names: Sequence[str]) -> str:
+    """The first of some names of columns that does not occur in COLUMNS; "" if all do."""
+    start, end = _sections(text).get(b"COLUMNS", (0, 0))
+    declared = {line.split(None, 1)[0] for line in text[start:end].splitlines() if line.strip()}
+    return next((name for name in names if name.encode() not in declared), "")
+
+
+def unknown_row(text: bytes) -> str:
+    """The first name in COLUMNS, RHS or RANGES that is not in ROWS; "" if all are."""
+    rows, unknown = set(), ""
+    for _, section, line in _lines(text):
+        words = line.split()
+        if section == b"ROWS":
+            rows |= set(words[1:])
+        if section in (b"COLUMNS", b"RHS", b"RANGES") and len(words) in (3, 5) and line[:1].isspace() and not unknown:
+            unknown = next((word.decode("utf-8", "replace") for word in words[1::2] if word not in rows), "")
+    return unknown
+
+
+def line_of(text: bytes, complaint: str) -> str:
+    """The last line with all the names that a complaint quotes, in the section that it names; "" if there is none."""
+    names = {name.encode() for name in re.findall(r'"([^"]*)"', complaint)}
+    named = re.search(r"(\w+) section", complaint)
+    found = [
+        number
+        for number, section, line in _lines(text)
+        if names and (named is None or named[1].encode() == section) and names <= set(line.split())
+    ]
+    return f"line {found[-1]}" if found else ""
+
+
+def _lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
+    """The lines with their numbers and sections."""
+    section = b""
+    for number, line in enumerate(text.splitlines(), 1):
+        if line[:1].strip() and not line.startswith(b"*"):
+            section = line.split()[0]
+        yield number, section, line
+
+
+def _sections(text: bytes) -> dict[bytes, tuple[int, int]]:
+    """Where the lines of each section begin, at the end of its own line, and end."""
+    starts = sorted((text.find(b"\n" + name), name) for name in SECTIONS)
+    starts = [(start, name) for start, name in starts if start >= 0]
+    ends = [start + 1 for start, _ in starts[1:]] + [len(text)]
+    return {
+        name: (max(text.find(b"\n", start + 1), start), end) for (start, name), end in zip(starts, ends, strict=True)
+    }
+
+
+def _misread(text: bytes, start: int, word: bytes) -> ProblemError:
+    line = text.count(b"\n", 0, start) + 1
+    fault = f"has {quoted(word.decode('utf-8', 'replace'))} in place of a number"
+    return ProblemError(f"line {line}", fault, "give a number")

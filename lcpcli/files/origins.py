@@ -1,0 +1,90 @@
+"""Programs and games among the objects of files: which keys tell them, and what else is refused.
+
+A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the names of qpsolvers; a game A and
+B. Each may have name, source and note.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from lcpcli.errors import ProblemError
+from lcpcli.files.keys import THREE_PLAYERS, is_for_bounds, refuse_unknown
+from lcpcli.model.from_game import from_game
+from lcpcli.model.from_program import from_qp, from_qpsolvers
+from lcpcli.model.problem import Problem
+
+TEXTS = ("name", "source", "note")
+OF_ROWS = ("A", "b", "row_lower", "row_upper", "rows")
+NATIVE = ("Q", "c", *OF_ROWS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
+QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
+GAME = ("A", "B", "rows", "columns", *TEXTS)
+ONLY_NATIVE = [key for key in NATIVE if key not in QPSOLVERS]
+ONLY_QPSOLVERS = [key for key in QPSOLVERS if key not in NATIVE]
+READINGS = (
+    "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
+    "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub"
+)
+EQUATIONS = (
+    'write "A": Aeq, "b": beq beside P, q, G, h, lb, ub, '
+    'or "A": Aeq, "row_lower": beq, "row_upper": beq beside Q, c, lower, upper'
+)
+INEQUALITIES = (
+    'write "A": A_ub, "row_upper": b_ub beside Q, c, lower, upper, or "G": A_ub, "h": b_ub beside P, q, A, b, lb, ub'
+)
+QUADPROG = "write H as P, f as q, A and b as G and h, Aeq and beq as A and b"
+OF_OTHERS = {
+    **dict.fromkeys(("Aeq", "beq", "A_eq", "b_eq"), EQUATIONS),
+    **dict.fromkeys(("A_ub", "b_ub"), INEQUALITIES),
+    **dict.fromkeys(("H", "f"), QUADPROG),
+}
+KNOWN = {*NATIVE, *QPSOLVERS, *GAME, *OF_OTHERS}
+TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *OF_OTHERS} - {"f"}
+
+
+def kind_of(keys: Collection[str]) -> str:
+    """ "program" or "game" if the keys of an object tell that it is one, else ""."""
+    given = set(keys)
+    if "M" in given:
+        return ""
+    if given & TELLING or {"A", "b", "q"} <= given:
+        return "program"
+    return "game" if given & {"A", "B"} and not given & {"b", "q"} else ""
+
+
+def made(held: Mapping[str, Any]) -> Problem:
+    """The problem of the program or of the game that an object holds, or a ProblemError that names the field."""
+    return _game(held) if kind_of(held) == "game" else _program(held)
+
+
+def _program(held: Mapping[str, Any]) -> Problem:
+    for key in held:
+        if key in OF_OTHERS:
+            raise ProblemError(key, "is not a key of a program", OF_OTHERS[key])
+    native, foreign = ([key for key in held if key in own] for own in (ONLY_NATIVE, ONLY_QPSOLVERS))
+    if native and foreign:
+        raise ProblemError(foreign[0], f"and {native[0]} are of two ways to write a program", READINGS)
+    keys, objective, make = (QPSOLVERS, "q", from_qpsolvers) if foreign else (NATIVE, "c", from_qp)
+    refuse_unknown("", held, keys, "a program")
+    if objective not in held:
+        raise ProblemError(objective, "is missing", f"add the objective, {objective}'x")
+    matrix = "P" if foreign else "Q"
+    return make(**{matrix: None} | dict(held))
+
+
+def _game(held: Mapping[str, Any]) -> Problem:
+    if bound := next(filter(is_for_bounds, held), None):
+        raise ProblemError(bound, "is not a key of a game", "its unknowns are probabilities; leave it out")
+    refuse_unknown("", held, GAME, "a game")
+    for key in ("A", "B"):
+        if key not in held:
+            raise ProblemError(key, "is missing", f"add the key {key}")
+    if any(_depth(held[key]) > 2 for key in ("A", "B")):
+        raise ProblemError("", *THREE_PLAYERS)
+    return from_game(**held)
+
+
+def _depth(payoffs: Any) -> int:
+    """How many lists are nested: one per player."""
+    return 1 + _depth(payoffs[0]) if isinstance(payoffs, list) and payoffs else 0

@@ -1,0 +1,208 @@
+"""Linear and quadratic programs: R. W. Cottle, G. B. Dantzig, Complementary pivot theory of mathematical programming,
+Linear Algebra Appl. 1 (1968) 103-125; with bounds on both sides as in F. Facchinei, J.-S. Pang, Finite-Dimensional
+Variational Inequalities and Complementarity Problems (2003), section 1.3.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
+from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.typing import Mask, Matrix, Vector
+
+KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
+SENSES = {"min": 1.0, "max": -1.0}
+
+
+class Conditions(NamedTuple):
+    """A mixed problem."""
+
+    M: Matrix
+    q: Vector
+    lower: Vector
+    upper: Vector
+
+
+class ProgramData(NamedTuple):
+    """min x'Qx / 2 + c'x subject to row_lower <= Ax <= row_upper and lower <= x <= upper, for k variables and m rows.
+
+    Q, A : shapes (k, k) and (m, k), both dense or both in compressed sparse rows; Q symmetric.
+    c, lower, upper, row_lower, row_upper : vectors; bounds may be infinite.
+    """
+
+    Q: Matrix
+    c: Vector
+    A: Matrix
+    row_lower: Vector
+    row_upper: Vector
+    lower: Vector
+    upper: Vector
+
+    @property
+    def ranges(self) -> Mask:
+        """The rows between two different finite bounds."""
+        return np.isfinite(self.row_lower) & np.isfinite(self.row_upper) & (self.row_lower < self.row_upper)
+
+    def conditions(self) -> Conditions:
+        """The first-order conditions in z = (x, y, s).
+
+        y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row with only a lower or an upper
+        bound, 0 for one with none; w is then Ax minus the bound. For a row i between two bounds, y_i is free and
+        w_i = (Ax)_i - s_i, where s_i, within the bounds, has w = y_i.
+        """
+        m, ranges = self.row_lower.size, self.ranges
+        low, high = np.isfinite(self.row_lower), np.isfinite(self.row_upper)
+        bound = np.where(low, self.row_lower, np.where(high, self.row_upper, 0.0))
+        q = np.concatenate((self.c, np.where(ranges, 0.0, -bound), np.zeros(int(ranges.sum())))) + 0.0  # no -0
+        lower = np.concatenate((self.lower, np.where(high, -np.inf, 0.0), self.row_lower[ranges]))
+        upper = np.concatenate((self.upper, np.where(low, np.inf, 0.0), self.row_upper[ranges]))
+        M = bordered(self.Q, self.A, ranges, is_sparse(self.A)) if m else self.Q
+        return Conditions(M, q, lower, upper)
+
+
+@dataclass(frozen=True)
+class Program:
+    """What maps a solution z = (x, y, s) of the conditions of a `ProgramData` back to the program it was made for.
+
+    variables : the length k of x.
+    ranges : the length of s, the number of rows between two different finite bounds.
+    sense : "min" or "max"; the objective to be maximized has been multiplied by -1.
+    constant : is added to the objective.
+    rows, columns : the names of the rows of A and of its columns, the variables; empty if they have none.
+    """
+
+    variables: int
+    ranges: int = 0
+    sense: str = "min"
+    constant: float = 0.0
+    rows: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+
+    @classmethod
+    def parse(cls, data: Mapping[str, Any]) -> Program:
+        """The program described in a file, or a ProblemError."""
+        refuse_unknown("", data, KEYS)
+        constant = data.get("constant", 0.0)
+        names = {key: names_of(key, data.get(key, ())) for key in ("rows", "columns")}
+        return cls(
+            _number_of("variables", data.get("variables"), 1),
+            _number_of("ranges", data.get("ranges", 0), 0),
+            sense_of(data.get("sense", "min")),
+            constant_of(constant),
+            **names,
+        )
+
+    def data(self) -> dict[str, Any]:
+        held: dict[str, Any] = {"kind": "qp", "variables": self.variables}
+        told = {"ranges": self.ranges, "constant": self.constant, "rows": list(self.rows)}
+        held |= {key: value for key, value in (told | {"columns": list(self.columns)}).items() if value}
+        return held | {"sense": self.sense} if self.sense != "min" else held
+
+    def fits(self, given: Conditions) -> bool:
+        """Whether the problem is made of a program of this size, with as many names."""
+        k, m = self.variables, given.q.size - self.variables - self.ranges
+        if m < self.ranges or any(len(names) not in (0, size) for names, size in ((self.rows, m), (self.columns, k))):
+            return False
+        found = self.program(given)
+        if found is None or int(found.ranges.sum()) != self.ranges or not _equal(found.Q, found.Q.T):
+            return False
+        made = found.conditions()
+        return _equal(made.M, given.M) and all(map(np.array_equal, made[1:], given[1:]))
+
+    def program(self, given: Conditions) -> ProgramData | None:
+        """The program, to be minimized, that these are the conditions of; None if they are not."""
+        k, n = self.variables, given.q.size
+        M, q, rows = given.M, given.q, slice(k, n - self.ranges)
+        low, high = -q[rows] + 0.0, -q[rows] + 0.0
+        low[given.upper[rows] == 0], high[given.lower[rows] == 0] = -np.inf, np.inf
+        places, columns = M[rows, n - self.ranges :].nonzero()
+        if len(columns) != self.ranges or (np.sort(columns) != np.arange(self.ranges)).any():
+            return None
+        low[places], high[places] = given.lower[n - self.ranges + columns], given.upper[n - self.ranges + columns]
+        return ProgramData(M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k])
+
+    def parts(self, z: Any) -> tuple[Any, Any]:
+        """x and y of a z, an array of any numbers, or of indices."""
+        return z[: self.variables], z[self.variables : len(z) - self.ranges]
+
+    def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:
+        """z of x and the multipliers y of the program to be minimized."""
+        ranges = program.ranges
+        s = np.clip((program.A @ x)[ranges], program.row_lower[ranges], program.row_upper[ranges])
+        return np.concatenate((x, y, s))
+
+    def names(self, n: int) -> Sequence[str]:
+        """The names of the components of z, "" where there is none."""
+        m = n - self.variables - self.ranges
+        return [*(self.columns or [""] * self.variables), *(self.rows or [""] * m), *[""] * self.ranges]
+
+
+def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bool = False) -> Matrix:
+    """[Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E the columns of the identity that
+    `ranges`, of shape (m,), selects; as a sparse or a dense matrix."""
+    m, k = A.shape
+    selected = np.zeros(0, dtype=np.intp) if ranges is None else np.flatnonzero(ranges)
+    n = k + m + selected.size
+    if not sparse:
+        A, M = matrices.dense(A), np.zeros((n, n))
+        if Q is not None:
+            M[:k, :k] = Q
+        M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
+        M[k + selected, range(k + m, n)], M[range(k + m, n), k + selected] = -1.0, 1.0
+        return M + 0.0  # no -0
+    from scipy.sparse import block_array, csr_array
+
+    shape = (m, selected.size)
+    E = csr_array((np.ones(selected.size), (selected, np.arange(selected.size))), shape=shape)
+    blocks = [[csr_array((k, k)) if Q is None else csr_array(Q), -A.T], [A, None]]
+    if selected.size:
+        blocks = [[*blocks[0], None], [*blocks[1], -E], [None, E.T, None]]
+    M = block_array(blocks, format="csr")
+    M.eliminate_zeros()
+    return M
+
+
+def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> tuple[str, ...]:
+    """A list of names, as many as there are things of a kind unless it is empty; or a ProblemError."""
+    if not isinstance(given, (list, tuple)):
+        raise ProblemError(field, f"is {kind(given)}", "give a list of names")
+    for i, name in enumerate(given):
+        if not isinstance(name, str):
+            raise ProblemError(f"{field}[{i}]", f"is {kind(name)}", "give a text")
+    if given and size is not None and len(given) != size:
+        raise ProblemError(field, f"has {count(len(given), 'name')} for {count(size, of)}", "make them agree")
+    return tuple(given)
+
+
+def sense_of(given: Any) -> str:
+    """ "min" or "max", or a ProblemError."""
+    if not isinstance(given, str) or given not in SENSES:
+        shown = quoted(given) if isinstance(given, str) else kind(given)
+        raise ProblemError("sense", f"is {shown}", "give min or max")
+    return given
+
+
+def constant_of(given: Any) -> float:
+    """A finite number, or a ProblemError."""
+    if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, float, np.integer, np.floating)):
+        raise ProblemError("constant", f"is {kind(given)}", "give a number")
+    if not math.isfinite(given):
+        raise ProblemError("constant", "is not a finite number", "give a finite number")
+    return float(given)
+
+
+def _number_of(field: str, given: Any, least: int) -> int:
+    if isinstance(given, bool) or not isinstance(given, (int, float)) or not given >= least or given % 1 != 0:
+        raise ProblemError(field, f"is not a number of {field}", f"give a whole number from {least}")
+    return int(given)
+
+
+def _equal(A: Matrix, B: Matrix) -> bool:
+    return A.shape == B.shape and not (A != B).sum()

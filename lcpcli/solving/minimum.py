@@ -1,0 +1,135 @@
+"""What results mean for the linear or quadratic program that their problem comes from.
+
+A program without a minimum is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic programming,
+Naval Res. Logist. Quart. 3 (1956) 95-110.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lcpcli.classes.classify import classify
+from lcpcli.classes.verdict import NO, YES
+from lcpcli.linalg.linear_program import minimized
+from lcpcli.linalg.products import product
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.reductions.program import SENSES, Program, ProgramData
+from lcpcli.solving.answer import Minimum
+from lcpcli.solving.other_minimum import has_other_minimum
+from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.certificate import farkas, proves_infeasible
+
+SECONDS = 1.0  # for deciding whether Q is positive semidefinite
+WORDS = {"min": ("minimizer", "minimum", "below"), "max": ("maximizer", "maximum", "above")}
+DEFINITE = {"min": "positive", "max": "negative"}
+
+
+def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
+    """What each of the results on one problem means for the program: x, y and the objective if it is solved."""
+    problem = results[0].problem
+    data = program.program(conditions_of(problem))
+    assert data is not None
+    solved = _kind_of_minimum(data, program) if any(result.solved for result in results) else ""
+    return [
+        _minimum(result, program, data, solved) if result.solved else _without_minimum(result, program, data)
+        for result in results
+    ]
+
+
+def _minimum(result: Result, program: Program, data: ProgramData, statement: str) -> Minimum:
+    sign = SENSES[program.sense]
+    x, y = program.parts(result.z)
+    bounded = sign * program.parts(result.w)[0] + 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        objective = sign * float(x @ product(data.Q, x) / 2 + data.c @ x) + program.constant
+    exact = None
+    if result.exact is not None and result.exact.z is not None:
+        parts = program.parts(result.exact.z)
+        exact = {"x": list(parts[0]), "y": [int(sign) * value for value in parts[1]]}
+    if statement.startswith("x is a ") and has_other_minimum(result, data):
+        statement = statement.replace("x is a ", "x is one of several ").replace("izer", "izers", 1)
+    return Minimum(x, sign * y + 0.0, bounded, objective, statement, exact)
+
+
+def _kind_of_minimum(data: ProgramData, program: Program) -> str:
+    """What a solution of the first-order conditions is, from what is proved about Q."""
+    word, definite = WORDS[program.sense][0], DEFINITE[program.sense]
+    if _is_zero(data.Q):
+        return f"x is a {word} of the linear program"
+    verdicts = classify(data.Q, SECONDS, last="positive_semidefinite")
+    if verdicts["positive_definite"].word == YES:
+        return f"x is the unique {word}, as Q is {definite} definite"
+    verdict = verdicts["positive_semidefinite"].word
+    if verdict == YES:
+        return f"x is a {word}, as Q is {definite} semidefinite"
+    if verdict == NO:
+        return f"x satisfies the first-order conditions but need not be a {word}: Q is not {definite} semidefinite"
+    return f"x satisfies the first-order conditions; whether Q is {definite} semidefinite and x a {word} is not decided"
+
+
+def _without_minimum(result: Result, program: Program, data: ProgramData) -> Minimum:
+    """Which constraints exclude each other, or in which direction the objective improves for ever."""
+    problem, proof, k = result.problem, _proof(result), program.variables
+    _, best, side = WORDS[program.sense]
+    if result.status not in (Status.INFEASIBLE, Status.UNSOLVABLE):
+        return Minimum(None, None, None, None, "not solved, so there is no x")
+    halves = [np.zeros(problem.n) for _ in range(2)] if proof is None else [proof.copy(), proof.copy()]
+    halves[0][:k], halves[1][k:] = 0.0, 0.0
+    rows = halves[0] if proves_infeasible(problem, halves[0]) else _excluding_rows(problem, data)
+    if rows is not None:
+        multipliers = _largest_one(program.parts(rows)[1])
+        told = "the program is infeasible: no x satisfies its constraints"
+        return Minimum(None, None, None, None, told, certificate=multipliers)
+    ray = _largest_one(halves[1][:k]) if proves_infeasible(problem, halves[1]) else None
+    unbounded = f"the program is unbounded {side}"
+    if _is_feasible_at_0(data):
+        return Minimum(None, None, None, None, unbounded, ray=ray)
+    if _has_feasible_point(data):
+        told = f"{unbounded}: an LP finds its constraints feasible, to its tolerance"
+        return Minimum(None, None, None, None, told, ray=ray)
+    told = f"the program has no {best}: it is infeasible or unbounded {side}"
+    return Minimum(None, None, None, None, told, ray=ray)
+
+
+def _proof(result: Result) -> Vector | None:
+    """The y of Farkas that the result has, if it has one."""
+    if result.exact is not None and result.exact.y is not None:
+        return np.array([float(value) for value in result.exact.y])
+    return None if result.certificate is None else result.certificate.vector
+
+
+def _excluding_rows(problem: Problem, data: ProgramData) -> Vector | None:
+    """Farkas' y of the program without its objective, which then consists of multipliers of its rows."""
+    zero = data.Q * 0.0
+    if not isinstance(zero, np.ndarray):
+        zero.eliminate_zeros()
+    M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()
+    found = farkas(Problem(M, q, lower=lower, upper=upper), SECONDS) if data.row_lower.size else None
+    if found is None:
+        return None
+    found[: data.c.size] = 0.0
+    return found if proves_infeasible(problem, found) else None
+
+
+def _is_feasible_at_0(data: ProgramData) -> bool:
+    ends = ((data.lower, data.upper), (data.row_lower, data.row_upper))
+    return all(bool((low <= 0).all() and (high >= 0).all()) for low, high in ends)
+
+
+def _has_feasible_point(data: ProgramData) -> bool:
+    """Whether an LP solver finds a point within rows and bounds, to its tolerance."""
+    ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
+    return minimized(np.zeros(data.c.size), data.A, ends, bounds, SECONDS) is not None
+
+
+def _is_zero(Q: Matrix) -> bool:
+    return not (Q != 0).sum()
+
+
+def _largest_one(v: Vector) -> Vector:
+    """v divided by a power of two near its largest entry."""
+    largest = float(np.abs(v).max(initial=0.0))
+    return v / 2.0 ** int(np.floor(np.log2(largest))) + 0.0 if largest > 0 else v

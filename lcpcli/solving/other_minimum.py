@@ -1,0 +1,52 @@
+"""Whether a convex program has other minimizers than one that is known.
+
+x and x + d are both minimizers if d keeps rows and bounds, and Qd = 0 and c'd = 0: O. L. Mangasarian, A simple
+characterization of solution sets of convex programs, Operations Research Letters 7 (1988) 21-26.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.linalg.linear_program import minimized
+from lcpcli.linalg.matrices import stack
+from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.solving.result import Result
+from lcpcli.typing import Vector
+from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Point
+
+LARGEST = 500  # unknowns: an LP for more would take longer than many a solution
+SECONDS = 0.5  # for each of two LPs
+APART = 1e-3  # of the largest |x_i|, by which another minimizer has to differ
+
+
+def has_other_minimum(result: Result, data: ProgramData) -> bool:
+    """Whether another minimizer is found by an LP and verified as a solution of the conditions, as x was."""
+    program, problem = result.problem.origin, result.problem
+    assert isinstance(program, Program)
+    if problem.n > LARGEST:
+        return False
+    x, y = program.parts(result.z)
+    least = APART * max(1.0, float(np.abs(x).max()))
+    along = np.random.default_rng(x.size).choice([-1.0, 1.0], x.size)
+    for objective in (along, -along):
+        other = _farthest(objective, x, data)
+        if other is None or not np.abs(other - x).max() > least:
+            continue
+        z = program.z_of(other, y, data)
+        if Point(Accuracy(problem), z).relative_residual <= result.tol:
+            return True
+    return False
+
+
+def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
+    """The minimizer with the least objective'x among those that differ by at most about |x|."""
+    reach = 1.0 + np.abs(x).max()
+    low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
+    Ax, nothing = data.A @ x, np.zeros(x.size + 1)
+    rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
+    ends = tuple(np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper))
+    bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
+    found = minimized(objective, rows, (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)), bounds, SECONDS)
+    return None if found is None else np.clip(x + found.x, data.lower, data.upper)

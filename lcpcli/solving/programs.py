@@ -1,0 +1,84 @@
+"""Programs in one call, with the arguments of qpsolvers (S. Caron et al., qpsolvers: quadratic programming solvers in
+Python, https://github.com/qpsolvers/qpsolvers), and for its users as one of its solvers.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lcpcli.errors import OptionError
+from lcpcli.model.from_program import from_qpsolvers, qpsolvers_program
+from lcpcli.model.problem import Problem
+from lcpcli.solving.call import run
+from lcpcli.typing import MethodName, Vector
+
+
+def solve_qp(
+    P: Any,
+    q: ArrayLike,
+    G: Any = None,
+    h: ArrayLike | None = None,
+    A: Any = None,
+    b: ArrayLike | None = None,
+    lb: ArrayLike | None = None,
+    ub: ArrayLike | None = None,
+    method: MethodName = "auto",
+    **options: Any,
+) -> Vector | None:
+    """The x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if none is
+    found.
+
+    The program is given as to `from_qpsolvers`, the method and its options as to `run`. If P is not positive
+    semidefinite, x is a first-order stationary point. `run(from_qpsolvers(...)).answer` has the multipliers, the
+    objective, and why there is no x. Raises LCPError, which names the argument.
+
+    >>> import lcpcli
+    >>> lcpcli.solve_qp([[2, 0], [0, 2]], [-3, 1], G=[[-1, -1]], h=[-1], lb=[0, 0]).tolist()
+    [1.5, 0.0]
+    """
+    M, linear, lower, upper = qpsolvers_program(P, q, G, h, A, b, lb, ub).conditions()
+    result = run(Problem(M, linear, lower=lower, upper=upper), method, **options)
+    return result.z[: np.size(q)] if result.solved else None
+
+
+def add_to_qpsolvers() -> None:
+    """Make `qpsolvers.solve_qp(..., solver="lcp")` and `qpsolvers.solve_problem` call this package.
+
+    Keyword arguments are those of `run`; initvals and verbose have no effect, and initvals a warning. Raises
+    OptionError if qpsolvers is not installed.
+
+    >>> import lcpcli
+    >>> lcpcli.add_to_qpsolvers()  # doctest: +SKIP
+    """
+    try:
+        from qpsolvers import solvers
+    except ModuleNotFoundError:
+        raise OptionError("qpsolvers", "is not installed", "pip install qpsolvers") from None
+    solvers.solve_function["lcp"] = _solve_problem
+    for names in (solvers.available_solvers, solvers.dense_solvers, solvers.sparse_solvers):
+        if "lcp" not in names:
+            names.append("lcp")
+
+
+def _solve_problem(problem: Any, initvals: Any = None, verbose: bool = False, **options: Any) -> Any:  # noqa: ARG001
+    """A solver as qpsolvers calls it; its multipliers have the signs of Px + q + G'z + A'y + z_box = 0."""
+    from qpsolvers import Solution
+
+    if initvals is not None:
+        import warnings
+
+        warnings.warn("lcp does not use initvals", stacklevel=3)
+    names = ("P", "q", "G", "h", "A", "b", "lb", "ub")
+    result = run(from_qpsolvers(**{name: getattr(problem, name) for name in names}), **options)
+    solution = Solution(problem)
+    solution.found = result.solved
+    answer: Any = result.answer
+    if result.solved:
+        below = 0 if problem.h is None else problem.h.size
+        solution.x, solution.obj = answer.x, answer.objective
+        solution.z, solution.y, solution.z_box = -answer.y[:below], -answer.y[below:], -answer.bound_multipliers
+    solution.extras = {"message": result.message, "statement": answer.statement}
+    return solution
