@@ -24,13 +24,13 @@ def test_numbers_may_stand_in_place_of_a_file(lcp: Lcp) -> None:
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
 
 
-def test_message_says_how_to_convert_programs_and_games(lcp: Lcp, tmp_path: Path) -> None:
+def test_programs_and_games_are_solved_as_they_are(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "own.json"
-    for text, option in (('{"Q": [[1]], "c": [1]}', "--from-qp"), ('{"A": [[1]], "B": [[1]]}', "--from-game")):
+    for text, words in (('{"Q": [[1]], "c": [-1]}', "x = (1), objective"), ('{"A": [[1]], "B": [[1]]}', "row = (1)")):
         file.write_text(text)
         outcome = lcp("solve", str(file))
-        assert outcome.code == 2
-        assert outcome.err.endswith(f"convert it with lcp make {option}\n")
+        assert outcome.code == 0
+        assert words in outcome.out
 
 
 def test_exact_has_no_effect_on_csv(lcp: Lcp) -> None:

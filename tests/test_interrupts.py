@@ -13,12 +13,15 @@ from typing import Any
 
 import pytest
 
+import lcpcli
+from lcpcli import Status
 from lcpcli.bench import session as benching
 from lcpcli.bounds import error_bound
 from lcpcli.files import atomic_write, reading, shipped
 from lcpcli.report.figures import drawing as figures
 from lcpcli.solving import proof, reference
 from lcpcli.solving import run as driver
+from lcpcli.solving.loop import Loop
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 
@@ -192,3 +195,11 @@ def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Run) -> None:
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Loop, "_take", interrupt)
+    solved = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [5, 6]))
+    assert (solved.status, solved.interrupted) == (Status.SOLVED, True)
+    open_still = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
+    assert (open_still.status, open_still.interrupted) == (Status.INTERRUPTED, True)

@@ -62,7 +62,7 @@ class Loop:
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
         self.last = self.best = x0 if in_range(x0) else np.clip(x0, -LARGEST_X, LARGEST_X)
         self.best_bound = self.first_bound = math.inf
-        self.extra = 0
+        self.extra, self.interrupted = 0, False
         self.route: list[str] = []
         self.certificate: Certificate | None = None
         self._newest: tuple[Vector | None, Point | None] = None, None
@@ -96,6 +96,7 @@ class Loop:
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
+            self.interrupted = True
             return Status.INTERRUPTED, ""
 
     def _take(self, iterate: Iterate) -> tuple[Status, str] | None:
@@ -219,6 +220,7 @@ class Loop:
             curve=self.kept[1],
             route=tuple(self.route) or (self.method,),
             certificate=self.certificate if status is not Status.SOLVED else None,
+            interrupted=self.interrupted,
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:

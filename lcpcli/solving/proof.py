@@ -91,7 +91,7 @@ def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> R
             if exact is not None and exact.status is not None:
                 return _proved(data, result, exact, exact.status)
     except KeyboardInterrupt:
-        result = replace(result, status=Status.INTERRUPTED, message=Status.INTERRUPTED.value)
+        result = replace(result, status=Status.INTERRUPTED, interrupted=True, message=Status.INTERRUPTED.value)
     return _unproved(result)
 
 

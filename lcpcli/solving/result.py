@@ -106,6 +106,7 @@ class Result:
     limits : the tolerance for the relative residual, and when the run had to stop.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
+    interrupted : whether Ctrl-C ended it, although z may turn out to be a solution.
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace : the rows kept, or None if not requested.
     curve : a second trace, for figures and milestones; None if not requested.
@@ -148,6 +149,7 @@ class Result:
     curve: Trace | None
     route: tuple[str, ...]
     certificate: Certificate | None
+    interrupted: bool = False
     label: str = ""
     bound: Bound | None = None
     exact: Exact | None = None
@@ -234,8 +236,3 @@ class Result:
     def advice(self) -> str:
         """What to try next, as options in Python; "" if nothing is known to help, or nothing is needed."""
         return self.suggestions.line(in_python)
-
-    @property
-    def interrupted(self) -> bool:
-        """Whether Ctrl-C ended it."""
-        return self.status is Status.INTERRUPTED
