@@ -206,7 +206,7 @@ def test_interrupt_of_a_repeat_keeps_what_was_finished(lcp: Lcp, monkeypatch: py
 
     def second_interrupted(problem: Problem, method: str, **options: Any) -> Any:
         result = real(problem, method, **options)
-        return result if next(runs) else replace(result, status=Status.INTERRUPTED)
+        return result if next(runs) else replace(result, status=Status.INTERRUPTED, interrupted=True)
 
     monkeypatch.setattr(driver, "run", second_interrupted)
     outcome = lcp("compare", EXAMPLE)

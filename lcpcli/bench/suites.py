@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import OptionError, likely
+from lcpcli.files import shipped
+from lcpcli.files.formats import COMPRESSED, FORMATS, READ_ONLY
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -150,12 +152,22 @@ MIXED = (
     *sizes("spatial-prices", 24, 120, 1000),
     *sizes("boxes", 10, 100, 300, 1000),
 )
+PROGRAMS = (
+    *(
+        Case(f"{name}.json", file=shipped.path(f"programs/{name}.json"))
+        for name in ("hs21", "hs35", "hs53", "hs76", "klee-minty", "portfolio", "transport")
+    ),
+    *sizes("portfolio", 100, 1000, 5000),
+    *sizes("control", 100, 1000, 5000),
+    *sizes("transport", 100, 1000, 10_000),
+)
 SUITES = {
     "quick": Suite("a little of everything, in under a minute", QUICK, budget=0.5),
     "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
     "mixed": Suite("problems with bounds, free variables and equations", MIXED),
+    "programs": Suite("linear and quadratic programs", PROGRAMS),
     "speed": Suite("the problems of lcp help speed: small and large, dense and sparse", SPEED),
     "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
@@ -164,12 +176,13 @@ ALL = "all"
 
 
 def cases_of(asked: Sequence[str], tell: Callable[[str], None] = lambda _: None) -> list[Case]:
-    """The cases of suites and files, each once; a file that holds M alone is followed by that of q.
+    """The cases of suites, files and folders of files, each once; a file that holds M alone is followed by that of q.
 
     tell : called with what is wrong with the known solutions in a file.
 
     Raises OptionError for a name that is neither, ProblemError for a file that cannot be read.
     """
+    asked = [path for each in asked for path in _within(each)]
     cases, left = list[Case](), asked
     while left:
         name, used = left[0], 1
@@ -183,6 +196,17 @@ def cases_of(asked: Sequence[str], tell: Callable[[str], None] = lambda _: None)
             cases.append(Case(" ".join(_name_of(path, asked) for path in files), file=name, q_file="".join(files[1:])))
         left = left[used:]
     return list({each.name: each for each in cases}.values())
+
+
+def _within(path: str) -> list[str]:
+    """The files of problems in a folder, in order; of anything else itself."""
+    if not Path(path).is_dir() or path in SUITES:
+        return [path]
+    endings = (*FORMATS, *READ_ONLY, *COMPRESSED)
+    found = [str(file) for file in Path(path).iterdir() if file.name.casefold().endswith(endings) and file.is_file()]
+    if not found:
+        raise OptionError(path, "is a folder without problem files", f"they end in {', '.join(endings)}")
+    return sorted(found)
 
 
 def _files(asked: Sequence[str], tell: Callable[[str], None]) -> Sequence[str]:

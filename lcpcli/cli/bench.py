@@ -51,8 +51,9 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     {
         "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
         "FILE [Q_FILE]": "A problem, as for lcp compare, but not standard input.",
+        "FOLDER": "All problem files in it, in order of their names.",
     },
-    metavar="[SUITE|FILE [Q_FILE]]...",
+    metavar="[SUITE|FILE [Q_FILE]|FOLDER]...",
     nargs=-1,
     shell_complete=candidates.one_of(MEANINGS, candidates.PROBLEMS),
 )

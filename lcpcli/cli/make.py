@@ -1,4 +1,4 @@
-"""lcp make: write a gallery problem or the problem of a quadratic program or game, or list the gallery."""
+"""lcp make: write a gallery problem or the problem of a program or game, or list the gallery."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 @click.command(
     cls=Command,
-    short_help="Write a gallery problem, or that of a quadratic program or game.",
+    short_help="Write a gallery problem, or that of a program or game.",
     examples=(
         "lcp make --list",
         "lcp make obstacle -n 100 | lcp solve -",
@@ -33,9 +33,8 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     ),
     exits={0: "written", 2: "usage error (one-line message)"},
     epilog=f"The same arguments give the same problem. {', '.join(COMPLETE)} also hold its known solutions and, for a "
-    "program or a game, what lcp solve needs to report the minimizer or the equilibrium. A program has the keys Q and "
-    "c, and optionally A, b and free (indices of free variables, from 0); a game A and B, and optionally rows and "
-    "columns (names).",
+    "program or a game, what lcp solve needs to report the minimizer or the equilibrium. lcp solve also takes the file "
+    "of a program or a game itself; lcp help programs has the keys.",
 )
 @argument(
     "Family",
@@ -56,18 +55,18 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     help="Set a parameter of the family; repeatable.",
 )
 @option(
-    "Quadratic program or game, in place of a family",
+    "Program or game, in place of a family",
     "--from-qp",
     metavar="FILE",
     shell_complete=candidates.files(),
-    help="min x'Qx / 2 + c'x subject to Ax >= b, x >= 0, in JSON.",
+    help="A linear or quadratic program, as in lcp help programs.",
 )
 @option(
-    "Quadratic program or game, in place of a family",
+    "Program or game, in place of a family",
     "--from-game",
     metavar="FILE",
     shell_complete=candidates.files(),
-    help="The payoffs A and B of two players, in JSON.",
+    help="A game of two players, as in lcp help programs.",
 )
 @problem_output
 def make(
@@ -80,7 +79,7 @@ def make(
     output: str | None,
     listed: bool,
 ) -> int:
-    """Write a problem of FAMILY, a family of the gallery, or that of a quadratic program or a game."""
+    """Write a problem of FAMILY, a family of the gallery, or that of a program or a game."""
     given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings or None}
     sources = {"--from-qp": from_qp, "--from-game": from_game}
     if listed:

@@ -140,6 +140,10 @@ class Problem:
         """Number of unknowns."""
         return int(self.q.size)
 
+    def name_of(self, i: int) -> str:
+        """The name that a component has from where the problem comes from; "" if it has none."""
+        return self.origin.names(self.n)[i] if self.origin is not None else ""
+
     @property
     def has_small_integers(self) -> bool:
         """Whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""

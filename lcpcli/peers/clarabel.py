@@ -28,19 +28,28 @@ def excludes(problem: Problem) -> str:
 
 def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     clarabel = library("clarabel")
-    from scipy.sparse import eye, vstack
+    from scipy.sparse import eye
 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.time_limit = time_limit
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
-    began, n = time.perf_counter(), problem.n
-    P, q, one, (lower, upper) = storage.upper_triangle(problem.M), problem.q.copy(), eye(n), quadratic.bounds(problem)
-    low, high = np.isfinite(lower), np.isfinite(upper)
-    A = storage.columns(vstack([-one.tocsr()[low], one.tocsr()[high]]) if problem.is_mixed else -one)
-    b = np.concatenate((-lower[low], upper[high]))
-    cones = [clarabel.NonnegativeConeT(b.size)]
+    program = quadratic.program_of(problem)
+    began, one = time.perf_counter(), eye(program.c.size).tocsr()
+    low, high = np.isfinite(program.lower), np.isfinite(program.upper)
+    equal = program.row_lower == program.row_upper
+    below, above = np.isfinite(program.row_lower) & ~equal, np.isfinite(program.row_upper) & ~equal
+    A = storage.rows(program.A[equal], -program.A[below], program.A[above], -one[low], one[high])
+    ends = -program.row_lower[below], program.row_upper[above], -program.lower[low], program.upper[high]
+    b = np.concatenate((program.row_lower[equal], *ends))
+    cones = [clarabel.ZeroConeT(int(equal.sum()))] if equal.any() else []
+    cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
+    P, q = storage.upper_triangle(program.Q), program.c.copy()
     solution = clarabel.DefaultSolver(P, q, A, b, cones, settings).solve()
-    z = np.array(solution.x)
     seconds = time.perf_counter() - began
+    y, dual = np.zeros(equal.size), np.split(np.array(solution.z), np.cumsum([equal.sum(), below.sum(), above.sum()]))
+    y[equal] = -dual[0]
+    y[below] += dual[1]
+    y[above] -= dual[2]
+    z = quadratic.z_of(problem, solution.x, y)
     return Claim(z, solution.status == clarabel.SolverStatus.Solved, seconds, str(solution.status))

@@ -18,6 +18,7 @@ from lcpcli.peers.registry import Claim, distribution_version, library
 
 PACKAGE = "daqp"
 INFINITE = 1e30
+EQUATION = 5  # the sense of a row that is always active
 STATUS = {
     2: "soft optimal",
     1: "optimal",
@@ -41,14 +42,18 @@ def excludes(problem: Problem) -> str:
 
 def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     daqp = library("daqp")
+    program = quadratic.program_of(problem, INFINITE)
     settings = {
-        "is_avi": not matrices.is_symmetric(problem.M),
+        "is_avi": not matrices.is_symmetric(program.Q),
         "primal_tol": tol,
         "time_limit": min(time_limit, INFINITE),
     }
-    began, n = time.perf_counter(), problem.n
-    M, q, A = storage.dense(problem.M), problem.q.copy(), np.zeros((0, n))
-    (lower, upper), sense = quadratic.bounds(problem, INFINITE), np.zeros(n, dtype=np.int32)
-    z, _, flag, _ = daqp.solve(M, q, A, upper, lower, sense, **settings)
+    began, k = time.perf_counter(), program.c.size
+    Q, c, A = storage.dense(program.Q), program.c.copy(), storage.dense(program.A)
+    lower = np.concatenate((program.lower, program.row_lower))
+    upper = np.concatenate((program.upper, program.row_upper))
+    sense = np.where((lower == upper) & (np.arange(lower.size) >= k), EQUATION, 0).astype(np.int32)
+    x, _, flag, told = daqp.solve(Q, c, A, upper, lower, sense, **settings)
     seconds = time.perf_counter() - began
-    return Claim(np.array(z), flag == 1, seconds, STATUS.get(flag, f"exit flag {flag}"))
+    z = quadratic.z_of(problem, x, -np.array(told["lam"])[k:])
+    return Claim(z, flag == 1, seconds, STATUS.get(flag, f"exit flag {flag}"))

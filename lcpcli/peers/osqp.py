@@ -32,12 +32,14 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     osqp = library("osqp")
     from scipy.sparse import eye
 
-    n, solver = problem.n, osqp.OSQP()
+    program, solver = quadratic.program_of(problem), osqp.OSQP()
     limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, LONGEST)}
     with silence():  # OSQP prints a message when a factorization fails
         began = time.perf_counter()
-        P, A, q = storage.upper_triangle(problem.M), storage.columns(eye(n)), problem.q.copy()
-        lower, upper = quadratic.bounds(problem)
+        P, q = storage.upper_triangle(program.Q), program.c.copy()
+        A = storage.rows(program.A, eye(q.size))
+        lower = np.concatenate((program.row_lower, program.lower))
+        upper = np.concatenate((program.row_upper, program.upper))
         try:
             solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
             result = solver.solve(raise_error=False)
@@ -53,5 +55,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
         known.OSQP_MAX_ITER_REACHED,
         known.OSQP_TIME_LIMIT_REACHED,
     )
-    z = np.array(result.x) if result.info.status_val in with_z else None
+    z = None
+    if result.info.status_val in with_z:
+        z = quadratic.z_of(problem, result.x, -np.array(result.y)[: program.row_lower.size])
     return Claim(z, result.info.status_val == known.OSQP_SOLVED, seconds, result.info.status)

@@ -33,11 +33,19 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:  # noqa: AR
     settings = solver.settings
     settings.eps_rel = settings.eps_duality_gap_rel = tol
     settings.eps_abs = settings.eps_duality_gap_abs = tol * (float(np.abs(problem.q).max()) or 1.0)
+    program = quadratic.program_of(problem)
+    stored = storage.columns if is_sparse(problem.M) else storage.dense
     began = time.perf_counter()
-    M = storage.columns(problem.M) if is_sparse(problem.M) else storage.dense(problem.M)
-    q, (lower, upper) = problem.q.copy(), quadratic.bounds(problem)
-    bounds = {"x_l": lower, "x_u": upper} if problem.is_mixed else {"x_l": lower}
-    solver.setup(M, q, **bounds)
+    bounds = {"x_l": program.lower} | ({"x_u": program.upper} if np.isfinite(program.upper).any() else {})
+    equal = program.row_lower == program.row_upper
+    if equal.any():
+        bounds |= {"A": stored(program.A[equal]), "b": program.row_lower[equal]}
+    if not equal.all():
+        others = program.row_lower[~equal], program.row_upper[~equal]
+        bounds |= {"G": stored(program.A[~equal]), "h_l": others[0], "h_u": others[1]}
+    solver.setup(stored(program.Q), program.c.copy(), **bounds)
     status = solver.solve()
     seconds = time.perf_counter() - began
-    return Claim(np.array(solver.result.x), status == piqp.PIQP_SOLVED, seconds, status.name)
+    found, y = solver.result, np.zeros(equal.size)
+    y[equal], y[~equal] = -np.array(found.y), np.array(found.z_l) - np.array(found.z_u)
+    return Claim(quadratic.z_of(problem, found.x, y), status == piqp.PIQP_SOLVED, seconds, status.name)

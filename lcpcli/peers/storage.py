@@ -32,6 +32,13 @@ def _too_large(problem: Problem, kind: str) -> str:
     return "" if problem.n <= CONVERTED else f"takes {kind} matrices only; others are converted up to n = {CONVERTED}"
 
 
+def rows(*blocks: Any) -> Any:
+    """Blocks one below the other, in compressed sparse columns."""
+    from scipy.sparse import csc_matrix, vstack
+
+    return csc_matrix(vstack([csc_matrix(block) for block in blocks]))
+
+
 def dense(M: Matrix) -> Any:
     """A copy of M as a dense row-major array, which the peer may overwrite."""
     return M.toarray() if is_sparse(M) else np.array(M, order="C")

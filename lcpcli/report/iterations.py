@@ -63,7 +63,7 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     """
     problem, trace = results[0].problem, results[0].trace
     components = trace.components if trace else None
-    columns = [f"z{i + 1}" for i in (np.arange(problem.n) if components is None else components)]
+    columns = [_column(problem, i) for i in (np.arange(problem.n) if components is None else components)]
     if components is not None:
         columns.insert(-1, ELLIPSIS)
     traces = [_rows(result) for result in results]
@@ -87,6 +87,12 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     remarks = [*disproof, *_remarks(results, compared, elided)]
     made_by = provenance.line(results)
     return IterationTable(title, header, groups, *lines, summary.leaders(results), head, facts, remarks, made_by)
+
+
+def _column(problem: Problem, i: int) -> str:
+    """The name of a component that fits above it, else its place."""
+    name = problem.name_of(i)
+    return name if 0 < len(name) < CELL else f"z{i + 1}"
 
 
 def _disproof(results: Sequence[Result]) -> list[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.report.numbers import above, finite, short, size, title
 
 if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
     from lcpcli.verify.verification import Verification, Violation
 
 FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
@@ -33,7 +34,10 @@ def _lines(verification: Verification, width: int | None) -> str:
     if bound := verification.bound:
         lines.append(f"{'proved bound on the error':<30}{above(bound.value)} ({bound.source})")
     if verification.violations:
-        rows = [["component", "violated", "z", "w"], *map(_cells, verification.violations)]
+        rows = [
+            ["component", "violated", "z", "w"],
+            *(_cells(v, verification.problem) for v in verification.violations),
+        ]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines += ["  ".join(c.ljust(k) for c, k in zip(row, widths, strict=True)).rstrip() for row in rows]
     if verification.violated > len(verification.violations):
@@ -45,8 +49,9 @@ def _folded(line: str, width: int | None) -> list[str]:
     return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 
-def _cells(violation: Violation[float] | Violation[Fraction]) -> list[str]:
-    return [f"{violation.index + 1}", violation.kind, _size(violation.z), _size(violation.w)]
+def _cells(violation: Violation[float] | Violation[Fraction], problem: Problem) -> list[str]:
+    name = problem.name_of(violation.index)
+    return [f"{violation.index + 1}{f' {name}' * bool(name)}", violation.kind, _size(violation.z), _size(violation.w)]
 
 
 def _size(value: float | Fraction) -> str:

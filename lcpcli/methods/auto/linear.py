@@ -1,35 +1,82 @@
-"""What linear programs decide: infeasibility for any M, and the LCP itself for Z-matrices and skew-symmetric M.
+"""What linear programs decide: infeasibility for any M, and the problem itself for Z-matrices and skew-symmetric M.
 
 O. L. Mangasarian, Linear complementarity problems solvable by a single linear program, Mathematical Programming 10
 (1976) 263-270. M a Z-matrix (no positive entry off the diagonal): if the problem is feasible it has a least feasible z,
-which solves it and minimises e'z. M skew-symmetric: z'w = q'z, so that any minimiser of q'z solves it.
+which solves it and minimises e'z. M skew-symmetric: z'w = q'z, so that any minimiser of q'z solves it. If moreover
+M = [0 -A'; A 0] in some order, as for linear programs, z consists of a minimiser and its multipliers: G. B. Dantzig,
+Linear Programming and Extensions (1963), chapter 6.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
-from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.linear_program import linprog, minimized
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.finish import finish
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage
 from lcpcli.methods.transformed import in_given_variables
 from lcpcli.model import scaled
-from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
 
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
+    units = scaled.scale(problem)
+    if is_skew(problem.M):
+        yield from in_given_variables(units, finish(units.problem, None, _saddle_point(units.problem, seconds)))
     proof = farkas(problem, seconds)
     if proof is not None:
         return NoSolution(Certificate("farkas", farkas_statement(problem), proof))
     if problem.is_mixed:
         return Breakdown("no linear program is known to solve it")
-    units = scaled.scale(problem)
     return (yield from in_given_variables(units, finish(units.problem, None, _solution(units.problem, seconds))))
+
+
+def is_skew(M: Matrix) -> bool:
+    """Whether M = -M', M sparse."""
+    return is_sparse(M) and M.nnz > 0 and not M.diagonal().any() and not (M != -M.T).nnz
+
+
+def _saddle_point(problem: Problem, seconds: float) -> Stage:
+    """The minimiser and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
+    given = conditions_of(problem)
+    on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(given.upper, (0.0, np.inf))
+    for dual in _halves(problem.M):
+        if not on_sides[dual].all():
+            continue
+        q, low, high = problem.q[dual], given.lower[dual], given.upper[dual]
+        ends = np.where(high > 0, -q, -np.inf), np.where(low < 0, -q, np.inf)
+        bounds = given.lower[~dual], given.upper[~dual]
+        found = minimized(problem.q[~dual], problem.M[dual][:, ~dual], ends, bounds, seconds)
+        if found is not None:
+            z = np.zeros(problem.n)
+            z[dual], z[~dual] = found.y, found.x
+            z = problem.box.project(z)
+            yield Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
+            return Finished()
+        break
+    return Breakdown("no linear program solves this problem")
+
+
+def _halves(M: Matrix) -> Iterator[Mask]:
+    """The two sides of a graph with edges between them only, as masks; none if there are no such sides."""
+    from scipy.sparse import block_array, csr_array
+    from scipy.sparse.csgraph import connected_components, dijkstra
+
+    _, component = connected_components(M, directed=False)
+    firsts = np.unique(component, return_index=True)[1]
+    root = csr_array((np.ones(firsts.size), (firsts, np.zeros(firsts.size, dtype=np.intp))), shape=(M.shape[0], 1))
+    graph = block_array([[abs(M), root], [root.T, None]], format="csr")
+    odd = dijkstra(graph, unweighted=True, indices=M.shape[0])[:-1] % 2 == 1
+    entries = M.tocoo()
+    if (odd[entries.row] != odd[entries.col]).all():
+        yield from (odd, ~odd)
 
 
 def _solution(problem: Problem, seconds: float) -> Stage:
@@ -47,4 +94,4 @@ def _objective(M: Matrix, q: Vector) -> Vector | None:
     entries = M.tocoo()
     if not (entries.data[entries.row != entries.col] > 0).any():
         return np.ones(q.size)
-    return q if abs(M + M.T).max() == 0 else None
+    return q if is_skew(M) else None

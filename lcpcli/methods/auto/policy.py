@@ -104,7 +104,13 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
 def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
     """The methods before milp in order, by name, each created when its turn comes."""
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
-    if large_and_sparse:
+    with imports:
+        from lcpcli.methods.auto.linear import is_skew, linear
+
+    skew = large_and_sparse and is_skew(problem.M)
+    if skew:
+        yield "linear", linear(problem, _remaining(deadline))
+    elif large_and_sparse:
         with imports:
             from lcpcli.methods.auto.sparse_route import sparse_route
 
@@ -115,10 +121,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield "newton", dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if large_and_sparse or problem.is_mixed:
-        with imports:
-            from lcpcli.methods.auto.linear import linear
-
+    if not skew and (large_and_sparse or problem.is_mixed):
         yield "linear", linear(problem, _remaining(deadline))
     yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
     with imports:
