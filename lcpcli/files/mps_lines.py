@@ -10,7 +10,7 @@ from lcpcli.errors import ProblemError, quoted
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 INFINITE = rb"[-+]?[iI][nN][fF](?:[iI][nN][iI][tT][yY])?"
 OF_ENTRIES = (b"COLUMNS", b"RHS", b"RANGES", b"QUADOBJ", b"QMATRIX")  # sections of names followed by numbers
-SECTIONS = (b"ROWS", *OF_ENTRIES, b"BOUNDS", b"ENDATA")
+HEADING = re.compile(rb"\n([A-Z]+)[^\n]*")
 USUAL = rb"[ \t]+\S+[ \t]+\S+[ \t]+%b(?:[ \t]+\S+[ \t]+%b)?[ \t]*\r?\n" % (NUMBER, NUMBER)  # a line of entries
 OTHERS = re.compile(rb"\n(?!%b)(?=[^*\r\n]*\S)(?=([^\n]*))" % USUAL)
 BOUNDS = re.compile(
@@ -39,6 +39,8 @@ def refuse_misread(text: bytes) -> None:
 
 def undeclared(text: bytes, names: Sequence[str]) -> str:
     """The first of some names of columns that does not occur in COLUMNS; "" if all do."""
+    if not names:
+        return ""
     start, end = _sections(text).get(b"COLUMNS", (0, 0))
     declared = {line.split(None, 1)[0] for line in text[start:end].splitlines() if line.strip()}
     return next((name for name in names if name.encode() not in declared), "")
@@ -79,12 +81,9 @@ def _lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
 
 def _sections(text: bytes) -> dict[bytes, tuple[int, int]]:
     """Where the lines of each section begin, at the end of its own line, and end."""
-    starts = sorted((text.find(b"\n" + name), name) for name in SECTIONS)
-    starts = [(start, name) for start, name in starts if start >= 0]
-    ends = [start + 1 for start, _ in starts[1:]] + [len(text)]
-    return {
-        name: (max(text.find(b"\n", start + 1), start), end) for (start, name), end in zip(starts, ends, strict=True)
-    }
+    found = [*HEADING.finditer(text)]
+    ends = [match.start() + 1 for match in found[1:]] + [len(text)]
+    return {match[1]: (match.end(), end) for match, end in zip(found, ends, strict=True)}
 
 
 def _misread(text: bytes, start: int, word: bytes) -> ProblemError:

@@ -190,4 +190,6 @@ def _program(
 
 def _problem(data: ProgramData, program: Program, texts: Mapping[str, str]) -> Problem:
     M, q, lower, upper = data.conditions()
-    return Problem(M, q, lower=lower, upper=upper, origin=program, **texts)
+    problem = Problem(M, q, lower=lower, upper=upper, **texts)
+    vars(problem)["origin"] = program  # which fits, as it has just made them: `Problem` would check that
+    return problem
