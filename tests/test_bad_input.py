@@ -19,6 +19,7 @@ from .bad_input.json_kinds import COORDINATES, JSON, MATRICES
 from .bad_input.kinds import GOOD, Kind
 from .bad_input.matrix_kinds import MATRIX_MARKET, NPZ
 from .bad_input.option_kinds import FROM_RESULTS, OPTIONS, STARTS, UNWRITABLE
+from .bad_input.program_kinds import PROGRAMS
 from .conftest import Outcome
 
 LONGEST_LINE = 1000
@@ -56,7 +57,7 @@ def is_one_readable_line(text: str) -> bool:
     "kind",
     [
         *(*FILES, *JSON, *MATRICES, *COORDINATES, *CSV, *MATRIX_MARKET, *NPZ),
-        *(*FROM_RESULTS, *STANDARD_INPUT, *OPTIONS, *STARTS, *UNWRITABLE, *BOUNDS),
+        *(*FROM_RESULTS, *STANDARD_INPUT, *OPTIONS, *STARTS, *UNWRITABLE, *BOUNDS, *PROGRAMS),
     ],
 )
 def test_one_line_says_where_what_and_how_to_fix_it(meet: Callable[[Kind], tuple[Outcome, bool]], kind: Kind) -> None:

@@ -23,18 +23,23 @@ def refuse_misread(text: bytes) -> None:
     places = _sections(text)
     if b"ENDATA" not in places:
         raise ProblemError("", "has no ENDATA", "is it cut off?")
-    for section in OF_ENTRIES:
-        if section in places:
-            for match in OTHERS.finditer(text, *places[section]):
-                words = match[1].split()
-                if b"'MARKER'" in words:
-                    continue
-                for word in {5: [words[2]], 4: [words[1]]}.get(len(words), []) + words[-1:]:
-                    if not re.fullmatch(NUMBER, word):
-                        raise _misread(text, match.start() + 1, word)
+    rows: set[bytes] = set()
+    for section in filter(places.__contains__, OF_ENTRIES):
+        for match in OTHERS.finditer(text, *places[section]):
+            rows = rows or {line.split()[-1] for line in text[slice(*places[b"ROWS"])].splitlines() if line.strip()}
+            for word in _numbers(match[1].split(), rows):
+                if not re.fullmatch(NUMBER, word):
+                    raise _misread(text, match.start() + 1, word)
     if b"BOUNDS" in places and (wrong := BOUNDS.search(text, *places[b"BOUNDS"])):
         line = text[wrong.start() + 1 :].partition(b"\n")[0]
         raise _misread(text, wrong.start() + 1, line.split()[-1])
+
+
+def _numbers(words: list[bytes], rows: set[bytes]) -> list[bytes]:
+    """The words of an entry that have to be numbers; names in fixed format may consist of several words."""
+    if b"'MARKER'" in words:
+        return []
+    return [words[2], words[4]] if len(words) == 5 and words[1] in rows and words[3] in rows else words[-1:]
 
 
 def undeclared(text: bytes, names: Sequence[str]) -> str:

@@ -1,0 +1,174 @@
+"""What can be wrong with a program: the two ways to name its parts, its shapes, bounds and texts, and MPS files."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+from typing import Any
+
+import numpy as np
+
+from .kinds import of_file, of_json, of_stdin
+
+NATIVE = {"Q": [[2, 0], [0, 2]], "c": [-1, -1], "A": [[1, 1]], "row_lower": [1]}
+FOREIGN = {"P": [[2, 0], [0, 2]], "q": [-1, -1], "G": [[1, 1]], "h": [1]}
+ONLY_NATIVE = {
+    "Q": [[2, 0], [0, 2]],
+    "c": [1, 1],
+    "row_lower": 0,
+    "row_upper": 0,
+    "lower": 0,
+    "upper": 9,
+    "free": [0],
+    "sense": "min",
+    "constant": 1,
+    "rows": ["r"],
+    "columns": ["x", "y"],
+}
+ONLY_FOREIGN = {"P": [[2, 0], [0, 2]], "q": [1, 1], "G": [[1, 1]], "h": [1], "lb": 0, "ub": 9}
+READINGS = ("two ways to write a program", "row_lower <= Ax <= row_upper", "Gx <= h, Ax = b")
+MPS = """NAME p
+ROWS
+ N cost
+ L limit
+ G demand
+COLUMNS
+ x cost 1 limit 1
+ x demand 1
+ y cost 2 limit 1
+RHS
+ r limit 4 demand 1
+BOUNDS
+ UP b x 4
+ENDATA
+"""
+LP = "min\n obj: x + 2 y\nst\n c1: x + y >= 1\nbounds\n x <= 3\nend\n"
+
+
+def of_program(name: str, parts: dict[str, Any], *words: str) -> Any:
+    """A native program with parts replaced, or left out where they are ..."""
+    whole = {key: value for key, value in (NATIVE | parts).items() if value is not ...}
+    return of_json(f"program-{name}", json.dumps(whole), *words)
+
+
+def of_foreign(name: str, parts: dict[str, Any], *words: str) -> Any:
+    """The same in the names of qpsolvers."""
+    whole = {key: value for key, value in (FOREIGN | parts).items() if value is not ...}
+    return of_json(f"qpsolvers-{name}", json.dumps(whole), *words)
+
+
+def of_mps(old: str, new: str, *words: str) -> Any:
+    """The file with a part replaced."""
+    assert old in MPS
+    return of_file("bad.mps", MPS.replace(old, new), "solve bad.mps", "bad.mps: ", *words)
+
+
+def of_lp(old: str, new: str, *words: str) -> Any:
+    assert old in LP
+    return of_file("bad.lp", LP.replace(old, new), "solve bad.lp", "bad.lp: ", *words)
+
+
+def npz(**arrays: Any) -> bytes:
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+PROGRAMS = [
+    *(of_foreign(f"and-{key}", {key: value}, *READINGS) for key, value in ONLY_NATIVE.items()),
+    *(of_program(f"and-{key}", {key: value}, *READINGS) for key, value in ONLY_FOREIGN.items()),
+    *(
+        of_program(f"with-{key}", {key: [1]}, f" {key}:", '"row_lower": beq', '"b": beq')
+        for key in ("Aeq", "beq", "A_eq", "b_eq")
+    ),
+    *(of_program(f"with-{key}", {key: [1]}, f" {key}:", '"row_upper": b_ub', '"h": b_ub') for key in ("A_ub", "b_ub")),
+    *(of_program(f"with-{key}", {key: [1]}, f" {key}:", "H as P", "Aeq and beq as A and b") for key in ("H", "f")),
+    of_json("quadprog", '{"H": [[1]], "f": [1]}', " H:", "H as P"),
+    of_json("linprog", '{"f": [1], "Aeq": [[1]], "beq": [1]}', " f:", "f as q"),
+    of_program("no-c", {"c": ...}, " c:", "missing", "c'x"),
+    of_foreign("no-q", {"q": ...}, " q:", "missing", "q'x"),
+    of_program("no-A", {"A": ...}, " A:", "missing", "row_lower"),
+    of_program("no-ends", {"row_lower": ...}, " row_lower:", "missing", "with A"),
+    of_foreign("no-h", {"h": ...}, " h:", "missing", "with G"),
+    of_foreign("no-G", {"G": ...}, " G:", "missing", "with h"),
+    of_foreign("no-b", {"A": [[1, 1]]}, " b:", "missing", "with A"),
+    of_program("misspelt", {"row_uper": 1}, " row_uper:", "not a key of a program", "row_upper"),
+    of_program("x0", {"x0": [1, 1]}, " x0:", "not a key of a program"),
+    of_program("solution", {"solution": [1, 1]}, " solution:", "not a key of a program"),
+    of_program("bounds", {"bounds": [[0, 1]]}, " bounds:", "lower and upper"),
+    of_program("empty", {"c": [], "Q": ..., "A": ..., "row_lower": ...}, " c:", "empty", "at least one variable"),
+    of_program("text", {"c": ["a", 1]}, " c[0]:", "'a'", "number"),
+    of_program("complex", {"c": ["1+2i", 1]}, " c[0]:", "complex"),
+    of_program("flat-Q", {"Q": [1, 2]}, " Q[0]:", "number", "row"),
+    of_program("wide-Q", {"Q": [[1, 2]]}, " Q:", "1 x 2", "square"),
+    of_program("large-Q", {"Q": np.eye(3).tolist()}, " Q:", "3 x 3", "c has 2"),
+    of_program("unsymmetric", {"Q": [[1, 2], [0, 1]]}, " Q[0][1]:", "unsymmetric", "(Q + Q') / 2"),
+    of_foreign("unsymmetric", {"P": [[1, 2], [0, 1]]}, " P[0][1]:", "unsymmetric", "(P + P') / 2"),
+    of_program("ragged", {"A": [[1, 1], [1]], "row_lower": 0}, " A[1]:", "same length"),
+    of_program("columns", {"A": [[1, 1, 1]]}, " A:", "3 columns for 2 variables"),
+    of_foreign("columns", {"G": [[1]]}, " G:", "1 column for 2 variables"),
+    of_program("row-lengths", {"row_lower": [1, 2]}, " row_lower:", "2 entries for 1 row"),
+    of_program("row-upper-lengths", {"row_upper": [1, 2]}, " row_upper:", "2 entries for 1 row"),
+    of_foreign("h-lengths", {"h": [1, 2]}, " h:", "2 entries for 1 row"),
+    of_foreign("b-lengths", {"A": [[1, 1]], "b": [1, 2]}, " b:", "2 entries for 1 row"),
+    of_foreign("b-null", {"A": [[1, 1]], "b": [None]}, " b[0]:", "null", "number"),
+    of_program("lower-lengths", {"lower": [1]}, " lower:", "1 entry for 2 variables"),
+    of_foreign("ub-lengths", {"ub": [1]}, " ub:", "1 entry for 2 variables"),
+    of_program("crossed", {"lower": 2, "upper": 1}, " lower[0]:", "above upper[0]"),
+    of_foreign("crossed", {"lb": 2, "ub": 1}, " lb[0]:", "above ub[0]"),
+    of_program("crossed-rows", {"row_lower": [2], "row_upper": [1]}, " row_lower[0]:", "above row_upper[0]"),
+    of_program("text-bound", {"lower": "0"}, " lower:", "text"),
+    of_program("b-and-row-lower", {"b": [1]}, " b:", "short for row_lower", "leave one out"),
+    of_program("free-and-lower", {"free": [0], "lower": 1}, " free:", "beside lower", "null"),
+    of_program("free-and-upper", {"free": [0], "upper": 1}, " free:", "beside upper", "null"),
+    of_program("free-range", {"free": [2]}, " free[0]:", "is 2", "0 to 1"),
+    of_program("sense", {"sense": "maximise"}, " sense:", "'maximise'", "min or max"),
+    of_program("constant", {"constant": "1"}, " constant:", "text", "number"),
+    of_program("names", {"rows": "r"}, " rows:", "text", "list of names"),
+    of_program("name", {"columns": [1, "y"]}, " columns[0]:", "number", "text"),
+    of_program("few-names", {"columns": ["x"]}, " columns:", "1 name for 2 variables", "agree"),
+    of_program(
+        "coordinates",
+        {"A": {"format": "coo", "shape": [1, 2], "rows": [1], "cols": [0], "values": [1]}},
+        " A.rows[0]:",
+        "is 1",
+        "0 to 0",
+    ),
+    of_program(
+        "coordinate-shape",
+        {"A": {"format": "coo", "shape": [1.5, 2], "rows": [0], "cols": [0], "values": [1]}},
+        " A.shape:",
+        "whole numbers",
+    ),
+    of_json("program-infinite", '{"c": [1e999]}', " c[0]:", "finite"),
+    of_json("program-not-a-number", '{"c": [1], "lower": NaN}', " lower[0]:", "not a number"),
+    of_file("p.npz", npz(Q=np.eye(2), c=np.ones(2, complex)), "solve p.npz", "p.npz: c:", "complex"),
+    of_file("p.npz", npz(c=np.ones(2), A=np.ones((1, 3)), b=np.ones(1)), "solve p.npz", "p.npz: A:", "3 columns"),
+    of_file("p.npz", npz(P=np.eye(2), c=np.ones(2)), "solve p.npz", "p.npz: P:", *READINGS),
+    of_file("p.json", '{"c": [1]}', "convert p.json -o p.mps", "p.mps", "only read", ".json"),
+    of_file("p.json", '{"M": [[1]], "q": [1]}', "make --from-qp p.json", "p.json", "is not a program", "Q and c"),
+    of_file("p.json", '{"c": [1]}', "make --from-game p.json", "p.json", "is not a game", "A and B"),
+    of_mps("x cost 1", "x cost one", "line 7", "'one'", "number"),
+    of_mps("limit 1\n x", "limit 1,5\n x", "line 7", "'1,5'", "number"),
+    of_mps("limit 4", "limit 1D2", "line 11", "'1D2'", "number"),
+    of_mps("x 4", "x four", "line 13", "'four'", "number"),
+    of_mps("x demand", "x need", "line 8", "'need'", "not in ROWS"),
+    of_mps("b x 4", "b z 4", "line 13", "'z'", "not in COLUMNS"),
+    of_mps("UP b x 4", "UP b x -4", "line 13", "'x'", "below its lower bound 0", "MI"),
+    of_mps("x 4", "x 4\n UP b x 5", "line 14", "duplicate"),
+    of_mps(" x demand 1\n", " x limit 2\n", "line 8", "duplicate"),
+    of_mps("UP b x 4", "BV b x", "line 13", "'x'", "integer", "continuous"),
+    of_mps("UP b x 4", "LI b x 4", "line 13", "'x'", "integer"),
+    of_mps("UP b x 4", "SC b x 4", "line 13", "semicontinuous"),
+    of_mps(" x cost 1", " M1 'MARKER' 'INTORG'\n x cost 1", "'x'", "integer"),
+    of_mps("ENDATA\n", "", "no ENDATA", "cut off"),
+    of_mps("ENDATA", "QCMATRIX limit\n x x 1\nENDATA", "HiGHS"),
+    of_file("bad.mps", "NAME p\nROWS\n N cost\nCOLUMNS\nRHS\nENDATA\n", "solve bad.mps", "bad.mps: ", "no columns"),
+    of_lp("x <= 3", "x <= -3", "'x'", "below its lower bound 0"),
+    of_lp("end", "general\n x\nend", "'x'", "integer"),
+    of_lp("c1: x + y", "c1: [x^2] + y", "Quadratic constraints"),
+    of_lp("st\n", "subject two\n", "HiGHS"),
+    of_file("bad.mps.gz", gzip.compress(MPS.encode())[:40], "solve bad.mps.gz", "bad.mps.gz: ", "uncompressed"),
+    of_stdin("mps-misread", MPS.replace("x 4", "x four").encode(), "line 13", "'four'"),
+]

@@ -1,0 +1,168 @@
+"""Programs in MPS and in the LP format: what is read of each of their features, and that nothing is lost on the way."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, read, run
+from lcpcli.errors import ProblemError
+from lcpcli.model.problem import conditions_of
+from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.solving.answer import Minimum
+
+from .conftest import Outcome
+
+pytest.importorskip("highspy")
+INF = np.inf
+FEATURES = """* every kind of row and bound
+NAME          features
+OBJSENSE
+    MAX
+ROWS
+ N  profit
+ N  other
+ L  low
+ G  high
+ E  equal
+ E  equal2
+COLUMNS
+    x  profit  1.5  low  1
+    x  high  -2e0
+    y  profit  -.25   equal  4
+    y  other  3
+    z  equal2  1  low  1
+    z  profit  0
+RHS
+    rhs  low  4  high  -1
+    rhs  equal  2  equal2  3
+    rhs  profit  -7
+RANGES
+    rng  low  2.5  high  3
+    rng  equal  2  equal2  -2
+BOUNDS
+ MI bnd x
+ UP bnd x -1
+ FR bnd y
+ LO bnd z 1
+ UP bnd z 1e1
+ENDATA
+"""
+
+
+def program(problem: Problem) -> tuple[Program, ProgramData]:
+    assert isinstance(problem.origin, Program)
+    data = problem.origin.program(conditions_of(problem))
+    assert data is not None
+    return problem.origin, data
+
+
+def written(folder: Path, text: str | bytes, name: str = "p.mps") -> Path:
+    (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+    return folder / name
+
+
+def test_rows_ranges_bounds_names_constant_and_sense_are_read(tmp_path: Path) -> None:
+    problem = read(written(tmp_path, FEATURES))
+    origin, data = program(problem)
+    assert problem.name == "features"
+    assert (origin.sense, origin.constant) == ("max", 7)
+    assert origin.columns == ("x", "y", "z")
+    assert origin.rows == ("low", "high", "equal", "equal2")
+    assert (-data.c).tolist() == [1.5, -0.25, 0]
+    assert np.array(data.A).tolist() == [[1, 0, 1], [-2, 0, 0], [0, 4, 0], [0, 0, 1]]
+    assert data.row_lower.tolist() == [1.5, -1, 2, 1]
+    assert data.row_upper.tolist() == [4, 2, 4, 3]
+    assert data.lower.tolist() == [-INF, -INF, 1]
+    assert data.upper.tolist() == [-1, INF, 10]
+
+
+@pytest.mark.parametrize(
+    ("section", "entries"),
+    [("QUADOBJ", " x x 2\n x y -1\n y y 4\n"), ("QMATRIX", " x x 2\n x y -1\n y x -1\n y y 4\n")],
+)
+def test_both_ways_to_write_the_matrix_of_the_objective(section: str, entries: str, tmp_path: Path) -> None:
+    text = f"NAME q\nROWS\n N c\n G r\nCOLUMNS\n x c 1 r 1\n y r 1\nRHS\n b r 1\n{section}\n{entries}ENDATA\n"
+    _, data = program(read(written(tmp_path, text, "q.qps")))
+    assert np.array(data.Q).tolist() == [[2, -1], [-1, 4]]
+
+
+def test_fixed_format_with_spaces_in_names(tmp_path: Path) -> None:
+    lines = ["NAME          fixed", "ROWS", " N  COST", " G  ROW ONE", "COLUMNS"]
+    lines += ["    COL ONE   COST               1.0   ROW ONE            2.0", "RHS"]
+    lines += ["    RHS       ROW ONE            6.0", "ENDATA", ""]
+    origin, data = program(read(written(tmp_path, "\n".join(lines))))
+    assert (origin.columns, origin.rows) == (("COL ONE",), ("ROW ONE",))
+    assert (data.A[0, 0], data.row_lower[0]) == (2, 6)
+
+
+@pytest.mark.parametrize("ending", ["\r\n", "\n\n"])
+def test_line_ends_and_blank_lines_do_not_matter(ending: str, tmp_path: Path) -> None:
+    plain, other = (read(written(tmp_path, FEATURES.replace("\n", end))) for end in ("\n", ending))
+    assert np.array_equal(plain.M, other.M)
+    assert np.array_equal(plain.q, other.q)
+
+
+def test_compressed_and_from_standard_input_it_is_the_same(
+    tmp_path: Path, lcp: Callable[..., Outcome], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = read(written(tmp_path, FEATURES))
+    packed = read(written(tmp_path, gzip.compress(FEATURES.encode()), "p.mps.gz"))
+    assert packed.origin == plain.origin
+    assert np.array_equal(packed.q, plain.q)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(FEATURES.encode())))
+    outcome = lcp("solve", "-", "--format", "json")
+    assert outcome.code == 0
+    answer = run(plain).answer
+    assert isinstance(answer, Minimum)
+    assert json.loads(outcome.out)["answer"]["objective"] == answer.objective
+
+
+def test_the_lp_format_is_read(tmp_path: Path) -> None:
+    text = "max\n obj: 3 x - y + [ -2 x^2 + 2 x * y - 4 y^2 ] / 2 + 5\nst\n r: x + y >= 1\n s: x + y <= 4\nbounds\n y free\nend\n"
+    origin, data = program(read(written(tmp_path, text, "p.lp")))
+    assert (origin.sense, origin.constant) == ("max", 5)
+    assert (-np.array(data.Q)).tolist() == [[-2, 1], [1, -4]]
+    assert (data.row_lower.tolist(), data.row_upper.tolist()) == ([1, -INF], [INF, 4])
+    assert data.lower.tolist() == [0, -INF]
+
+
+def test_converted_it_keeps_names_sense_and_constant(tmp_path: Path, lcp: Callable[..., Outcome]) -> None:
+    file = str(written(tmp_path, FEATURES))
+    for ending in ("json", "npz", "mat"):
+        other = str(tmp_path / f"other.{ending}")
+        assert lcp("convert", file, "-o", other) == Outcome(0, "", "")
+        assert read(other).origin == read(file).origin
+        answers = [json.loads(lcp("solve", each, "--format", "json").out)["answer"] for each in (file, other)]
+        assert answers[0] == answers[1]
+
+
+def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path: Path, lcp: Callable[..., Outcome]) -> None:
+    pytest.importorskip("flint")
+    text = "NAME e\nROWS\n N c\n G r\nCOLUMNS\n x c 0.1 r 0.3\nRHS\n b r 0.7\nENDATA\n"
+    outcome = lcp("solve", str(written(tmp_path, text)), "--exact", "--format", "json")
+    assert json.loads(outcome.out)["answer"]["exact"] == {"x": ["7/3"], "y": ["1/3"]}
+
+
+def test_without_its_reader_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "highspy", None)
+    with pytest.raises(ProblemError, match=r"highspy, which is not installed; pip install '.*\[mps\]'"):
+        read(written(tmp_path, FEATURES))
+
+
+def test_large_programs_are_sparse_and_small_ones_dense(tmp_path: Path) -> None:
+    def text(k: int) -> str:
+        columns = "".join(f" x{j} c 1 r 1\n" for j in range(k))
+        return f"NAME n\nROWS\n N c\n G r\nCOLUMNS\n{columns}RHS\n b r 1\nENDATA\n"
+
+    kinds: list[Any] = [type(read(written(tmp_path, text(k))).M) for k in (5, 500)]
+    assert kinds[0] is np.ndarray
+    assert kinds[1] is not np.ndarray

@@ -1,0 +1,168 @@
+"""One program in native names, in those of qpsolvers, in NPZ, MAT and MPS, and as a mixed problem: the same answer."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem, from_qp, from_qpsolvers, read, run, write
+from lcpcli.solving.answer import Minimum
+
+from .conftest import Outcome
+
+SHIPPED = Path(lcpcli.__file__).parent.parent / "problems" / "programs"
+SEEDS = range(12)
+
+
+def program(seed: int) -> dict[str, Any]:
+    """A definite program with an equation, a range, a row from below and one from above, and bounds of every kind."""
+    random = np.random.default_rng(seed)
+    k = 6
+    F = random.integers(-3, 4, (k, k)) / 4
+    inside, A = random.integers(-2, 3, k).astype(float), random.integers(-3, 4, (4, k)).astype(float)
+    inside[3] = -0.5
+    at = A @ inside
+    slack = random.integers(1, 4, (2, 4)) / 2
+    return {
+        "Q": F @ F.T + np.eye(k) / 2,
+        "c": random.integers(-9, 10, k) / 2,
+        "A": A,
+        "row_lower": np.array([at[0], at[1] - slack[0, 1], at[2] - slack[0, 2], -np.inf]),
+        "row_upper": np.array([at[0], at[1] + slack[1, 1], np.inf, at[3] + slack[1, 3]]),
+        "lower": np.array([-np.inf, -3.0, -2.5, -0.5, -np.inf, -2.0]),
+        "upper": np.array([np.inf, 3.0, np.inf, -0.5, 2.5, np.inf]),
+    }
+
+
+def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
+    """The same program: the rows from above, then those from below, and the equation."""
+    A, low, high = p["A"], p["row_lower"], p["row_upper"]
+    equal = low == high
+    above, below = np.isfinite(high) & ~equal, np.isfinite(low) & ~equal
+    G, h = np.vstack((A[above], -A[below])), np.concatenate((high[above], -low[below]))
+    objective = {"P": p["Q"], "q": p["c"], "lb": p["lower"], "ub": p["upper"]}
+    return objective | {"G": G, "h": h, "A": A[equal], "b": low[equal]}
+
+
+def mps(p: dict[str, Any]) -> str:
+    """The program in free MPS."""
+    k, kinds, rhs, ranges = len(p["c"]), [], [], []
+    for i, (low, high) in enumerate(zip(p["row_lower"], p["row_upper"], strict=True)):
+        kinds.append("E" if low == high else "G" if np.isfinite(low) else "L")
+        rhs.append(f" r R{i} {low if np.isfinite(low) else high!r}")
+        if np.isfinite(low) and np.isfinite(high) and low < high:
+            ranges.append(f" g R{i} {high - low!r}")
+    lines = ["NAME forms", "ROWS", " N cost", *(f" {kind} R{i}" for i, kind in enumerate(kinds)), "COLUMNS"]
+    for j in range(k):
+        lines.append(f" x{j} cost {p['c'][j]!r}")
+        lines += [f" x{j} R{i} {a!r}" for i, a in enumerate(p["A"][:, j]) if a]
+    lines += ["RHS", *rhs, "RANGES", *ranges, "BOUNDS"]
+    for j, (low, high) in enumerate(zip(p["lower"], p["upper"], strict=True)):
+        lines.append(f" MI b x{j}" if np.isinf(low) else f" LO b x{j} {low!r}")
+        lines += [] if np.isinf(high) else [f" UP b x{j} {high!r}"]
+    lines.append("QUADOBJ")
+    lines += [f" x{j} x{i} {p['Q'][i, j]!r}" for i in range(k) for j in range(i + 1) if p["Q"][i, j]]
+    return "\n".join([*lines, "ENDATA", ""]).replace("np.float64(", "").replace(")", "")
+
+
+def lists(p: dict[str, Any]) -> dict[str, Any]:
+    """For JSON: null in place of infinite numbers."""
+    return {key: [None if np.ndim(v) == 0 and np.isinf(v) else v.tolist() for v in values] for key, values in p.items()}
+
+
+def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
+    pytest.importorskip("highspy")
+    native = from_qp(**p)
+    (folder / "native.json").write_text(json.dumps(lists(p)))
+    (folder / "foreign.json").write_text(json.dumps(lists(qpsolvers_names(p))))
+    np.savez(folder / "native.npz", **p)
+    savemat(folder / "foreign.mat", qpsolvers_names(p) | {"P": csr_array(p["Q"]), "comment": "of the workspace"})
+    (folder / "p.mps").write_text(mps(p))
+    write(native, folder / "mixed.npz")
+    names = ("native.json", "foreign.json", "native.npz", "foreign.mat", "p.mps", "mixed.npz")
+    others = {"native": native, "foreign": from_qpsolvers(**qpsolvers_names(p))}
+    return others | {name: read(folder / name) for name in names}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_each_form_has_the_same_answer(seed: int, tmp_path: Path) -> None:
+    p = program(seed)
+    answers = {name: run(problem).answer for name, problem in forms(p, tmp_path).items()}
+    expected = answers["native"]
+    assert isinstance(expected, Minimum)
+    assert expected.x is not None
+    for name, answer in answers.items():
+        assert isinstance(answer, Minimum), name
+        assert answer.x == pytest.approx(expected.x, rel=1e-11, abs=1e-12), name
+        assert answer.objective == pytest.approx(expected.objective, rel=1e-12), name
+        assert answer.bound_multipliers == pytest.approx(expected.bound_multipliers, rel=1e-9, abs=1e-11), name
+        if "foreign" not in name:
+            assert answer.y == pytest.approx(expected.y, rel=1e-9, abs=1e-11), name
+    M, q, lower, upper = (getattr(from_qp(**p), name) for name in ("M", "q", "lower", "upper"))
+    z = lcpcli.solve(M, q, lower=lower, upper=upper).z
+    assert z[:6] == pytest.approx(expected.x, rel=1e-11, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> None:
+    qpsolvers = pytest.importorskip("qpsolvers")
+    lcpcli.add_to_qpsolvers()
+    assert "lcp" in qpsolvers.available_solvers
+    p = program(seed)
+    given = qpsolvers_names(p)
+    expected = run(from_qp(**p)).z[:6]
+    assert lcpcli.solve_qp(**given) == pytest.approx(expected, rel=1e-11, abs=1e-12)
+    assert qpsolvers.solve_qp(**given, solver="lcp") == pytest.approx(expected, rel=1e-11, abs=1e-12)
+    solution = qpsolvers.solve_problem(qpsolvers.Problem(**given), solver="lcp", tol=1e-9)
+    assert solution.is_optimal(1e-9)
+    assert solution.primal_residual() < 1e-9
+    assert solution.dual_residual() < 1e-9
+    assert abs(solution.duality_gap()) < 1e-8
+    assert solution.obj == pytest.approx(run(from_qp(**p)).answer.objective)
+
+
+def test_qpsolvers_learns_that_there_is_no_solution() -> None:
+    qpsolvers = pytest.importorskip("qpsolvers")
+    lcpcli.add_to_qpsolvers()
+    given = {"P": np.eye(1), "q": np.zeros(1), "G": np.array([[1.0], [-1.0]]), "h": np.array([1.0, -2.0])}
+    assert lcpcli.solve_qp(**given) is None
+    solution = qpsolvers.solve_problem(qpsolvers.Problem(**given), solver="lcp")
+    assert not solution.found
+    assert solution.extras["statement"] == "the program is infeasible: no x satisfies its constraints"
+
+
+def test_names_are_in_tables_answers_and_checks(lcp: Callable[..., Outcome]) -> None:
+    lines = lcp("solve", str(SHIPPED / "portfolio.json")).out.splitlines()
+    header = next(line for line in lines if line.startswith("method"))
+    assert header.split()[2:7] == ["shares", "bonds", "cash", "budget", "return"]
+    checked = lcp("check", str(SHIPPED / "portfolio.json"), "0.5,0.5,0.5,0,0,0.07")
+    assert checked.code == 1
+    assert "4 budget" in checked.out
+    record = json.loads(lcp("solve", str(SHIPPED / "transport.json"), "--format", "json").out)["answer"]
+    assert record["columns"][1] == "S-C"
+    assert record["rows"] == ["Seattle", "San Diego", "New York", "Chicago", "Topeka"]
+
+
+def test_infinite_ends_and_a_single_row_in_one_dimension_are_taken_as_qpsolvers_takes_them() -> None:
+    x = lcpcli.solve_qp(np.eye(2), np.ones(2), np.array([[1.0, 1.0], [1.0, 0.0]]), np.array([np.inf, -3.0]))
+    assert x is not None
+    assert x.tolist() == [-3, -1]
+
+
+def test_a_maximum_is_the_minimum_of_the_opposite() -> None:
+    p = program(3)
+    least = run(from_qp(**p, constant=2.0)).answer
+    most = run(from_qp(**p | {"Q": -p["Q"], "c": -p["c"]}, sense="max", constant=-2.0)).answer
+    assert isinstance(least, Minimum)
+    assert isinstance(most, Minimum)
+    assert most.objective == pytest.approx(-least.objective)
+    assert most.y == pytest.approx(-least.y)
+    assert most.statement == "x is the unique maximizer, as Q is negative definite"
