@@ -127,7 +127,8 @@ def test_compressed_and_from_standard_input_it_is_the_same(
 
 
 def test_the_lp_format_is_read(tmp_path: Path) -> None:
-    text = "max\n obj: 3 x - y + [ -2 x^2 + 2 x * y - 4 y^2 ] / 2 + 5\nst\n r: x + y >= 1\n s: x + y <= 4\nbounds\n y free\nend\n"
+    lines = ["max", " obj: 3 x - y + [ -2 x^2 + 2 x * y - 4 y^2 ] / 2 + 5", "st", " r: x + y >= 1", " s: x + y <= 4"]
+    text = "\n".join([*lines, "bounds", " y free", "end", ""])
     origin, data = program(read(written(tmp_path, text, "p.lp")))
     assert (origin.sense, origin.constant) == ("max", 5)
     assert (-np.array(data.Q)).tolist() == [[-2, 1], [1, -4]]

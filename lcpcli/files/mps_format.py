@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 PACKAGE = "highspy"
 HINT = "pip install 'linear-complementarity[mps]'"
 NO_VECTOR = ("is a program", "name a file that holds a vector")
+TOLD_BETTER = ("inconsistent bounds", "Parser error", "switching to fixed format")  # here, or harmless
 DENSE = 200  # unknowns up to which the matrices are kept dense
 MPS = re.compile(rb"^ROWS\b", re.MULTILINE)
 NAME = re.compile(rb"^NAME[ \t]+(\S+)", re.MULTILINE)
@@ -78,7 +79,7 @@ def _read(text: bytes, ending: str) -> Any:
         file.write_bytes(text)
         status = highs.readModel(str(file))
     complaints = [" ".join(line.partition(":")[2].split()) for line in told]
-    complaints = [line for line in complaints if "inconsistent bounds" not in line and "Parser error" not in line]
+    complaints = [line for line in complaints if not any(words in line for words in TOLD_BETTER)]
     if complaints and ending == ".mps" and (unknown := unknown_row(text)):
         place = line_of(text, f'"{unknown}"')
         raise ProblemError(place, f"names {quoted(unknown)}, which is not in ROWS", "correct it, or declare it there")

@@ -14,16 +14,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from lcpcli.linalg import matrices, products
-from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.principal import definite_solver
+from lcpcli.linalg import matrices
+from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.reductions.program import Program, ProgramData
-from lcpcli.typing import Matrix, Vector
-
-# times n: how far rounding may push the eigenvalues of a semidefinite M with unit diagonal below 0
-SEMIDEFINITE = 10 * EPS
+from lcpcli.typing import Vector
 
 _semidefinite: WeakKeyDictionary[Problem, bool] = WeakKeyDictionary()
 
@@ -58,30 +53,5 @@ def is_monotone(problem: Problem) -> bool:
     """Whether v'Mv >= 0 for all v, up to rounding. Cached for each problem, as it may take a factorization."""
     if problem not in _semidefinite:
         M = problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q
-        _semidefinite[problem] = _is_semidefinite(M if matrices.is_symmetric(M) else (M + M.T) / 2)
+        _semidefinite[problem] = is_semidefinite(M if matrices.is_symmetric(M) else (M + M.T) / 2)
     return _semidefinite[problem]
-
-
-def _is_semidefinite(M: Matrix) -> bool:
-    """Whether a symmetric M is positive semidefinite up to rounding.
-
-    Diagonal dominance settles it without a factorization. Otherwise M is scaled to a diagonal of about 1 first, so that
-    the answer does not depend on units.
-    """
-    diagonal, ones = M.diagonal(), np.ones(M.shape[0])
-    largest = matrices.row_maxima(M)
-    if diagonal.min() < 0 or largest[diagonal == 0].any():
-        return False
-    if (products.absolute_product(M, ones) <= 2 * diagonal).all():
-        return True
-    C = np.exp2(-np.rint(0.5 * np.log2(np.where(diagonal > 0, diagonal, 1.0))))  # powers of two: M stays symmetric
-    shift = SEMIDEFINITE * M.shape[0]
-    return definite_solver(_shifted(matrices.scaled(M, C, C), shift)) is not None
-
-
-def _shifted(M: Matrix, shift: float) -> Matrix:
-    if not is_sparse(M):
-        return M + shift * np.eye(M.shape[0])
-    from scipy.sparse import eye_array
-
-    return (M + shift * eye_array(M.shape[0], format="csr")).tocsr()

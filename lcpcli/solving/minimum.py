@@ -14,6 +14,7 @@ from lcpcli.classes.classify import classify
 from lcpcli.classes.verdict import NO, YES
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.products import product
+from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData
 from lcpcli.solving.answer import Minimum
@@ -23,6 +24,7 @@ from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import farkas, proves_infeasible
 
 SECONDS = 1.0  # for deciding whether Q is positive semidefinite
+LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
 WORDS = {"min": ("minimizer", "minimum", "below"), "max": ("maximizer", "maximum", "above")}
 DEFINITE = {"min": "positive", "max": "negative"}
 
@@ -42,7 +44,9 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
 def _minimum(result: Result, program: Program, data: ProgramData, statement: str) -> Minimum:
     sign = SENSES[program.sense]
     x, y = program.parts(result.z)
-    bounded = sign * program.parts(result.w)[0] + 0.0
+    w = program.parts(result.w)[0]
+    held = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
+    bounded = sign * np.where(held, w, 0.0) + 0.0
     with np.errstate(over="ignore", invalid="ignore"):
         objective = sign * float(x @ product(data.Q, x) / 2 + data.c @ x) + program.constant
     exact = None
@@ -67,6 +71,8 @@ def _kind_of_minimum(data: ProgramData, program: Program) -> str:
         return f"x is a {word}, as Q is {definite} semidefinite"
     if verdict == NO:
         return f"x satisfies the first-order conditions but need not be a {word}: Q is not {definite} semidefinite"
+    if data.c.size <= LARGEST and is_semidefinite(data.Q):
+        return f"x is a {word}, as far as Q is {definite} semidefinite, which it is up to rounding"
     return f"x satisfies the first-order conditions; whether Q is {definite} semidefinite and x a {word} is not decided"
 
 
