@@ -31,8 +31,15 @@ def bounded(problem: Problem, given: Mapping[str, str | None]) -> Problem:
     values = {name: _values(name, text, exact=False) for name, text in given.items() if text is not None}
     if not values:
         return problem
+    if problem.origin is not None:
+        fault = (
+            "is a bound of z = (x, y, s)" if problem.origin.data()["kind"] == "qp" else "is a bound of probabilities"
+        )
+        raise ProblemError(
+            f"--{next(iter(values))}", fault, "change the program or game in the file, or drop its origin"
+        )
     try:
-        return replace(problem, solutions=(), verdict="", origin=None, **values)
+        return replace(problem, solutions=(), verdict="", **values)
     except ProblemError as error:
         name = next((name for name in values if error.where.startswith(name)), next(iter(values)))
         text = str(given[name])
