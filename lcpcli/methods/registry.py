@@ -78,6 +78,22 @@ ANDERSON = Option(
     lambda memory: memory >= 0,
     "Anderson acceleration with this many earlier steps; 0 is the published method.",
 )
+START_SLACK = Option(
+    "start_slack",
+    float,
+    None,
+    "0 < slack < infinity",
+    lambda slack: 0 < slack < math.inf,
+    "Least slack and multiplier at the start of interior; by default several are tried.",
+)
+REGULARIZATION = Option(
+    "regularization",
+    float,
+    None,
+    "0 < rho <= 1",
+    lambda rho: 0 < rho <= 1,
+    "Added to the diagonal of the factors of interior; by default adapted.",
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -140,6 +156,13 @@ METHODS = {
         uses_start=True,
         takes_bounds=True,
         guaranteed={"p_matrix": "it finds the solution, usually in a handful of steps"},
+    ),
+    "interior": Method(
+        "interior point method (Mehrotra 1992; Gondzio 1996)",
+        options=(START_SLACK, REGULARIZATION),
+        takes_bounds=True,
+        guaranteed={"positive_semidefinite": "it follows the central path to a solution, unless rounding stalls it"},
+        location=("interior.method", "interior"),
     ),
     "lemke": Method(
         "complementary pivoting (Lemke 1965)",

@@ -1,0 +1,165 @@
+"""Systems with M + diag(d) for one d after another: the pattern is analysed once.
+
+If signs S make S M symmetric, no pivoting is needed (see `signs`): LDL' by QDLDL, where it is installed and faster, or
+SuperLU with diagonal pivots in an order for symmetric patterns. Dense M has LU factors with partial pivoting.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Protocol
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.interrupts import interruptibly
+from lcpcli.linalg import factors
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.threads import include_loaded
+from lcpcli.typing import Matrix, Vector
+
+PATIENCE = 0.02  # seconds of a factorization from which it is worth trying another program for the next
+
+
+class Systems(Protocol):
+    """Systems with M + diag(d) of one M."""
+
+    def factorize(self, d: Vector) -> None:
+        """Factorize M + diag(d); SingularMatrix if that fails."""
+
+    def solve(self, b: Vector) -> Vector:
+        """(M + diag(d))^-1 b for the last d."""
+
+
+def systems(M: Matrix, S: Vector | None) -> Systems:
+    """Those of M, dense or in compressed sparse rows, with signs S if there are any."""
+    if not is_sparse(M):
+        return _Dense(M)
+    plain = SuperLU(M)
+    return plain if S is None or not _has_qdldl() else _Faster(plain, _LDL(M, S))
+
+
+class _Dense:
+    def __init__(self, M: Matrix) -> None:
+        with imports:
+            from scipy.linalg import get_lapack_funcs
+
+        include_loaded()
+        self._M = M
+        self._getrf, self._getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
+
+    def factorize(self, d: Vector) -> None:
+        A = self._M.copy(order="F")
+        A.reshape(-1, order="F")[:: A.shape[0] + 1] += d
+        self._lu, self._pivots, info = factors.dense_lu(self._getrf, A, overwrite_a=True)
+        if info:
+            raise SingularMatrix
+
+    def solve(self, b: Vector) -> Vector:
+        x: Vector = self._getrs(self._lu, self._pivots, b)[0]
+        return x
+
+
+class SuperLU:
+    """scipy's; with diagonal pivots, or with partial ones if `pivoting`."""
+
+    def __init__(self, M: Matrix, pivoting: bool = False) -> None:
+        with imports:
+            from scipy.sparse.linalg import splu
+
+        include_loaded()
+        self._splu, self._columns, self._places = splu, *_with_diagonal(M)
+        self._diagonal = M.diagonal()
+        symmetric = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0}
+        symmetric["options"] = {"SymmetricMode": True, "Equil": False}
+        self._how: dict[str, Any] = {"permc_spec": "COLAMD"} if pivoting else symmetric
+
+    def factorize(self, d: Vector) -> None:
+        self._columns.data[self._places] = self._diagonal + d
+        large = self._columns.nnz > factors.QUICK
+        try:
+            self._lu = interruptibly(self._factors) if large else self._factors()
+        except RuntimeError as error:
+            raise SingularMatrix from error
+
+    def _factors(self) -> Any:
+        return self._splu(self._columns, **self._how)
+
+    def solve(self, b: Vector) -> Vector:
+        x: Vector = self._lu.solve(b)
+        return x
+
+
+class _LDL:
+    """QDLDL's, of S (M + diag(d))."""
+
+    def __init__(self, M: Matrix, S: Vector) -> None:
+        from scipy.sparse import csc_matrix, diags_array, triu
+
+        columns, _ = _with_diagonal(M)
+        upper = csc_matrix(triu(diags_array(S) @ columns, format="csc"))
+        upper.sort_indices()
+        self._upper, self._places = upper, upper.indptr[1:] - 1
+        self._S, self._diagonal = S, M.diagonal()
+        self._solver: Any = None
+
+    def factorize(self, d: Vector) -> None:
+        import qdldl
+
+        self._upper.data[self._places] = self._S * (self._diagonal + d)
+        try:
+            if self._solver is None:
+                self._solver = interruptibly(lambda: qdldl.Solver(self._upper, upper=True))
+            else:
+                interruptibly(lambda: self._solver.update(self._upper, upper=True))
+        except RuntimeError as error:
+            raise SingularMatrix from error
+
+    def solve(self, b: Vector) -> Vector:
+        x: Vector = self._solver.solve(self._S * b)
+        return x
+
+
+class _Faster:
+    """The one of two that takes less time, after one factorization with each; the first if that is quick enough."""
+
+    def __init__(self, plain: Systems, other: Systems) -> None:
+        self._candidates, self._seconds = [other, plain], list[float]()
+        self._used = other
+
+    def factorize(self, d: Vector) -> None:
+        tried = len(self._seconds)
+        if tried < len(self._candidates):
+            self._used = self._candidates[tried]
+        began = time.perf_counter()
+        self._used.factorize(d)
+        self._seconds.append(time.perf_counter() - began)
+        if tried == 0 and self._seconds[0] < PATIENCE:
+            self._candidates = self._candidates[:1]
+        elif len(self._seconds) == len(self._candidates) == 2:
+            self._used = self._candidates[int(self._seconds[1] < self._seconds[0])]
+
+    def solve(self, b: Vector) -> Vector:
+        return self._used.solve(b)
+
+
+def _with_diagonal(M: Matrix) -> tuple[Any, Any]:
+    """M in compressed sparse columns with every diagonal entry stored, and where these are."""
+    from scipy.sparse import csc_array
+
+    n = M.shape[0]
+    coo = M.tocoo()
+    off = coo.row != coo.col
+    every = np.arange(n)
+    places = np.concatenate((coo.row[off], every)), np.concatenate((coo.col[off], every))
+    columns = csc_array((np.concatenate((coo.data[off], np.ones(n))), places), shape=(n, n))
+    columns.sort_indices()
+    owners = np.repeat(every, np.diff(columns.indptr))
+    return columns, np.flatnonzero(columns.indices == owners)
+
+
+def _has_qdldl() -> bool:
+    from importlib.util import find_spec
+
+    return find_spec("qdldl") is not None

@@ -1,0 +1,79 @@
+"""From an interior point to the basic solution of its active set, also where that basis is singular.
+
+The basic variables solve M_BB z_B = -(q + M z_N)_B by a proximal iteration, (M_BB + eps) dz = -w_B, which converges to
+the solution nearest to the interior point if there are several.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.shifted_systems import systems
+from lcpcli.methods.interior.scaling import Scaled
+from lcpcli.methods.interior.steps import Point
+from lcpcli.typing import Indices, Mask, Vector
+
+SHIFT = 1e-9  # eps
+ITERATIONS, SLOW = 15, 0.7
+ROUNDS = 5  # of exchanges of wrong signs
+WRONG = 1e-12  # in scaled units
+
+
+def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, Vector, Mask]]:
+    """z within its bounds, w and where z is basic, of the active set of a point, and after exchanges; scaled."""
+    low, high = _active(problem, at)
+    z = np.clip(at.z, problem.lower, problem.upper)
+    for _ in range(ROUNDS):
+        z = np.where(low, problem.lower, np.where(high, problem.upper, z))
+        basic = ~(low | high)
+        try:
+            z, w = _solved(problem, z, np.flatnonzero(basic))
+        except SingularMatrix:
+            return
+        yield np.clip(z, problem.lower, problem.upper), w, basic
+        below, above = basic & (z < problem.lower - WRONG), basic & (z > problem.upper + WRONG)
+        from_low, from_high = low & (w < -WRONG), high & (w > WRONG)
+        if not (below | above | from_low | from_high).any():
+            return
+        low, high = (low | below) & ~from_low, (high | above) & ~from_high
+        z = np.clip(z, problem.lower, problem.upper)
+
+
+def _active(problem: Scaled, at: Point) -> tuple[Mask, Mask]:
+    """Where the slack of the lower, or of the upper bound is less than its multiplier."""
+    n, count = problem.q.size, problem.low.size
+    s_low, s_high, w_low, w_high = np.full(n, np.inf), np.full(n, np.inf), np.zeros(n), np.zeros(n)
+    s_low[problem.low], w_low[problem.low] = at.s[:count], at.w[:count]
+    s_high[problem.high], w_high[problem.high] = at.s[count:], at.w[count:]
+    low, high = s_low < w_low, s_high < w_high
+    return low & ~(high & (s_low > s_high)), high & ~(low & (s_low <= s_high))
+
+
+def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
+    """z with its basic variables solved for, and w."""
+    M, q = problem.M, problem.q
+    w = M @ z + q
+    if not basic.size:
+        return z, w
+    block = M[basic][:, basic] if is_sparse(M) else M[np.ix_(basic, basic)]
+    solver = systems(block, None if problem.S is None else problem.S[basic])
+    solver.factorize(np.full(basic.size, SHIFT))
+    best, last = (z, w), float(np.abs(w[basic]).max())
+    least = last
+    for _ in range(ITERATIONS):
+        z = z.copy()
+        z[basic] -= solver.solve(w[basic])
+        if not np.isfinite(z).all():
+            raise SingularMatrix
+        w = M @ z + q
+        size = float(np.abs(w[basic]).max())
+        if size < least:
+            best, least = (z, w), size
+        if size > SLOW * last:
+            break
+        last = size
+    return best

@@ -1,0 +1,34 @@
+"""Proofs that there is no solution, from iterates that diverge: Farkas' y is the direction in which they do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lcpcli.methods.interior.scaling import Scaled
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.typing import Vector
+from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
+
+FAR = 1e2  # in scaled units: what diverges is at least that large
+SNAP = 1e-9  # of the largest entry: what is smaller counts as 0
+
+
+def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
+    """The certificate from one of the directions, or from the part of either sign S; None if none is one."""
+    given = conditions_of(problem)
+    low, high = np.isfinite(given.lower), np.isfinite(given.upper)
+    for direction in directions:
+        if not np.abs(direction).max() > FAR:
+            continue
+        parts = [direction] if within.S is None else [np.where(s == within.S, direction, 0.0) for s in (1, -1)]
+        for part in (*parts, direction)[: len(parts) + (within.S is not None)]:
+            y = np.zeros(problem.n)
+            y[within.kept] = part * within.units
+            y = np.where(low & high, 0.0, np.where(low, np.maximum(y, 0.0), np.where(high, np.minimum(y, 0.0), y)))
+            y[np.abs(y) < SNAP * np.abs(y).max()] = 0.0
+            proof = proof_in_units(problem, np.ones(problem.n), y) if y.any() else None
+            if proof is not None:
+                return Certificate("farkas", farkas_statement(problem), proof)
+    return None

@@ -1,0 +1,175 @@
+"""The steps: Mehrotra's predictor and corrector with Gondzio's further correctors, from infeasible points.
+
+S. Mehrotra, On the implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio,
+Multiple centrality corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lcpcli.methods.interior.scaling import Scaled
+from lcpcli.methods.interior.systems import AccurateSystems
+from lcpcli.typing import Indices, Vector
+
+LEAST_SIGMA = 1e-6
+CORRECTORS, WORTH, ASPIRED = 2, 0.01, 0.3  # Gondzio's: at most, the least gain in step length, the gain aimed at
+SPREAD = 10.0  # of the products s w around their mean, beyond which they are corrected
+LONG, SHORT, SAFE_SIGMA = 0.95, 0.1, 0.5  # step lengths that are good enough, and that ask for more centring
+TO_BOUNDARY = 0.995
+TINY = 1e-30
+ENOUGH = 1e-3  # of the infeasibility: how accurately systems are solved
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive."""
+
+    z: Vector
+    s: Vector
+    w: Vector
+
+
+class Direction(Point):
+    """The change of a point in a step of length 1."""
+
+
+class Steps:
+    """The steps on one scaled problem."""
+
+    def __init__(self, problem: Scaled, systems: AccurateSystems) -> None:
+        self.problem, self._systems = problem, systems
+        self._index = np.concatenate((problem.low, problem.high))
+        self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
+        self._bound = np.concatenate((problem.lower[problem.low], problem.upper[problem.high]))
+
+    def start(self, slack: float) -> Point:
+        """z near the reference point, with slacks and multipliers of at least `slack`.
+
+        Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables; slacks from z and multipliers
+        from w, shifted to be positive.
+        """
+        p = self.problem
+        near = np.clip(0.0, p.lower, p.upper)
+        D = np.zeros(p.q.size)
+        D[self._index] = 1.0
+        self._systems.factorize(D)
+        z, _ = self._systems.solve(D * near - p.q)
+        s = self._sign * (z[self._index] - self._bound)
+        w = np.maximum(self._sign * (p.M @ z + p.q)[self._index], 0.0)
+        if not p.pairs:
+            return Point(z, s, w)
+        s, w = (v + max(0.0, -1.5 * float(v.min())) for v in (s, w))
+        product = max(float(s @ w), 1e-8 * p.pairs)
+        s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
+        return Point(z, s + max(s_least, slack), w + max(w_least, slack))
+
+    def residuals(self, at: Point) -> tuple[Vector, Vector]:
+        """M z + q minus the multipliers, and the distances to the bounds minus the slacks."""
+        dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
+        return dual, self._sign * (at.z[self._index] - self._bound) - at.s
+
+    def mu(self, at: Point) -> float:
+        """The mean of s w."""
+        return float(at.s @ at.w) / max(self.problem.pairs, 1)
+
+    def infeasibility(self, at: Point) -> float:
+        return max(float(np.abs(r).max(initial=0.0)) for r in self.residuals(at))
+
+    def gap_size(self, at: Point) -> float:
+        """The size of the terms of the gap."""
+        return max(1e-10, abs(float(self.problem.q @ at.z)), abs(float((self._sign * self._bound) @ at.w)))
+
+    def next(self, at: Point) -> tuple[Point, float, Direction]:
+        """The next point, the step length and the direction."""
+        dual, primal = self.residuals(at)
+        ratio = at.w / at.s
+        self._systems.factorize(self._spread(ratio))
+        newton = _Newton(self, at, dual, primal, self._absorbing(ratio))
+        affine = newton.direction(-at.s * at.w)
+        if not self.problem.pairs:
+            return self._moved(at, affine, 1.0), 1.0, affine
+        mu, length = self.mu(at), longest(at, affine)
+        after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / self.problem.pairs
+        sigma = min(1.0, max((max(after, 0.0) / mu) ** 3, LEAST_SIGMA))
+        found, step = self._corrected(newton, at, affine, sigma * mu)
+        if step < SHORT and step < 0.5 * length:
+            central = newton.direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
+            if longest(at, central) > step:
+                found, step = central, longest(at, central)
+        step = min(1.0, max(TO_BOUNDARY, 1.0 - mu) * step) if step < 1.0 else 1.0
+        return self._moved(at, found, step), step, found
+
+    def _corrected(self, newton: _Newton, at: Point, affine: Direction, target: float) -> tuple[Direction, float]:
+        """Mehrotra's direction to products s w of `target`, and those of Gondzio that lengthen the step."""
+        wanted = target - at.s * at.w - affine.s * affine.w
+        found = newton.direction(wanted)
+        step = longest(at, found)
+        for _ in range(CORRECTORS):
+            if step > LONG:
+                break
+            aspired = min(1.0, step + ASPIRED)
+            products = (at.s + aspired * found.s) * (at.w + aspired * found.w)
+            correction = np.clip(products, target / SPREAD, target * SPREAD) - products
+            more = wanted + np.maximum(correction, -SPREAD * target)
+            other = newton.direction(more)
+            length = longest(at, other)
+            if length < step + WORTH:
+                break
+            found, step, wanted = other, length, more
+        return found, step
+
+    def _moved(self, at: Point, along: Direction, step: float) -> Point:
+        s, w = (np.maximum(v + step * d, TINY) for v, d in ((at.s, along.s), (at.w, along.w)))
+        return Point(at.z + step * along.z, s, w)
+
+    def _spread(self, values: Vector) -> Vector:
+        """Values of the bounds added up by variable."""
+        sums: Vector = np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False)
+        return sums
+
+    def _absorbing(self, ratio: Vector) -> Vector:
+        """Minus the sign of those bounds whose multipliers take what a system leaves over: the nearer one, if near."""
+        other = np.zeros(ratio.size)
+        both = self._partners
+        other[both[0]], other[both[1]] = ratio[both[1]], ratio[both[0]]
+        nearer = (ratio > other) | ((ratio == other) & (self._sign > 0))
+        return np.where((ratio > 1.0) & nearer, -self._sign, 0.0)
+
+    @cached_property
+    def _partners(self) -> tuple[Indices, Indices]:
+        """The places of the lower and of the upper bound of each variable with both."""
+        _, low, high = np.intersect1d(self.problem.low, self.problem.high, return_indices=True)
+        return low, high + self.problem.low.size
+
+
+@dataclass(frozen=True, eq=False)
+class _Newton:
+    """Newton's equations at a point, with factors for its w / s."""
+
+    steps: Steps
+    at: Point
+    dual: Vector
+    primal: Vector
+    absorbing: Vector
+
+    def direction(self, products: Vector) -> Direction:
+        """The direction that removes the residuals and changes s w by `products`, to first order."""
+        own, s, w = self.steps, self.at.s, self.at.w
+        b = own._spread(own._sign * (products - w * self.primal) / s) - self.dual
+        size = max(float(np.abs(r).max(initial=0.0)) for r in (self.dual, self.primal))
+        z, left = own._systems.solve(b, ENOUGH * size)
+        ds = own._sign * z[own._index] + self.primal
+        return Direction(z, ds, (products - w * ds) / s + self.absorbing * left[own._index])
+
+
+def longest(at: Point, along: Direction) -> float:
+    """The longest step, at most 1, that keeps s and w nonnegative."""
+    lengths = [1.0]
+    for v, d in ((at.s, along.s), (at.w, along.w)):
+        shrinking = d < 0
+        lengths.append(float((-v[shrinking] / d[shrinking]).min(initial=1.0)))
+    return min(lengths)
