@@ -17,7 +17,7 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import include_loaded
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
 PATIENCE = 0.02  # seconds of a factorization from which it is worth trying another program for the next
 
@@ -62,7 +62,7 @@ class _Dense:
 
 
 class SuperLU:
-    """scipy's; with diagonal pivots, or with partial ones if `pivoting`."""
+    """scipy's; with diagonal pivots in an order that is found once, or with partial pivoting."""
 
     def __init__(self, M: Matrix, pivoting: bool = False) -> None:
         with imports:
@@ -71,23 +71,42 @@ class SuperLU:
         include_loaded()
         self._splu, self._columns, self._places = splu, *_with_diagonal(M)
         self._diagonal = M.diagonal()
-        symmetric = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0}
-        symmetric["options"] = {"SymmetricMode": True, "Equil": False}
-        self._how: dict[str, Any] = {"permc_spec": "COLAMD"} if pivoting else symmetric
+        self._order: Indices | None = None
+        self._inverse: Indices | None = None
+        self._how: dict[str, Any] = {"permc_spec": "COLAMD"}
+        if not pivoting:
+            options = {"SymmetricMode": True, "Equil": False}
+            self._how = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": options}
 
     def factorize(self, d: Vector) -> None:
-        self._columns.data[self._places] = self._diagonal + d
+        diagonal = self._diagonal + d
+        self._columns.data[self._places] = diagonal if self._inverse is None else diagonal[self._inverse]
         large = self._columns.nnz > factors.QUICK
         try:
             self._lu = interruptibly(self._factors) if large else self._factors()
         except RuntimeError as error:
             raise SingularMatrix from error
+        self._solving = self._order
+        if self._order is None and "options" in self._how:
+            self._keep_order(self._lu.perm_c)
 
     def _factors(self) -> Any:
         return self._splu(self._columns, **self._how)
 
+    def _keep_order(self, order: Indices) -> None:
+        """Permute rows and columns, so that the next factorizations need not look for an order."""
+        coo = self._columns.tocoo()
+        self._columns, self._places = _columns(coo.data, order[coo.row], order[coo.col], order.size)
+        self._order, self._inverse = order, np.argsort(order)
+        self._how["permc_spec"] = "NATURAL"
+
     def solve(self, b: Vector) -> Vector:
-        x: Vector = self._lu.solve(b)
+        if self._solving is None:
+            plain: Vector = self._lu.solve(b)
+            return plain
+        permuted = np.empty_like(b)
+        permuted[self._solving] = b
+        x: Vector = self._lu.solve(permuted)[self._solving]
         return x
 
 
@@ -144,19 +163,24 @@ class _Faster:
         return self._used.solve(b)
 
 
-def _with_diagonal(M: Matrix) -> tuple[Any, Any]:
+def _with_diagonal(M: Matrix) -> tuple[Any, Indices]:
     """M in compressed sparse columns with every diagonal entry stored, and where these are."""
-    from scipy.sparse import csc_array
-
     n = M.shape[0]
     coo = M.tocoo()
     off = coo.row != coo.col
     every = np.arange(n)
     places = np.concatenate((coo.row[off], every)), np.concatenate((coo.col[off], every))
-    columns = csc_array((np.concatenate((coo.data[off], np.ones(n))), places), shape=(n, n))
-    columns.sort_indices()
-    owners = np.repeat(every, np.diff(columns.indptr))
-    return columns, np.flatnonzero(columns.indices == owners)
+    return _columns(np.concatenate((coo.data[off], np.ones(n))), *places, n)
+
+
+def _columns(values: Vector, rows: Indices, columns: Indices, n: int) -> tuple[Any, Indices]:
+    """The matrix of these entries in compressed sparse columns, and where those of the diagonal are."""
+    from scipy.sparse import csc_array
+
+    matrix = csc_array((values, (rows, columns)), shape=(n, n))
+    matrix.sort_indices()
+    owners = np.repeat(np.arange(n), np.diff(matrix.indptr))
+    return matrix, np.flatnonzero(matrix.indices == owners)
 
 
 def _has_qdldl() -> bool:

@@ -53,6 +53,7 @@ def _active(problem: Scaled, at: Point) -> tuple[Mask, Mask]:
     return low & ~(high & (s_low > s_high)), high & ~(low & (s_low <= s_high))
 
 
+@np.errstate(all="ignore")
 def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
     """z with its basic variables solved for, and w."""
     M, q = problem.M, problem.q

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods.interior.scaling import Scaled
 from lcpcli.methods.interior.systems import AccurateSystems
 from lcpcli.typing import Indices, Vector
@@ -46,6 +47,7 @@ class Steps:
         self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
         self._bound = np.concatenate((problem.lower[problem.low], problem.upper[problem.high]))
 
+    @np.errstate(all="ignore")
     def start(self, slack: float) -> Point:
         """z near the reference point, with slacks and multipliers of at least `slack`.
 
@@ -83,6 +85,7 @@ class Steps:
         """The size of the terms of the gap."""
         return max(1e-10, abs(float(self.problem.q @ at.z)), abs(float((self._sign * self._bound) @ at.w)))
 
+    @np.errstate(all="ignore")
     def next(self, at: Point) -> tuple[Point, float, Direction]:
         """The next point, the step length and the direction."""
         dual, primal = self.residuals(at)
@@ -124,6 +127,8 @@ class Steps:
 
     def _moved(self, at: Point, along: Direction, step: float) -> Point:
         s, w = (np.maximum(v + step * d, TINY) for v, d in ((at.s, along.s), (at.w, along.w)))
+        if not (np.isfinite(s).all() and np.isfinite(w).all()):
+            raise SingularMatrix
         return Point(at.z + step * along.z, s, w)
 
     def _spread(self, values: Vector) -> Vector:
