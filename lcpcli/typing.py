@@ -11,4 +11,4 @@ Vector: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
 Matrix: TypeAlias = Any  # a dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations
-MethodName: TypeAlias = Literal["auto", "shi", "fixed-point", "newton", "lemke", "milp"]  # the keys of METHODS
+MethodName: TypeAlias = Literal["auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp"]

@@ -56,7 +56,7 @@ def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
     assert found.nonzeros == 10
     assert found.published is not None
     assert found.published.factor == pytest.approx((found.spectrum.largest - 1) / (found.spectrum.largest + 1))
-    assert [guarantee.word for guarantee in found.guarantees.values()] == ["yes"] * 6
+    assert [guarantee.word for guarantee in found.guarantees.values()] == ["yes"] * 7
     assert found.smoothing.error == pytest.approx(math.log(3) / found.smoothing.p * 5)
 
 
@@ -120,7 +120,15 @@ def test_a_guaranteed_method_finds_a_solution_or_a_proof(problem: Problem) -> No
 
 def test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed() -> None:
     words = {name: guarantee.word for name, guarantee in inspect(kostreva(5), math.inf).guarantees.items()}
-    assert words == {"auto": "yes", "shi": "yes", "fixed-point": "no", "newton": "yes", "lemke": "yes", "milp": "yes"}
+    assert words == {
+        "auto": "yes",
+        "shi": "yes",
+        "fixed-point": "no",
+        "newton": "yes",
+        "interior": "no",
+        "lemke": "yes",
+        "milp": "yes",
+    }
 
 
 def test_h_plus_matrices_get_the_omega_that_is_guaranteed() -> None:

@@ -81,18 +81,18 @@ ANDERSON = Option(
 START_SLACK = Option(
     "start_slack",
     float,
-    None,
+    1.0,
     "0 < slack < infinity",
     lambda slack: 0 < slack < math.inf,
-    "Least slack and multiplier at the start of interior; by default several are tried.",
+    "Least slack and multiplier at the start, in scaled units; later attempts take multiples.",
 )
 REGULARIZATION = Option(
     "regularization",
     float,
-    None,
+    1e-8,
     "0 < rho <= 1",
     lambda rho: 0 < rho <= 1,
-    "Added to the diagonal of the factors of interior; by default adapted.",
+    "Added to the diagonal of the factors at first; it is adapted.",
 )
 
 
@@ -161,7 +161,7 @@ METHODS = {
         "interior point method (Mehrotra 1992; Gondzio 1996)",
         options=(START_SLACK, REGULARIZATION),
         takes_bounds=True,
-        guaranteed={"positive_semidefinite": "it follows the central path to a solution, unless rounding stalls it"},
+        guaranteed={"positive_definite": "it follows the central path to the solution, unless rounding stalls it"},
         location=("interior.method", "interior"),
     ),
     "lemke": Method(

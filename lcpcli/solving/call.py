@@ -47,8 +47,8 @@ def solve(
     M, q : shape (n, n), a dense array, nested sequences, or a scipy sparse matrix or array of any format; shape (n,).
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None or infinite for none.
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
-        "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "lemke" (Lemke 1965), "milp"
-        (Pardalos and Rosen 1988). Their modules in `lcpcli.methods` give the sources.
+        "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "interior" (Mehrotra 1992;
+        Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988); sources are in their modules.
     x0, z0, basis : the start, x = (z - w) / 2, z with w = M z + q, or a `Result.basis`; at most one, by default x0 = 0.
     tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
     max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
@@ -57,7 +57,7 @@ def solve(
     scale, finish : for "shi" and "fixed-point", to work on the equilibrated problem, and to stop once the active set
         yields the solution.
     options : of the method; None means "not given". For "shi" p, k_star, rho, sigma and x1, for "fixed-point" omega
-        and anderson: `lcp solve --help` describes them.
+        and anderson, for "interior" start_slack and regularization: `lcp solve --help` describes them.
 
     Returns
     -------

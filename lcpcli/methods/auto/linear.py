@@ -17,7 +17,7 @@ import numpy as np
 from lcpcli.linalg.linear_program import linprog, minimized
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.finish import finish
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.methods.transformed import in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem, conditions_of
@@ -29,7 +29,10 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
     units = scaled.scale(problem)
     if is_skew(problem.M):
-        yield from in_given_variables(units, finish(units.problem, None, _saddle_point(units.problem, seconds)))
+        saddle = finish(units.problem, None, _saddle_point(units.problem, seconds))
+        ending = yield from in_given_variables(units, saddle)
+        if isinstance(ending, Finished):
+            return Stalled("rounding hides that the solution of the linear program is one")
     proof = farkas(problem, seconds)
     if proof is not None:
         return NoSolution(Certificate("farkas", farkas_statement(problem), proof))

@@ -25,6 +25,8 @@ from lcpcli.verify.point import Point
 from lcpcli.verify.refinement import is_near, is_rounded_solution, refined
 
 REFINED = "refined"
+SIMPLEX_SECONDS = 1.0  # for a linear program, before the interior point method has its turn
+FEW = 50  # unknowns up to which lemke is as fast as the interior point method
 LEMKE_PIVOTS = 20  # per unknown
 
 
@@ -106,10 +108,15 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
     with imports:
         from lcpcli.methods.auto.linear import is_skew, linear
+        from lcpcli.methods.auto.monotone import is_monotone, is_program
+        from lcpcli.methods.interior.method import interior
 
     skew = large_and_sparse and is_skew(problem.M)
+    program = large_and_sparse and not skew and is_program(problem.M)
     if skew:
-        yield "linear", linear(problem, _remaining(deadline))
+        yield "linear", linear(problem, min(SIMPLEX_SECONDS, _remaining(deadline)))
+    if skew or program:
+        yield "interior", interior(problem, x0)
     elif large_and_sparse:
         with imports:
             from lcpcli.methods.auto.sparse_route import sparse_route
@@ -121,7 +128,9 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield "newton", dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if not skew and (large_and_sparse or problem.is_mixed):
+    if not (program or skew) and problem.n > FEW and (large_and_sparse or is_monotone(problem.M)):
+        yield "interior", interior(problem, x0)
+    if large_and_sparse or problem.is_mixed:
         yield "linear", linear(problem, _remaining(deadline))
     yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
     with imports:

@@ -19,6 +19,7 @@ from lcpcli.typing import Matrix, Vector
 
 MEMORY = 10  # pairs for Anderson acceleration: more do not find the active set sooner (measured for 5 to 20)
 MODULUS_STEPS = 500  # ten times what it needs for the matrices that it is meant for
+WITH_ZEROS = 150  # the same if the diagonal has zeros, as for contact: then the interior point method is a good one
 GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
 
 
@@ -61,7 +62,8 @@ def _parts(problem: Problem, x: Vector) -> Stage:
         if isinstance(ending, Finished):
             return ending
     last = turns.last.x
-    modulus = limited(fixed_point(problem, last, omega=AUTO, anderson=MEMORY), MODULUS_STEPS)
+    steps = MODULUS_STEPS if problem.M.diagonal().all() else WITH_ZEROS
+    modulus = limited(fixed_point(problem, last, omega=AUTO, anderson=MEMORY), steps)
     return (yield from turns.take("fixed-point", finish(problem, last, _while_bounded(modulus))))
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.shifted_systems import SuperLU, systems
 from lcpcli.methods.interior.finishing import basic_solutions
 from lcpcli.methods.interior.rays import proof_of
@@ -35,23 +36,24 @@ EVERY = 5  # steps between searches for a proof that there is no solution
 
 @dataclass(frozen=True)
 class Attempt:
-    """One run: the least slack of its start, and the range of the regularization.
+    """One run.
 
-    gives_up : whether it ends when its steps stay short. pivots : whether factors are by partial pivoting.
+    slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
+    gives_up : whether it ends when its steps stay short. pivots : whether sparse factors are by partial pivoting.
     """
 
     slack: float
-    rho: tuple[float, float, float] = (1e-8, 1e-13, 1e-7)
+    rho: tuple[float, float, float] = (1.0, 1e-5, 1e1)
     gives_up: bool = False
     pivots: bool = False
 
 
 ATTEMPTS = (
     Attempt(1.0, gives_up=True),
-    Attempt(1e4, rho=(1e-11, 1e-14, 1e-7)),
+    Attempt(1e4, rho=(1e-3, 1e-6, 1e1)),
     Attempt(1e2),
-    Attempt(1.0, rho=(1e-8, 1e-8, 1e-8)),
-    Attempt(1.0, rho=(1e-12, 1e-12, 1e-12), pivots=True),
+    Attempt(1.0, rho=(1.0, 1.0, 1.0)),
+    Attempt(1.0, rho=(1e-4, 1e-4, 1e-4), pivots=True),
 )
 
 
@@ -59,8 +61,8 @@ def interior(
     problem: Problem,
     x0: Vector,  # noqa: ARG001 (every method has it)
     *,
-    start_slack: float | None = None,
-    regularization: float | None = None,
+    start_slack: float = 1.0,
+    regularization: float = 1e-8,
 ) -> Stage:
     """Follow the central path from one start after another until the solution, or a proof that there is none, is found.
 
@@ -71,8 +73,9 @@ def interior(
     ----------
     problem : the LCP or mixed problem, n unknowns, M dense or sparse.
     x0 : not used.
-    start_slack : the least slack and multiplier at the start, in scaled units; by default 1, then 1e4, 1e2 and 1.
-    regularization : rho, added to the diagonal of the factors; by default adapted between 1e-14 and 1e-7.
+    start_slack : the least slack and multiplier at the start, in scaled units; of the second attempt 1e4 times, of
+        the third 100 times that.
+    regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
     Yields
     ------
@@ -91,9 +94,10 @@ def interior(
     run = _Run(problem, within)
     ending: Ending = Breakdown("no factorization succeeded")
     for attempt in ATTEMPTS:
-        slack = attempt.slack if start_slack is None else start_slack
-        rho = attempt.rho if regularization is None else 3 * (regularization,)
-        ending = yield from run.attempt(Attempt(slack, rho, attempt.gives_up and start_slack is None, attempt.pivots))
+        if attempt.pivots and not is_sparse(problem.M):
+            break  # as dense factors always are
+        rho = tuple(factor * regularization for factor in attempt.rho)
+        ending = yield from run.attempt(attempt, attempt.slack * start_slack, Regularization(*rho))
         if isinstance(ending, NoSolution):
             break
     return ending
@@ -105,21 +109,21 @@ class _Run:
     def __init__(self, problem: Problem, within: Scaled) -> None:
         self._given, self._within, self._count = problem, within, 0
 
-    def attempt(self, attempt: Attempt) -> Stage:
+    def attempt(self, attempt: Attempt, slack: float, regularization: Regularization) -> Stage:
         within = self._within
         try:
             factors = SuperLU(within.M, pivoting=True) if attempt.pivots else systems(within.M, within.S)
-            accurate = AccurateSystems(within.M, factors, Regularization(*attempt.rho))
+            accurate = AccurateSystems(within.M, factors, regularization)
             steps = Steps(within, accurate)
-            return (yield from self._steps(attempt, steps, accurate))
+            return (yield from self._steps(attempt, steps, steps.start(slack), regularization))
         except SingularMatrix:
             return Breakdown("a factorization failed")
 
-    def _steps(self, attempt: Attempt, steps: Steps, accurate: AccurateSystems) -> Stage:
-        at = steps.start(attempt.slack)
+    def _steps(self, attempt: Attempt, steps: Steps, at: Point, regularization: Regularization) -> Stage:
         best, least, waited, tried = at, np.inf, 0, np.inf
         lengths: list[float] = []
-        for k in range(MOST):
+        along = at
+        for k in range(MOST + 1):
             mu = steps.mu(at)
             merit = max(self._within.pairs * mu / steps.gap_size(at), steps.infeasibility(at))
             waited = 0 if merit < 0.9 * least else waited + 1
@@ -127,17 +131,17 @@ class _Run:
                 best, least = at, merit
             if merit < CLOSE and merit < DROP * tried:
                 tried = merit
-                yield from self._finish(at)
+                yield from self._finish(at)  # before the point itself, which is less accurate
+            if lengths:
+                yield self._shown(at.z, f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}")
+            if k % EVERY == EVERY - 1 and (proof := proof_of(self._given, self._within, (at.z, along.z))):
+                return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARMED_UP and np.mean(lengths[-RECENT:]) < SLOW
             if merit <= CONVERGED or mu < VANISHED or too_short or waited > (PATIENCE if least > NEAR else IMPATIENT):
                 break
             at, length, along = steps.next(at)
             lengths.append(length)
             self._count += 1
-            told = f"mu {steps.mu(at):.0e}, {length:.2f}, rho {accurate.regularization.rho:.0e}"
-            yield self._shown(at.z, told)
-            if k % EVERY == EVERY - 1 and (proof := proof_of(self._given, self._within, (at.z, along.z))):
-                return NoSolution(proof)
         if proof := proof_of(self._given, self._within, (at.z,)):
             return NoSolution(proof)
         yield from self._finish(best)

@@ -82,8 +82,10 @@ class Steps:
         return max(float(np.abs(r).max(initial=0.0)) for r in self.residuals(at))
 
     def gap_size(self, at: Point) -> float:
-        """The size of the terms of the gap."""
-        return max(1e-10, abs(float(self.problem.q @ at.z)), abs(float((self._sign * self._bound) @ at.w)))
+        """The size of the terms of the gap, those of q'z that cancel included."""
+        terms = self.problem.q * at.z
+        parts = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
+        return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
 
     @np.errstate(all="ignore")
     def next(self, at: Point) -> tuple[Point, float, Direction]:

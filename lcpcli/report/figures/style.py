@@ -61,6 +61,7 @@ METHODS = {
     "fixed-point": Look("#004b87", "s"),
     "newton": Look("#007d5b", "^"),
     "shi": Look("#d55e00", "o"),
+    "interior": Look("#4d2600", "v"),
     "lemke": Look("#cc79a7", "D"),
     "milp": Look("#e69f00", "P"),
 }
