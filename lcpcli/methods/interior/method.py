@@ -30,7 +30,7 @@ MOST = 150  # steps of an attempt
 WARMED_UP, RECENT, SLOW = 8, 7, 0.4  # after so many steps, a mean length of the recent ones below that is too short
 PATIENCE, NEAR, IMPATIENT = 25, 1e-8, 12  # steps without progress; below that merit, fewer
 CLOSE, DROP = 1e-5, 1e-2  # the merit from which the active set is tried, and the drop after which it is again
-CONVERGED, VANISHED = 1e-13, 1e-30
+VANISHED = 1e-30  # mu: where z_i and w_i are both 0, they are as large as its root
 EVERY = 5  # steps between searches for a proof that there is no solution
 
 
@@ -137,7 +137,7 @@ class _Run:
             if k % EVERY == EVERY - 1 and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARMED_UP and np.mean(lengths[-RECENT:]) < SLOW
-            if merit <= CONVERGED or mu < VANISHED or too_short or waited > (PATIENCE if least > NEAR else IMPATIENT):
+            if mu < VANISHED or too_short or waited > (PATIENCE if least > NEAR else IMPATIENT):
                 break
             at, length, along = steps.next(at)
             lengths.append(length)

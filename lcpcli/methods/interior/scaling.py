@@ -67,6 +67,7 @@ def scaled(problem: Problem) -> Scaled:
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
     largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *finite)) or 1.0
+    largest = float(np.exp2(np.rint(np.log2(largest))))
     S = signs(M) if is_sparse(M) else None
     ends = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
     own = (M, q / largest, lower / largest, upper / largest)
@@ -82,4 +83,4 @@ def _ruiz(M: Matrix) -> Vector:
         d = np.clip(d / np.sqrt(sizes), 1 / FARTHEST, FARTHEST)
         if (np.abs(sizes - 1) < CLOSE).all():
             break
-    return d
+    return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept
