@@ -154,13 +154,21 @@ def test_what_a_solution_is_depends_on_convexity(Q: list[list[float]], words: st
     [
         ([-1], [[1], [-1]], [2, -1], "the program is infeasible: no x satisfies its constraints"),
         ([-1], [[1]], [-2], "the program is unbounded below"),
-        ([-1], [[1]], [2], "the program is unbounded below: an LP finds its constraints feasible, to its tolerance"),
+        ([-1], [[1]], [2], "the program is unbounded below"),
+        (
+            [0, -1],
+            [[0.1, 0], [-0.1, 0]],
+            [0.3, -0.3],
+            "the program is unbounded below: an LP finds its constraints feasible, to its tolerance",
+        ),
     ],
 )
 def test_an_lcp_without_solution_says_why_there_is_no_minimum(c: Any, A: Any, b: Any, statement: str) -> None:
-    result = run(from_qp([[0]], c, A, b), "auto")
+    result = run(from_qp(None, c, A, b), "auto")
     assert result.status is Status.INFEASIBLE
     assert minimum(result).statement == statement
+    slim = run(from_qp(None, c, sparse.csr_array(np.array(A, dtype=float)), b), "auto")
+    assert minimum(slim).statement == statement
 
 
 def test_a_run_that_has_not_solved_has_no_answer() -> None:

@@ -157,8 +157,8 @@ def proved(p: Program) -> str:
         squares = sum(u * v for u, v in zip(x, product(p.Q, x), strict=True))
         value = squares / 2 + sum(int(c) * v for c, v in zip(p.c, x, strict=True))
         assert answer.objective == pytest.approx(float(value), rel=1e-9, abs=1e-9)
-        if "one of several" in answer.statement:
-            assert has_other(p, x, [sign * u for u in y], [sign * u for u in own])
+        other = has_other(p, x, [sign * u for u in y], [sign * u for u in own])
+        assert ("one of several" in answer.statement) == other
         return "several" if "one of several" in answer.statement else "solved"
     if "infeasible:" in answer.statement:
         assert answer.certificate is not None
@@ -168,6 +168,7 @@ def proved(p: Program) -> str:
         assert answer.ray is not None
         assert improves_for_ever(p, fractions(answer.ray))
         assert feasible_point(p) is not None
+        assert "tolerance" not in answer.statement
         return "unbounded"
     return "undecided"
 

@@ -7,12 +7,14 @@ Naval Res. Logist. Quart. 3 (1956) 95-110.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 
 import numpy as np
 
 from lcpcli.classes.classify import classify
 from lcpcli.classes.verdict import NO, YES
 from lcpcli.linalg.linear_program import minimized
+from lcpcli.linalg.matrices import compressed
 from lcpcli.linalg.products import product
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
@@ -24,6 +26,8 @@ from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import farkas, proves_infeasible
 
 SECONDS = 1.0  # for deciding whether Q is positive semidefinite
+SIMPLE = 10**6  # the largest denominator of a feasible point that is verified exactly
+MOST_FRACTIONS = 10_000  # entries of A for which that is done
 LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
 WORDS = {"min": ("minimizer", "minimum", "below"), "max": ("maximizer", "maximum", "above")}
 DEFINITE = {"min": "positive", "max": "negative"}
@@ -93,8 +97,13 @@ def _without_minimum(result: Result, program: Program, data: ProgramData) -> Min
     unbounded = f"the program is unbounded {side}"
     if _is_feasible_at_0(data):
         return Minimum(None, None, None, None, unbounded, ray=ray)
-    if _has_feasible_point(data):
-        told = f"{unbounded}: an LP finds its constraints feasible, to its tolerance"
+    point = _feasible_point(data)
+    if point is not None:
+        told = (
+            unbounded
+            if _is_feasible(point, data)
+            else f"{unbounded}: an LP finds its constraints feasible, to its tolerance"
+        )
         return Minimum(None, None, None, None, told, ray=ray)
     told = f"the program has no {best}: it is infeasible or unbounded {side}"
     return Minimum(None, None, None, None, told, ray=ray)
@@ -125,10 +134,28 @@ def _is_feasible_at_0(data: ProgramData) -> bool:
     return all(bool((low <= 0).all() and (high >= 0).all()) for low, high in ends)
 
 
-def _has_feasible_point(data: ProgramData) -> bool:
-    """Whether an LP solver finds a point within rows and bounds, to its tolerance."""
+def _feasible_point(data: ProgramData) -> Vector | None:
+    """A point within rows and bounds to the tolerance of an LP solver, if it finds one."""
     ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
-    return minimized(np.zeros(data.c.size), data.A, ends, bounds, SECONDS) is not None
+    found = minimized(np.zeros(data.c.size), data.A, ends, bounds, SECONDS)
+    return None if found is None else found.x
+
+
+def _is_feasible(x: Vector, data: ProgramData) -> bool:
+    """Whether x, rounded to simple fractions, is within rows and bounds without any tolerance."""
+    A = compressed(data.A).tocoo()
+    if A.nnz > MOST_FRACTIONS:
+        return False
+    point = [Fraction(value).limit_denominator(SIMPLE) for value in x.tolist()]
+    Ax = [Fraction(0)] * data.row_lower.size
+    for i, j, value in zip(A.row.tolist(), A.col.tolist(), A.data.tolist(), strict=True):
+        Ax[i] += Fraction(value) * point[j]
+    ends = ((point, data.lower, data.upper), (Ax, data.row_lower, data.row_upper))
+    return all(
+        low <= value <= high
+        for values, lower, upper in ends
+        for value, low, high in zip(values, lower.tolist(), upper.tolist(), strict=True)
+    )
 
 
 def _is_zero(Q: Matrix) -> bool:
