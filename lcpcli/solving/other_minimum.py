@@ -29,7 +29,7 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
         return False
     x, y = program.parts(result.z)
     least = APART * max(1.0, float(np.abs(x).max()))
-    along = np.random.default_rng(x.size).choice([-1.0, 1.0], x.size)
+    along = np.random.default_rng(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
     for objective in (along, -along):
         other = _farthest(objective, x, data)
         if other is None or not np.abs(other - x).max() > least:
