@@ -9,6 +9,7 @@ from lcpcli.errors import ProblemError, quoted
 
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 INFINITE = rb"[-+]?[iI][nN][fF](?:[iI][nN][iI][tT][yY])?"
+SENSES = (b"MIN", b"MAX", b"MINIMIZE", b"MAXIMIZE")
 OF_ENTRIES = (b"COLUMNS", b"RHS", b"RANGES", b"QUADOBJ", b"QMATRIX")  # sections of names followed by numbers
 HEADING = re.compile(rb"\n([A-Z]+)[^\n]*")
 USUAL = rb"[ \t]+\S+[ \t]+\S+[ \t]+%b(?:[ \t]+\S+[ \t]+%b)?[ \t]*\r?\n" % (NUMBER, NUMBER)  # a line of entries
@@ -23,6 +24,8 @@ def refuse_misread(text: bytes) -> None:
     places = _sections(text)
     if b"ENDATA" not in places:
         raise ProblemError("", "has no ENDATA", "is it cut off?")
+    if b"OBJSENSE" in places:
+        _refuse_sense(text, text.rfind(b"\n", 0, places[b"OBJSENSE"][0] - 1) + 1, places[b"OBJSENSE"][1])
     rows: set[bytes] = set()
     for section in filter(places.__contains__, OF_ENTRIES):
         for match in OTHERS.finditer(text, *places[section]):
@@ -33,6 +36,14 @@ def refuse_misread(text: bytes) -> None:
     if b"BOUNDS" in places and (wrong := BOUNDS.search(text, *places[b"BOUNDS"])):
         line = text[wrong.start() + 1 :].partition(b"\n")[0]
         raise _misread(text, wrong.start() + 1, line.split()[-1])
+
+
+def _refuse_sense(text: bytes, start: int, end: int) -> None:
+    words = text[start:end].split()[1:]
+    if len(words) != 1 or words[0].upper() not in SENSES:
+        line = text.count(b"\n", 0, start) + 1
+        shown = quoted(b" ".join(words).decode("utf-8", "replace"))
+        raise ProblemError(f"line {line}", f"has {shown} as the sense of the objective", "give MIN or MAX")
 
 
 def _numbers(words: list[bytes], rows: set[bytes]) -> list[bytes]:

@@ -99,12 +99,8 @@ def _without_minimum(result: Result, program: Program, data: ProgramData) -> Min
         return Minimum(None, None, None, None, unbounded, ray=ray)
     point = _feasible_point(data)
     if point is not None:
-        told = (
-            unbounded
-            if _is_feasible(point, data)
-            else f"{unbounded}: an LP finds its constraints feasible, to its tolerance"
-        )
-        return Minimum(None, None, None, None, told, ray=ray)
+        qualified = "" if _is_feasible(point, data) else ": an LP finds its constraints feasible, to its tolerance"
+        return Minimum(None, None, None, None, unbounded + qualified, ray=ray)
     told = f"the program has no {best}: it is infeasible or unbounded {side}"
     return Minimum(None, None, None, None, told, ray=ray)
 
