@@ -1,4 +1,4 @@
-"""Linear-quadratic control with bounds on states and inputs: F. Borrelli, A. Bemporad, M. Morari, Predictive Control
+"""Linear-quadratic control with bounds on the inputs: F. Borrelli, A. Bemporad, M. Morari, Predictive Control
 for Linear and Hybrid Systems (2017), chapter 11. The system is a chain of masses and springs.
 """
 
@@ -19,8 +19,8 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     """Inputs that bring a chain to rest, over as many steps as give about n unknowns with the multipliers.
 
     x holds the states and inputs of one step after another. A state is the positions and velocities of the masses,
-    each next one an equation; minimize half the sum of their squares and of 0.1 times those of the inputs, forces on
-    the masses of at most `strength`; positions stay within 4. The start is random.
+    each next one an equation (by the symplectic Euler method); minimize half the sum of their squares and of 0.1 times
+    those of the inputs, forces on the masses of at most `strength`. The start is random.
 
     masses : from 1 to 100. strength : positive, up to 1e6.
     """
@@ -34,13 +34,13 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     start = np.concatenate((random.uniform(-2.0, 2.0, masses), np.zeros(masses)))
     springs = diags_array([np.ones(masses - 1), np.full(masses, -2.0), np.ones(masses - 1)], offsets=[-1, 0, 1])
     one = eye_array(masses)
-    drift = block_array([[one, STEP * one], [STEP * springs, one]])  # of a state over one step
-    push = block_array([[csr_array((masses, masses))], [STEP * one]])
+    drift = block_array([[one + STEP**2 * springs, STEP * one], [STEP * springs, one]])  # of a state over one step
+    push = block_array([[STEP**2 * one], [STEP * one]])
     now, before = eye_array(steps), diags_array([np.ones(steps - 1)], offsets=[-1], shape=(steps, steps))
     state = kron(now, hstack([eye_array(size), -push])) - kron(before, hstack([drift, csr_array((size, masses))]))
     first = np.zeros(steps * size)
     first[:size] = drift @ start
-    bound = np.concatenate((np.full(masses, 4.0), np.full(masses, np.inf), np.full(masses, strength)))
+    bound = np.concatenate((np.full(size, np.inf), np.full(masses, strength)))
     weights = np.concatenate((np.ones(size), np.full(masses, 0.1)))
     return from_qp(
         diags_array(np.tile(weights, steps)),

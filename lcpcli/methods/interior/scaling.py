@@ -12,7 +12,7 @@ from lcpcli.linalg.signs import signs
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
 
-ROUNDS, FARTHEST, CLOSE = 12, 1e4, 0.1  # of Ruiz's scaling
+ROUNDS, FARTHEST, CLOSE = 12, 1e8, 0.1  # of Ruiz's scaling
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,191 @@
+"""The interior point method: monotone problems of every kind, degenerate ones too, and proofs of infeasibility.
+
+LCP_SEEDS sets the number of random problems.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from lcpcli import Problem, Status, Trace, from_qp, run
+from lcpcli.gallery import families as gallery
+from lcpcli.linalg import shifted_systems
+from lcpcli.linalg.signs import signs
+from lcpcli.methods.interior.scaling import scaled
+from lcpcli.typing import Matrix, Vector
+
+SEEDS = int(os.environ.get("LCP_SEEDS", "60"))
+
+
+def monotone(seed: int) -> Problem:
+    """M + M' positive semidefinite, from definite to zero, with skew parts, bounds of every kind and a known solution.
+
+    A third of the bounded variables is degenerate: at a bound with w = 0.
+    """
+    random = np.random.default_rng(seed)
+    n = int(random.choice([10, 20, 50, 120]))
+    rank = int(random.choice([0, n // 4, n // 2, n]))
+    F = random.normal(size=(n, rank)) * (random.random((n, rank)) < 0.3)
+    G = random.normal(size=(n, n)) * (random.random((n, n)) < 3 / n)
+    M = F @ F.T + random.choice([0.0, 1.0]) * (G - G.T)
+    z, w = np.zeros(n), np.zeros(n)
+    lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
+    for i, kind in enumerate(random.choice(list("flubx"), n, p=[0.2, 0.4, 0.1, 0.25, 0.05])):
+        z[i] = random.integers(-3, 4)
+        state = random.choice(["basic", "lower", "upper", "degenerate"])
+        if kind in "lb":
+            lower[i] = z[i] - (0 if state in ("lower", "degenerate") else random.integers(1, 4))
+        if kind in "ub":
+            upper[i] = z[i] + (0 if state == "upper" and kind == "b" else random.integers(1, 4))
+        if kind == "u" and state in ("upper", "degenerate"):
+            upper[i] = z[i]
+        if kind == "x":
+            lower[i] = upper[i] = z[i]
+        if state == "lower" and lower[i] == z[i] < upper[i]:
+            w[i] = random.random() + 0.1
+        elif state == "upper" and upper[i] == z[i] > lower[i]:
+            w[i] = -random.random() - 0.1
+        elif kind == "x":
+            w[i] = random.normal()
+    return Problem(sparse.csr_array(M) if random.random() < 0.5 else M, w - M @ z, lower=lower, upper=upper)
+
+
+def largest_gap(problem: Problem, z: Vector) -> float:
+    """The natural residual, relative to the terms of its row, from the definition."""
+    M = np.asarray(problem.M.toarray() if sparse.issparse(problem.M) else problem.M)
+    w = M @ z + problem.q
+    gap = z - np.minimum(np.maximum(z - w, problem.lower), problem.upper)
+    return float((np.abs(gap) / (1.0 + np.abs(M) @ np.abs(z) + np.abs(problem.q))).max())
+
+
+@pytest.mark.parametrize("part", range(4))
+def test_monotone_problems_with_a_solution_are_solved(part: int) -> None:
+    for seed in range(part, SEEDS, 4):
+        problem = monotone(seed)
+        result = run(problem, "interior")
+        assert result.solved, (seed, result.message)
+        assert largest_gap(problem, result.z) < 1e-9, seed
+
+
+@pytest.mark.parametrize("part", range(4))
+def test_congruences_keep_monotonicity_and_the_answer(part: int) -> None:
+    for seed in range(part, SEEDS // 2, 4):
+        problem = monotone(seed)
+        d = 10.0 ** np.random.default_rng(seed).integers(-6, 7, problem.n)
+        D = sparse.diags_array(d)
+        M = sparse.csr_array(D @ sparse.csr_array(problem.M) @ D)
+        other = Problem(M, d * problem.q, lower=problem.lower / d, upper=problem.upper / d)
+        assert run(other, "interior", tol=1e-8).solved, seed
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_infeasible_and_unbounded_programs_are_proved_so(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    A = random.integers(-3, 4, (6, 8)).astype(float)
+    y = random.integers(1, 4, 6).astype(float)
+    A[0] -= (y @ A) / y[0]  # so that y'A = 0
+    b = np.ones(6)
+    infeasible = from_qp(np.eye(8), np.ones(8), A, b)
+    assert run(infeasible, "interior").status is Status.INFEASIBLE
+    unbounded = from_qp(np.zeros((8, 8)), -np.ones(8), np.abs(A), b)
+    assert run(unbounded, "interior").status is Status.INFEASIBLE
+
+
+def steps(problem: Problem, **options: float) -> list[str]:
+    trace = Trace()
+    run(problem, "interior", trace=trace, **options)
+    return [row.step for row in trace.rows]
+
+
+def test_both_options_have_an_effect() -> None:
+    problem = gallery.make("portfolio", 60)
+    plain = steps(problem)
+    assert steps(problem, start_slack=1e3) != plain
+    assert "rho 1e-06" in steps(problem, regularization=1e-6)[1]
+    assert "rho 1e-08" in plain[1]
+
+
+@pytest.mark.parametrize("family", ["portfolio", "control", "transport", "circuit", "spatial-prices", "qp", "lp"])
+@pytest.mark.parametrize("n", [40, 300])
+def test_it_agrees_with_what_auto_finds(family: str, n: int) -> None:
+    problem = gallery.make(family, n)
+    result = run(problem, "interior")
+    assert result.solved
+    assert largest_gap(problem, result.z) < 1e-10
+
+
+def test_the_basic_solution_ends_it_where_there_is_one() -> None:
+    problem = gallery.make("lp", 100)
+    assert steps(problem)[-1] == "finish"
+    assert np.abs(run(problem, "interior").z - problem.solutions[0]).max() < 1e-12
+
+
+def test_signs_make_the_conditions_of_programs_symmetric_and_no_others() -> None:
+    for family in ("portfolio", "control", "transport"):
+        M = gallery.make(family, 60).M
+        S = signs(M)
+        assert S is not None
+        product = sparse.diags_array(S) @ M
+        assert not (product != product.T).nnz
+    assert signs(sparse.csr_array([[1.0, 2.0], [3.0, 1.0]])) is None
+    cycle = sparse.csr_array([[0.0, 1.0, 1.0], [-1.0, 0.0, 1.0], [-1.0, -1.0, 0.0]])
+    assert signs(cycle) is None
+
+
+def backends(M: Matrix) -> dict[str, shifted_systems.Systems]:
+    S = signs(M)
+    assert S is not None
+    made = {"SuperLU": shifted_systems.SuperLU(M), "pivoting": shifted_systems.SuperLU(M, pivoting=True)}
+    pytest.importorskip("qdldl")
+    return made | {"chosen": shifted_systems.systems(M, S), "dense": shifted_systems.systems(M.toarray(), None)}
+
+
+def test_every_factorization_solves_one_system_after_another() -> None:
+    problem = scaled(gallery.make("control", 300))
+    random = np.random.default_rng(0)
+    for _ in range(3):
+        d, b = 10.0 ** random.uniform(-4, 4, problem.q.size), random.normal(size=problem.q.size)
+        for name, systems in backends(problem.M).items():
+            for _ in range(3):  # the first ones may be with other programs or orders
+                systems.factorize(d)
+                x = systems.solve(b)
+                assert np.abs(problem.M @ x + d * x - b).max() < 1e-6, name
+
+
+def test_without_qdldl_scipy_alone_solves_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shifted_systems, "_has_qdldl", lambda: False)
+    assert run(gallery.make("control", 1000), "interior").solved
+
+
+@pytest.mark.parametrize("limit", [0.01, 0.05])
+def test_a_cut_off_leaves_the_best_iterate_and_a_true_status(limit: float) -> None:
+    problem = gallery.make("transport", 10_000)
+    result = run(problem, "interior", time_limit=limit)
+    assert result.status in (Status.TIME_LIMIT, Status.SOLVED)
+    assert np.isfinite(result.z).all()
+    assert (result.relative_residual <= result.tol) == result.solved
+
+
+Maker = Callable[[], Problem]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Problem([[0.0]], [0.0]),
+        lambda: Problem([[0.0]], [1.0]),
+        lambda: Problem(np.zeros((3, 3)), np.zeros(3), lower=-1, upper=1),
+        lambda: Problem(np.eye(2), [1.0, -1.0], lower=2.0, upper=2.0),
+        lambda: Problem(np.eye(3), [1e200, -1e200, 1.0]),
+        lambda: Problem(sparse.csr_array((4, 4)), np.ones(4)),
+        lambda: Problem(np.eye(2), np.ones(2), lower=-np.inf, upper=np.inf),
+    ],
+)
+def test_small_and_extreme_problems_end_in_a_true_status(make: Maker) -> None:
+    result = run(make(), "interior")
+    assert result.solved
