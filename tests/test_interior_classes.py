@@ -161,3 +161,15 @@ def test_systems_of_every_kind_have_the_same_solutions() -> None:
         for each in all_systems:
             each.factorize(d)
             assert np.abs(each.solve(b) - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+def test_a_singular_basis_is_solved_although_diagonal_pivots_lose_the_shift() -> None:
+    """Equal rows of equations: the basis [0 -A'; A 0] has rank 2 rather than 4, and QDLDL meets pivots that are 0."""
+    A = np.array([[1.0, 2.0, 0.0, 1.0], [1.0, 2.0, 0.0, 1.0], [3.0, 6.0, 0.0, 3.0]])
+    c, b = np.array([1.0, 2.0, 1.0, 1.0]), np.array([4.0, 4.0, 12.0])
+    M = csr_array(np.block([[np.zeros((4, 4)), -A.T], [A, np.zeros((3, 3))]]))
+    lower = np.concatenate((np.zeros(4), np.full(3, -np.inf)))
+    problem = Problem(M, np.concatenate((c, -b)), lower=lower)
+    result = lcpcli.run(problem, "interior")
+    assert result.solved
+    assert residual(problem, result.z) <= 1e-13

@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.shifted_systems import systems
+from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.interior.scaling import Scaled
 from lcpcli.methods.interior.steps import Point
 from lcpcli.typing import Indices, Mask, Vector
@@ -20,6 +20,8 @@ from lcpcli.typing import Indices, Mask, Vector
 SHIFT = 1e-9  # eps
 ITERATIONS, SLOW = 15, 0.7
 ROUNDS = 5  # of exchanges of wrong signs
+WORSE, FAR = 1e2, 1e-1  # exchanges end above that factor of the least natural residual so far, and above FAR
+POOR = 1e-3  # the factor of w_B above which pivoting is tried
 WRONG = 1e-12  # in scaled units
 
 
@@ -27,6 +29,7 @@ def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, Vector
     """z within its bounds, w and where z is basic, of the active set of a point, and after exchanges; scaled."""
     low, high = _active(problem, at)
     z = np.clip(at.z, problem.lower, problem.upper)
+    least = _natural_residual(problem, z, problem.M @ z + problem.q)
     for _ in range(ROUNDS):
         z = np.where(low, problem.lower, np.where(high, problem.upper, z))
         basic = ~(low | high)
@@ -34,6 +37,10 @@ def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, Vector
             z, w = _solved(problem, z, np.flatnonzero(basic))
         except SingularMatrix:
             return
+        size = _natural_residual(problem, z, w)
+        if not size <= max(WORSE * least, FAR):
+            return  # of a wrong basis, nearly singular
+        least = min(size, least)
         yield np.clip(z, problem.lower, problem.upper), w, basic
         below, above = basic & (z < problem.lower - WRONG), basic & (z > problem.upper + WRONG)
         from_low, from_high = low & (w < -WRONG), high & (w > WRONG)
@@ -41,6 +48,10 @@ def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, Vector
             return
         low, high = (low | below) & ~from_low, (high | above) & ~from_high
         z = np.clip(z, problem.lower, problem.upper)
+
+
+def _natural_residual(problem: Scaled, z: Vector, w: Vector) -> float:
+    return float(np.abs(z - np.clip(z - w, problem.lower, problem.upper)).max())
 
 
 def _active(problem: Scaled, at: Point) -> tuple[Mask, Mask]:
@@ -53,18 +64,34 @@ def _active(problem: Scaled, at: Point) -> tuple[Mask, Mask]:
     return low & ~(high & (s_low > s_high)), high & ~(low & (s_low <= s_high))
 
 
-@np.errstate(all="ignore")
 def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
-    """z with its basic variables solved for, and w."""
+    """z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
+    if not basic.size:
+        return z, problem.M @ z + problem.q
+    if not is_sparse(problem.M):
+        return _proximal(problem, z, basic, systems(problem.M[np.ix_(basic, basic)], None))[:2]
+    block = problem.M[basic][:, basic]
+    try:
+        found = _proximal(problem, z, basic, systems(block, None if problem.S is None else problem.S[basic]))
+    except SingularMatrix:
+        found = z, z, np.inf
+    if found[2] > POOR:
+        try:
+            found = min(found, _proximal(problem, z, basic, SuperLU(block, pivoting=True)), key=lambda each: each[2])
+        except SingularMatrix:
+            if found[2] == np.inf:
+                raise
+    return found[:2]
+
+
+@np.errstate(all="ignore")
+def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector, float]:
+    """z and w, and the largest w of a basic variable relative to what it was."""
     M, q = problem.M, problem.q
     w = M @ z + q
-    if not basic.size:
-        return z, w
-    block = M[basic][:, basic] if is_sparse(M) else M[np.ix_(basic, basic)]
-    solver = systems(block, None if problem.S is None else problem.S[basic])
     solver.factorize(np.full(basic.size, SHIFT))
     best, last = (z, w), float(np.abs(w[basic]).max())
-    least = last
+    first = least = last
     for _ in range(ITERATIONS):
         z = z.copy()
         z[basic] -= solver.solve(w[basic])
@@ -77,4 +104,4 @@ def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]
         if size > SLOW * last:
             break
         last = size
-    return best
+    return *best, least / first if first else 0.0

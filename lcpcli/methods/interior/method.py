@@ -139,7 +139,10 @@ class _Run:
             too_short = attempt.gives_up and k >= WARMED_UP and np.mean(lengths[-RECENT:]) < SLOW
             if mu < VANISHED or too_short or waited > (PATIENCE if least > NEAR else IMPATIENT):
                 break
-            at, length, along = steps.next(at)
+            try:
+                at, length, along = steps.next(at)
+            except SingularMatrix:
+                break  # the best point so far may have the active set of the solution
             lengths.append(length)
             self._count += 1
         if proof := proof_of(self._given, self._within, (at.z,)):
