@@ -124,16 +124,22 @@ class _LDL:
         self._solver: Any = None
 
     def factorize(self, d: Vector) -> None:
-        import qdldl
-
         self._upper.data[self._places] = self._S * (self._diagonal + d)
         try:
-            if self._solver is None:
-                self._solver = interruptibly(lambda: qdldl.Solver(self._upper, upper=True))
+            if self._upper.nnz > factors.QUICK:
+                interruptibly(self._factors)
             else:
-                interruptibly(lambda: self._solver.update(self._upper, upper=True))
+                self._factors()
         except RuntimeError as error:
             raise SingularMatrix from error
+
+    def _factors(self) -> None:
+        import qdldl
+
+        if self._solver is None:
+            self._solver = qdldl.Solver(self._upper, upper=True)
+        else:
+            self._solver.update(self._upper, upper=True)
 
     def solve(self, b: Vector) -> Vector:
         x: Vector = self._solver.solve(self._S * b)
