@@ -40,7 +40,9 @@ def refutes(M: Matrix, q: Vector, box: Box, y: Vector, asked: Box | None = None)
         product, size = M.T @ y, abs(M).T @ np.abs(y)
         error = 4 * (y.size + 2) * (EPS * size + SMALLEST_NORMAL)
         excess = np.maximum(np.where(high, -np.inf, product), np.where(low, -np.inf, -product))
-    if (excess > error + ACTIVE * size).any():
+        slack = np.where(product > 0, np.where(high, box.upper, 0.0), np.where(low, box.lower, 0.0)) * product
+        total, terms = float(q @ y + slack.sum()), float(np.abs(q) @ np.abs(y) + np.abs(slack).sum())
+    if (excess > error + ACTIVE * size).any() or total > SNAP * terms:
         return False
     support, active = np.flatnonzero(y), np.flatnonzero(excess >= -error - ACTIVE * size)
     exact = [Fraction(value) for value in y[support].tolist()]
@@ -123,13 +125,18 @@ def candidates(M: Matrix, q: Vector, box: Box, seconds: float = math.inf, asked:
     y = np.zeros(q.size)
     y[positive] += found.x[: positive.size]
     y[negative] -= found.x[positive.size : positive.size + negative.size]
+    yield from rounded(y)
+    yield y
+
+
+def rounded(y: Vector) -> Iterator[Vector]:
+    """y without what is small, and what it may be an approximation of: fractions, or integers."""
     largest = float(np.abs(y).max())
     snapped = np.where(np.abs(y) < SNAP * largest, 0.0, y)
     if snapped.any():
         yield snapped
         yield np.rint(GRID * (snapped / largest)) / GRID
         yield np.rint(snapped / np.abs(snapped[snapped != 0]).min())
-    yield y
 
 
 def _identity(M: Matrix) -> Matrix:

@@ -10,9 +10,9 @@ from lcpcli.methods.interior.scaling import Scaled
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
+from lcpcli.verify.mixed_farkas import rounded
 
 FAR = 1e2  # in scaled units: what diverges is at least that large
-SNAP = 1e-9  # of the largest entry: what is smaller counts as 0
 
 
 def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
@@ -27,8 +27,8 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
             y = np.zeros(problem.n)
             y[within.kept] = part * within.units
             y = np.where(low & high, 0.0, np.where(low, np.maximum(y, 0.0), np.where(high, np.minimum(y, 0.0), y)))
-            y[np.abs(y) < SNAP * np.abs(y).max()] = 0.0
-            proof = proof_in_units(problem, np.ones(problem.n), y) if y.any() else None
-            if proof is not None:
-                return Certificate("farkas", farkas_statement(problem), proof)
+            for candidate in rounded(y):
+                proof = proof_in_units(problem, np.ones(problem.n), candidate)
+                if proof is not None:
+                    return Certificate("farkas", farkas_statement(problem), proof)
     return None
