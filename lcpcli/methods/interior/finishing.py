@@ -22,11 +22,13 @@ ITERATIONS, SLOW = 15, 0.7
 ROUNDS = 5  # of exchanges of wrong signs
 WORSE, FAR = 1e2, 1e-1  # exchanges end above that factor of the least natural residual so far, and above FAR
 POOR = 1e-3  # the factor of w_B above which pivoting is tried
+EXACT = 1e-13  # a natural residual that is rounding, in scaled units
 WRONG = 1e-12  # in scaled units
 
 
-def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, Vector, Mask]]:
-    """z within its bounds, w and where z is basic, of the active set of a point, and after exchanges; scaled."""
+def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, bool]]:
+    """z within its bounds, scaled, of the active set of a point, and after exchanges; and whether it is a solution up
+    to rounding."""
     low, high = _active(problem, at)
     z = np.clip(at.z, problem.lower, problem.upper)
     least = _natural_residual(problem, z, problem.M @ z + problem.q)
@@ -41,7 +43,7 @@ def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, Vector
         if not size <= max(WORSE * least, FAR):
             return  # of a wrong basis, nearly singular
         least = min(size, least)
-        yield np.clip(z, problem.lower, problem.upper), w, basic
+        yield np.clip(z, problem.lower, problem.upper), size <= EXACT
         below, above = basic & (z < problem.lower - WRONG), basic & (z > problem.upper + WRONG)
         from_low, from_high = low & (w < -WRONG), high & (w > WRONG)
         if not (below | above | from_low | from_high).any():

@@ -25,10 +25,10 @@ from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stage
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-FINISH = "finish"
+FINISH, BEST = "finish", "best"
 MOST = 150  # steps of an attempt
 WARMED_UP, RECENT, SLOW = 8, 7, 0.4  # after so many steps, a mean length of the recent ones below that is too short
-PATIENCE, NEAR, IMPATIENT = 25, 1e-8, 12  # steps without progress; below that merit, fewer
+PATIENCE, NEAR, IMPATIENT = 25, 1e-8, 10  # steps without progress; below that merit, fewer
 CLOSE, DROP = 1e-5, 1e-2  # the merit from which the active set is tried, and the drop after which it is again
 VANISHED = 1e-30  # mu: where z_i and w_i are both 0, they are as large as its root
 EVERY = 5  # steps between searches for a proof that there is no solution
@@ -133,7 +133,8 @@ class _Run:
                 tried = merit
                 yield from self._finish(at)  # before the point itself, which is less accurate
             if lengths:
-                yield self._shown(at.z, f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}")
+                told = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
+                yield self._shown(at.z, told)._replace(signs_final=merit >= CLOSE)  # the next ones are more accurate
             if k % EVERY == EVERY - 1 and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARMED_UP and np.mean(lengths[-RECENT:]) < SLOW
@@ -147,13 +148,15 @@ class _Run:
             self._count += 1
         if proof := proof_of(self._given, self._within, (at.z,)):
             return NoSolution(proof)
-        yield from self._finish(best)
+        yield from self._finish(best, last=True)
+        yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
-    def _finish(self, at: Point) -> Iterator[Iterate]:
-        for z, _, _ in basic_solutions(self._within, at):
+    def _finish(self, at: Point, last: bool = False) -> Iterator[Iterate]:
+        """The basic solutions of a point; unless it is the last, only an exact one is as good as those to come."""
+        for z, is_exact in basic_solutions(self._within, at):
             self._count += 1
-            yield self._shown(z, FINISH)
+            yield self._shown(z, FINISH)._replace(signs_final=is_exact or last)
 
     def _shown(self, z: Vector, step: str) -> Iterate:
         return _iterate(self._given, self._within.given(z), step, self._count)
