@@ -35,8 +35,10 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 
     Dense M: `dense_route`, as newton solves almost every problem with a P-matrix in a handful of factorizations, and
     in one or two from an active set that is nearly right. Sparse M: first
-    `sparse_route`, which needs only products with M if these suffice, then newton, then `linear`, which proves most
-    infeasible problems infeasible. If these break down, stall or exhaust their budgets, lemke takes over, which solves
+    `sparse_route`, which needs only products with M if these suffice, then newton, then interior, then `linear`, which
+    proves most infeasible problems infeasible; but interior comes first for the conditions of a quadratic program, and
+    for those of a linear one `linear` and then interior. Dense M with M + M' positive semidefinite is given to interior
+    after newton. If these break down, stall or exhaust their budgets, lemke takes over, which solves
     problems with copositive-plus or otherwise well-behaved M, then `restarts` of it, which solve games, and then milp,
     which finds a solution or a proof that there is none, or reaches its limits. Small problems that its
     tolerances leave undecided are decided by `exhaustion`.
@@ -106,17 +108,11 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
 def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
     """The methods before milp in order, by name, each created when its turn comes."""
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
-    with imports:
-        from lcpcli.methods.auto.linear import is_skew, linear
-        from lcpcli.methods.auto.monotone import is_monotone, is_program
-        from lcpcli.methods.interior.method import interior
-
-    skew = large_and_sparse and is_skew(problem.M)
-    program = large_and_sparse and not skew and is_program(problem.M)
-    if skew:
-        yield "linear", linear(problem, min(SIMPLEX_SECONDS, _remaining(deadline)))
-    if skew or program:
-        yield "interior", interior(problem, x0)
+    first = _first(problem) if large_and_sparse else ""
+    if first == "linear":
+        yield first, _linear(problem, min(SIMPLEX_SECONDS, _remaining(deadline)))
+    if first:
+        yield "interior", begin("interior", problem, x0)
     elif large_and_sparse:
         with imports:
             from lcpcli.methods.auto.sparse_route import sparse_route
@@ -128,15 +124,38 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield "newton", dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if not (program or skew) and problem.n > FEW and (large_and_sparse or is_monotone(problem.M)):
-        yield "interior", interior(problem, x0)
+    if not first and problem.n > FEW and (large_and_sparse or _is_monotone(problem)):
+        yield "interior", begin("interior", problem, x0)
     if large_and_sparse or problem.is_mixed:
-        yield "linear", linear(problem, _remaining(deadline))
+        yield "linear", _linear(problem, _remaining(deadline))
     yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
     with imports:
         from lcpcli.methods.auto.restarts import restarts
 
     yield "lemke", as_lcp(restarts, problem, x0)
+
+
+def _first(problem: Problem) -> str:
+    """The method that programs are given to first: linear, interior, or "" for what is no program; M sparse."""
+    with imports:
+        from lcpcli.methods.auto.linear import is_skew
+        from lcpcli.methods.auto.monotone import is_program
+
+    return "linear" if is_skew(problem.M) else "interior" if is_program(problem.M) else ""
+
+
+def _is_monotone(problem: Problem) -> bool:
+    with imports:
+        from lcpcli.methods.auto.monotone import is_monotone
+
+    return is_monotone(problem.M)
+
+
+def _linear(problem: Problem, seconds: float) -> Stage:
+    with imports:
+        from lcpcli.methods.auto.linear import linear
+
+    return linear(problem, seconds)
 
 
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
