@@ -137,6 +137,8 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
 
 def _first(problem: Problem) -> str:
     """The method that programs are given to first: linear, interior, or "" for what is no program; M sparse."""
+    if problem.M.diagonal().all():  # there are zeros for the rows of a program
+        return ""
     with imports:
         from lcpcli.methods.auto.linear import is_skew
         from lcpcli.methods.auto.monotone import is_program
