@@ -157,7 +157,7 @@ PROGRAMS = (
         Case(f"{name}.json", file=shipped.path(f"programs/{name}.json"))
         for name in ("hs21", "hs35", "hs53", "hs76", "klee-minty", "portfolio", "transport")
     ),
-    *sizes("portfolio", 100, 1000, 5000),
+    *sizes("portfolio", 100, 1000, 2500),
     *sizes("control", 100, 1000, 5000),
     *sizes("transport", 100, 1000, 10_000),
 )
