@@ -135,7 +135,11 @@ class _Run:
             if lengths:
                 told = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
                 yield self._shown(at.z, told)._replace(signs_final=merit >= CLOSE)  # the next ones are more accurate
-            if k % EVERY == EVERY - 1 and (proof := proof_of(self._given, self._within, (at.z, along.z))):
+            if (
+                k % EVERY == EVERY - 1
+                and merit > CLOSE
+                and (proof := proof_of(self._given, self._within, (at.z, along.z)))
+            ):
                 return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARMED_UP and np.mean(lengths[-RECENT:]) < SLOW
             if mu < VANISHED or too_short or waited > (PATIENCE if least > NEAR else IMPATIENT):
