@@ -14,11 +14,12 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, from_qp, from_qpsolvers, read, run, write
+from lcpcli.files import shipped
 from lcpcli.solving.answer import Minimum
 
 from .conftest import Outcome
 
-SHIPPED = Path(lcpcli.__file__).parent.parent / "problems" / "programs"
+SHIPPED = Path(shipped.path("programs"))
 SEEDS = range(12)
 
 

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-import lcpcli
 from lcpcli import read, run
+from lcpcli.files import shipped
 from lcpcli.gallery import families as gallery
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.reductions.program import Program
 from lcpcli.solving.answer import Minimum
 
-FOLDER = Path(lcpcli.__file__).parent.parent / "problems" / "programs"
+FOLDER = Path(shipped.path("programs"))
 SHIPPED = sorted(path.name for path in FOLDER.glob("*.json"))
 MADE = [(name, n, seed) for name in ("portfolio", "control", "transport") for n in (20, 80, 200) for seed in (0, 1)]
 

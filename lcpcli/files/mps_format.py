@@ -167,4 +167,5 @@ def _refuse_crossed(low: Vector, high: Vector, names: list[str], text: bytes) ->
     j = int(crossed[0])
     place = line_of(text, f'"{names[j]}" in BOUNDS section')
     fault = f"gives {quoted(names[j])} the upper bound {high[j]:g}, below its lower bound {low[j]:g}"
-    raise ProblemError(place, fault, "give a lower bound too: LO, or MI for none")
+    hint = "make the lower bound the smaller one" if low[j] else "give a lower bound too: LO, or MI for none"
+    raise ProblemError(place, fault, hint)

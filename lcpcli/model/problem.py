@@ -140,9 +140,10 @@ class Problem:
         """Number of unknowns."""
         return int(self.q.size)
 
-    def name_of(self, i: int) -> str:
-        """The name that a component has from where the problem comes from; "" if it has none."""
-        return self.origin.names(self.n)[i] if self.origin is not None else ""
+    @cached_property
+    def names(self) -> Sequence[str]:
+        """The names that the components have from where the problem comes from, "" where there is none."""
+        return self.origin.names(self.n) if self.origin is not None else [""] * self.n
 
     @property
     def has_small_integers(self) -> bool:

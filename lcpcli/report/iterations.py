@@ -91,7 +91,7 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
 
 def _column(problem: Problem, i: int) -> str:
     """The name of a component that fits above it, else its place."""
-    name = problem.name_of(i)
+    name = problem.names[i]
     return name if 0 < len(name) < CELL else f"z{i + 1}"
 
 

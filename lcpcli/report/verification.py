@@ -50,7 +50,7 @@ def _folded(line: str, width: int | None) -> list[str]:
 
 
 def _cells(violation: Violation[float] | Violation[Fraction], problem: Problem) -> list[str]:
-    name = problem.name_of(violation.index)
+    name = problem.names[violation.index]
     return [f"{violation.index + 1}{f' {name}' * bool(name)}", violation.kind, _size(violation.z), _size(violation.w)]
 
 

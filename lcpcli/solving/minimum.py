@@ -26,9 +26,9 @@ from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import farkas, proves_infeasible
 
 SECONDS = 1.0  # for deciding whether Q is positive semidefinite
+LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
 SIMPLE = 10**6  # the largest denominator of a feasible point that is verified exactly
 MOST_FRACTIONS = 10_000  # entries of A for which that is done
-LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
 WORDS = {"min": ("minimizer", "minimum", "below"), "max": ("maximizer", "maximum", "above")}
 DEFINITE = {"min": "positive", "max": "negative"}
 
@@ -38,14 +38,15 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
     problem = results[0].problem
     data = program.program(conditions_of(problem))
     assert data is not None
-    solved = _kind_of_minimum(data, program) if any(result.solved for result in results) else ""
+    solved = _kind_of_minimum(data, program) if any(result.solved for result in results) else ("", "")
     return [
         _minimum(result, program, data, solved) if result.solved else _without_minimum(result, program, data)
         for result in results
     ]
 
 
-def _minimum(result: Result, program: Program, data: ProgramData, statement: str) -> Minimum:
+def _minimum(result: Result, program: Program, data: ProgramData, told: tuple[str, str]) -> Minimum:
+    what, because = told
     sign = SENSES[program.sense]
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
@@ -57,27 +58,30 @@ def _minimum(result: Result, program: Program, data: ProgramData, statement: str
     if result.exact is not None and result.exact.z is not None:
         parts = program.parts(result.exact.z)
         exact = {"x": list(parts[0]), "y": [int(sign) * value for value in parts[1]]}
-    if statement.startswith("x is a ") and has_other_minimum(result, data):
-        statement = statement.replace("x is a ", "x is one of several ").replace("izer", "izers", 1)
+    word = WORDS[program.sense][0]
+    if what == f"a {word}" and has_other_minimum(result, data):
+        what = f"one of several {word}s"
+    statement = f"x is {what}{because}" if what else because
     return Minimum(x, sign * y + 0.0, bounded, objective, statement, exact)
 
 
-def _kind_of_minimum(data: ProgramData, program: Program) -> str:
-    """What a solution of the first-order conditions is, from what is proved about Q."""
+def _kind_of_minimum(data: ProgramData, program: Program) -> tuple[str, str]:
+    """What a solution of the first-order conditions is, and why, from what is proved about Q; or only a statement."""
     word, definite = WORDS[program.sense][0], DEFINITE[program.sense]
     if _is_zero(data.Q):
-        return f"x is a {word} of the linear program"
+        return f"a {word}", " of the linear program"
     verdicts = classify(data.Q, SECONDS, last="positive_semidefinite")
     if verdicts["positive_definite"].word == YES:
-        return f"x is the unique {word}, as Q is {definite} definite"
+        return f"the unique {word}", f", as Q is {definite} definite"
     verdict = verdicts["positive_semidefinite"].word
     if verdict == YES:
-        return f"x is a {word}, as Q is {definite} semidefinite"
+        return f"a {word}", f", as Q is {definite} semidefinite"
     if verdict == NO:
-        return f"x satisfies the first-order conditions but need not be a {word}: Q is not {definite} semidefinite"
+        return "", f"x satisfies the first-order conditions but need not be a {word}: Q is not {definite} semidefinite"
     if data.c.size <= LARGEST and is_semidefinite(data.Q):
-        return f"x is a {word}, as far as Q is {definite} semidefinite, which it is up to rounding"
-    return f"x satisfies the first-order conditions; whether Q is {definite} semidefinite and x a {word} is not decided"
+        return f"a {word}", f", as far as Q is {definite} semidefinite, which it is up to rounding"
+    undecided = f"whether Q is {definite} semidefinite and x a {word} is not decided"
+    return "", f"x satisfies the first-order conditions; {undecided}"
 
 
 def _without_minimum(result: Result, program: Program, data: ProgramData) -> Minimum:

@@ -157,6 +157,7 @@ PROGRAMS = [
     of_mps("x demand", "x need", "line 8", "'need'", "not in ROWS"),
     of_mps("b x 4", "b z 4", "line 13", "'z'", "not in COLUMNS"),
     of_mps("UP b x 4", "UP b x -4", "line 13", "'x'", "below its lower bound 0", "MI"),
+    of_mps("UP b x 4", "LO b x 5\n UP b x 4", "line 14", "'x'", "below its lower bound 5", "the smaller one"),
     of_mps("x 4", "x 4\n UP b x 5", "line 14", "duplicate"),
     of_mps(" x demand 1\n", " x limit 2\n", "line 8", "duplicate"),
     of_mps("UP b x 4", "BV b x", "line 13", "'x'", "integer", "continuous"),

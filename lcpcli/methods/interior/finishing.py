@@ -106,4 +106,4 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tu
         if size > SLOW * last:
             break
         last = size
-    return *best, least / first if first else 0.0
+    return *best, least / first if first > EXACT else 0.0

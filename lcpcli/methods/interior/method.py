@@ -66,8 +66,8 @@ def interior(
 ) -> Stage:
     """Follow the central path from one start after another until the solution, or a proof that there is none, is found.
 
-    It solves every problem whose M + M' is positive semidefinite, up to rounding, in some tens of steps, each with one
-    factorization of M + D, D a positive diagonal. For other M it may stall.
+    It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
+    M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class _Run:
     def _steps(self, attempt: Attempt, steps: Steps, at: Point, regularization: Regularization) -> Stage:
         best, least, waited, tried = at, np.inf, 0, np.inf
         lengths: list[float] = []
-        along = at
+        along: Point = at
         for k in range(MOST + 1):
             mu = steps.mu(at)
             merit = max(self._within.pairs * mu / steps.gap_size(at), steps.infeasibility(at))
@@ -135,11 +135,8 @@ class _Run:
             if lengths:
                 told = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
                 yield self._shown(at.z, told)._replace(signs_final=merit >= CLOSE)  # the next ones are more accurate
-            if (
-                k % EVERY == EVERY - 1
-                and merit > CLOSE
-                and (proof := proof_of(self._given, self._within, (at.z, along.z)))
-            ):
+            due = k % EVERY == EVERY - 1 and merit > CLOSE
+            if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARMED_UP and np.mean(lengths[-RECENT:]) < SLOW
             if mu < VANISHED or too_short or waited > (PATIENCE if least > NEAR else IMPATIENT):

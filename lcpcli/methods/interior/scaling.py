@@ -17,7 +17,7 @@ ROUNDS, FARTHEST, CLOSE = 12, 1e8, 0.1  # of Ruiz's scaling
 
 @dataclass(frozen=True, eq=False)
 class Scaled:
-    """M, q and bounds of the variables `kept`, for z = units z', w = w' / rows.
+    """M, q and bounds of the variables `kept`, for z = units z'; the others are fixed.
 
     S : signs with S M symmetric; None if there are none, or M is dense.
     low, high : the indices with finite lower and finite upper bounds.
@@ -30,7 +30,6 @@ class Scaled:
     lower: Vector
     upper: Vector
     units: Vector
-    rows: Vector
     S: Vector | None
     low: Indices
     high: Indices
@@ -42,13 +41,9 @@ class Scaled:
 
     def given(self, z: Vector) -> Vector:
         """The admissible z of the problem for one of the scaled problem."""
-        whole = np.where(np.isfinite(self._fixed), self._fixed, 0.0)
+        whole = np.full(self.problem.n, self.problem.lower, dtype=float)
         whole[self.kept] = z * self.units
         return self.problem.box.project(whole)
-
-    @property
-    def _fixed(self) -> Vector:
-        return np.full(self.problem.n, self.problem.lower, dtype=float)
 
 
 def scaled(problem: Problem) -> Scaled:
@@ -71,7 +66,7 @@ def scaled(problem: Problem) -> Scaled:
     S = signs(M) if is_sparse(M) else None
     ends = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
     own = (M, q / largest, lower / largest, upper / largest)
-    return Scaled(problem, kept, *own, d * largest, d / largest, S, *ends)
+    return Scaled(problem, kept, *own, d * largest, S, *ends)
 
 
 def _ruiz(M: Matrix) -> Vector:

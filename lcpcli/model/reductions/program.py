@@ -89,13 +89,12 @@ class Program:
     def parse(cls, data: Mapping[str, Any]) -> Program:
         """The program described in a file, or a ProblemError."""
         refuse_unknown("", data, KEYS)
-        constant = data.get("constant", 0.0)
         names = {key: names_of(key, data.get(key, ())) for key in ("rows", "columns")}
         return cls(
             _number_of("variables", data.get("variables"), 1),
             _number_of("ranges", data.get("ranges", 0), 0),
             sense_of(data.get("sense", "min")),
-            constant_of(constant),
+            constant_of(data.get("constant", 0.0)),
             **names,
         )
 
@@ -129,7 +128,7 @@ class Program:
         return ProgramData(M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k])
 
     def parts(self, z: Any) -> tuple[Any, Any]:
-        """x and y of a z, an array of any numbers, or of indices."""
+        """x and y of a z, a sequence of any numbers."""
         return z[: self.variables], z[self.variables : len(z) - self.ranges]
 
     def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:
