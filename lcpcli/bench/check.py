@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.bench.answer import NONE, SOLUTION, Answer
+from lcpcli.bench.optimality import optimality
 from lcpcli.linalg import products
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
@@ -19,7 +20,7 @@ class Check:
     """success : claimed and accepted. false_success : claimed but wrong by every measure. Other claims are inexact.
 
     residual, scaled_residual, error : as in `accuracy.Accuracy`; None without a z, or without a reference.
-    condition, forward_error : as in `record.Measurement`.
+    condition, forward_error, optimality : as in `record.Measurement`.
     """
 
     success: bool
@@ -29,6 +30,7 @@ class Check:
     error: float | None
     condition: float | None = None
     forward_error: float | None = None
+    optimality: dict[str, float] | None = None
 
 
 class Checker:
@@ -61,7 +63,8 @@ class Checker:
         terms = products.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
         as_said = residual <= self._accept * float(terms.max()) < np.inf and not hopeless
         false = claimed and not success and not as_said
-        return Check(success, false, residual, scaled, error, *self._stability(error))
+        stability, of_program = self._stability(error), optimality(self._problem, z)
+        return Check(success, false, residual, scaled, error, *stability, of_program)
 
     def _stability(self, error: float | None) -> tuple[float | None, float | None]:
         """The condition of the solution, and the error in units of the effect of rounding the data."""

@@ -116,5 +116,6 @@ def _measured(
         milestones=answer.milestones,
         condition=finite(check.condition),
         forward_error=finite(check.forward_error),
+        optimality=check.optimality,
         rate=rate.of(problem, curve) if solver.name == rate.METHOD and curve else None,
     )

@@ -29,6 +29,7 @@ COPIED = (
     "error",
     "condition",
     "forward_error",
+    "optimality",
     "iterations",
     "evaluations",
     "setup_seconds",

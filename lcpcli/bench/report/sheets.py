@@ -8,7 +8,7 @@ from itertools import groupby
 
 from lcpcli.bench import scores
 from lcpcli.bench.record import Measurement, Record
-from lcpcli.bench.report import convergence, stability
+from lcpcli.bench.report import convergence, optimality, stability
 from lcpcli.bench.report.sheet import Sheet
 from lcpcli.bench.statistics import SHIFT, Fit, summary
 from lcpcli.errors import count
@@ -36,6 +36,7 @@ def build(record: Record, width: int | None) -> Report:
     sheets += [
         convergence.rates(record),
         stability.build(record),
+        optimality.build(record),
         _failures(record, width),
         _exclusions(record),
         _growth(record),

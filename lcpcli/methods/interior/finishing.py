@@ -19,6 +19,7 @@ from lcpcli.typing import Indices, Mask, Vector
 
 SHIFT = 1e-9  # eps
 ITERATIONS, SLOW = 15, 0.7
+POLISHING = 2  # more iterations once the residual is rounding
 ROUNDS = 5  # of exchanges of wrong signs
 WORSE, FAR = 1e2, 1e-1  # exchanges end above that factor of the least natural residual so far, and above FAR
 POOR = 1e-3  # the factor of w_B above which pivoting is tried
@@ -106,4 +107,14 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tu
         if size > SLOW * last:
             break
         last = size
+    if least <= EXACT and is_sparse(M):
+        best = _polished(problem, best[0], basic, solver)
     return *best, least / first if first > EXACT else 0.0
+
+
+def _polished(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector]:
+    """z with small components as accurate as large ones, by residuals in extended precision if there is one; and w."""
+    M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
+    for _ in range(POLISHING):
+        z[basic] -= solver.solve((M @ z.astype(np.longdouble) + q).astype(float))
+    return z, problem.M @ z + problem.q

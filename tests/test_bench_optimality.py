@@ -1,0 +1,82 @@
+"""Answers to programs are measured by their residuals and gap, which for some are known by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, from_qp, run
+from lcpcli.bench import suites
+from lcpcli.bench.environment import Machine
+from lcpcli.bench.optimality import ABSOLUTE, NATURAL, RELATIVE, optimality
+from lcpcli.bench.record import Measurement, Record, Settings
+from lcpcli.bench.report import optimality as report
+from lcpcli.bench.statistics import shifted_geometric_mean
+from lcpcli.report import numbers
+
+HALF_SQUARE = from_qp(Q=[[1]], c=[0], A=[[1]], row_lower=[1], lower=[-np.inf])  # min x^2 / 2, x >= 1: x = y = 1
+RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9])  # x = 2, y = -1, s = 4
+
+
+@pytest.mark.parametrize(
+    ("problem", "z", "absolute", "relative"),
+    [
+        (HALF_SQUARE, (1.0, 1.0), 0.0, 0.0),
+        (HALF_SQUARE, (1.1, 0.9), 1.21 - 0.9, (1.21 - 0.9) / 1.21),  # the gap
+        (HALF_SQUARE, (0.9, 0.9), 0.1, 0.1),  # x is too small by 0.1, which y multiplies
+        (HALF_SQUARE, (1.0, -0.5), 1.5, 1.5),  # x - y is 1.5, and so is the gap
+        (RANGE, (2.0, -1.0, 4.0), 0.0, 0.0),
+        (RANGE, (2.5, -0.75, 4.0), 1.0, 1.0 / 9.0),  # 2 x is too large by 1, of terms that are at most 5 + 4
+    ],
+)
+def test_residuals_and_gap_are_those_of_the_program(
+    problem: Problem, z: tuple[float, ...], absolute: float, relative: float
+) -> None:
+    found = optimality(problem, np.array(z))
+    assert found is not None
+    assert found[ABSOLUTE] == pytest.approx(absolute)
+    assert found[RELATIVE] == pytest.approx(relative)
+
+
+def test_a_multiplier_is_not_given_to_a_bound_that_is_far() -> None:
+    """w = -1e-9 inside a large box is a residual of 1e-9, not a gap of 1."""
+    problem = from_qp(Q=[[1]], c=[-1], upper=[1e9])
+    found = optimality(problem, np.array([1 - 1e-9]))
+    assert found is not None
+    assert found[ABSOLUTE] == pytest.approx(1e-9)
+
+
+def test_other_problems_and_answers_out_of_range_are_not_measured() -> None:
+    assert optimality(Problem([[1.0]], [-1.0]), np.ones(1)) is None
+    assert optimality(HALF_SQUARE, np.array([np.nan, 1.0])) is None
+    assert optimality(HALF_SQUARE, np.array([np.inf, 1.0])) is None
+
+
+@pytest.mark.parametrize("case", suites.cases_of(["programs"])[:7], ids=lambda case: case.name)
+def test_shipped_programs_are_solved_by_the_strictest_measure(case: suites.Case) -> None:
+    problem = suites.prepare(case)
+    found = optimality(problem, run(problem).z)
+    assert found is not None
+    assert max(found.values()) < 1e-9
+
+
+def test_the_table_counts_what_is_claimed_and_accurate() -> None:
+    def row(problem: str, solver: str, size: float | None, claimed: bool = True) -> Measurement:
+        names: dict[str, Any] = {"family": None, "n": 2, "seed": None, "parameters": {}, "kind": "method"}
+        ended = {"status": "", "statement": "", "claimed": claimed, "success": claimed, "false_success": False}
+        found = None if size is None else {ABSOLUTE: 100 * size, RELATIVE: size, NATURAL: size}
+        return Measurement(problem, solver=solver, seconds=[0.5], optimality=found, **names, **ended)
+
+    rows = [row("a", "auto", 1e-12), row("a", "shi", 1e-8), row("b", "auto", 1e-7), row("b", "shi", 1e-12, False)]
+    rows += [row("lcp", "auto", None), row("lcp", "shi", None)]
+    settings, machine = Settings(1e-9, 10.0, 1e-6, 0.0), Machine("P", 1, None, "Linux", 1)
+    record = Record(["x"], [], ["auto", "shi"], [], [], settings, machine, {}, rows)
+    (group,) = report.build(record).groups
+    mean = numbers.duration(shifted_geometric_mean([0.5, 10.0], report.SHIFT))
+    assert group == [
+        ["auto", "2", "2", "1", "1", "1", "1", numbers.duration(0.5)],
+        ["shi", "2", "1", "0", "1", "0", "0", mean],
+    ]
+    assert not report.build(Record(["x"], [], ["auto"], [], [], settings, machine, {}, rows[4:5])).groups
