@@ -7,6 +7,7 @@ SuperLU with diagonal pivots in an order for symmetric patterns. Dense M has LU 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -36,8 +37,10 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
     """Those of M, dense or in compressed sparse rows, with signs S if there are any."""
     if not is_sparse(M):
         return _Dense(M)
-    plain = SuperLU(M)
-    return plain if S is None or not _has_qdldl() else _Faster(plain, _LDL(M, S))
+    if S is None or not _has_qdldl():
+        return SuperLU(M)
+    signs = S
+    return _Faster(lambda: _LDL(M, signs), lambda: SuperLU(M))
 
 
 class _Dense:
@@ -69,7 +72,7 @@ class SuperLU:
             from scipy.sparse.linalg import splu
 
         include_loaded()
-        self._splu, self._columns, self._places = splu, *_with_diagonal(M)
+        self._splu, self._columns, self._places = splu, *_columns(*_entries(M), M.shape[0])
         self._diagonal = M.diagonal()
         self._order: Indices | None = None
         self._inverse: Indices | None = None
@@ -114,12 +117,12 @@ class _LDL:
     """QDLDL's, of S (M + diag(d))."""
 
     def __init__(self, M: Matrix, S: Vector) -> None:
-        from scipy.sparse import csc_matrix, diags_array, triu
+        from scipy.sparse import csc_matrix
 
-        columns, _ = _with_diagonal(M)
-        upper = csc_matrix(triu(diags_array(S) @ columns, format="csc"))
-        upper.sort_indices()
-        self._upper, self._places = upper, upper.indptr[1:] - 1
+        values, rows, columns = _entries(M)
+        upper = rows <= columns
+        held, self._places = _columns((S[rows] * values)[upper], rows[upper], columns[upper], S.size)
+        self._upper = csc_matrix(held)
         self._S, self._diagonal = S, M.diagonal()
         self._solver: Any = None
 
@@ -147,36 +150,38 @@ class _LDL:
 
 
 class _Faster:
-    """The one of two that takes less time, after one factorization with each; the first if that is quick enough."""
+    """The first of several that factorizes again within PATIENCE, or the quickest.
 
-    def __init__(self, plain: Systems, other: Systems) -> None:
-        self._candidates, self._seconds = [other, plain], list[float]()
-        self._used = other
+    The time of the second factorization counts, as the first one includes the analysis of the pattern.
+    """
+
+    def __init__(self, *candidates: Callable[[], Systems]) -> None:
+        self._used, self._untried = candidates[0](), list(candidates[1:])
+        self._tried: list[tuple[float, Systems]] = []
+        self._count, self._seconds = 0, 0.0
 
     def factorize(self, d: Vector) -> None:
-        tried = len(self._seconds)
-        if tried < len(self._candidates):
-            self._used = self._candidates[tried]
+        if self._count == 2:
+            self._tried.append((self._seconds, self._used))
+            if self._seconds > PATIENCE and self._untried:
+                self._used, self._count = self._untried.pop(0)(), 0
+            else:
+                self._used = min(self._tried, key=lambda each: each[0])[1]
         began = time.perf_counter()
         self._used.factorize(d)
-        self._seconds.append(time.perf_counter() - began)
-        if tried == 0 and self._seconds[0] < PATIENCE:
-            self._candidates = self._candidates[:1]
-        elif len(self._seconds) == len(self._candidates) == 2:
-            self._used = self._candidates[int(self._seconds[1] < self._seconds[0])]
+        self._seconds = time.perf_counter() - began
+        self._count += 1
 
     def solve(self, b: Vector) -> Vector:
         return self._used.solve(b)
 
 
-def _with_diagonal(M: Matrix) -> tuple[Any, Indices]:
-    """M in compressed sparse columns with every diagonal entry stored, and where these are."""
-    n = M.shape[0]
-    coo = M.tocoo()
+def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:
+    """Values, rows and columns of the entries of M, with all of the diagonal, which is last."""
+    coo, every = M.tocoo(), np.arange(M.shape[0])
     off = coo.row != coo.col
-    every = np.arange(n)
-    places = np.concatenate((coo.row[off], every)), np.concatenate((coo.col[off], every))
-    return _columns(np.concatenate((coo.data[off], np.ones(n))), *places, n)
+    values = np.concatenate((coo.data[off], M.diagonal()))
+    return values, np.concatenate((coo.row[off], every)), np.concatenate((coo.col[off], every))
 
 
 def _columns(values: Vector, rows: Indices, columns: Indices, n: int) -> tuple[Any, Indices]:

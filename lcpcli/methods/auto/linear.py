@@ -10,6 +10,7 @@ Linear Programming and Extensions (1963), chapter 6.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -27,12 +28,15 @@ from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
-    units = scaled.scale(problem)
+    units, deadline = scaled.scale(problem), time.perf_counter() + seconds
     if is_skew(problem.M):
         saddle = finish(units.problem, None, _saddle_point(units.problem, seconds))
         ending = yield from in_given_variables(units, saddle)
         if isinstance(ending, Finished):
             return Stalled("rounding hides that the solution of the linear program is one")
+    seconds = deadline - time.perf_counter()
+    if seconds <= 0:
+        return Stalled("no time was left for the linear programs")
     proof = farkas(problem, seconds)
     if proof is not None:
         return NoSolution(Certificate("farkas", farkas_statement(problem), proof))

@@ -25,7 +25,8 @@ from lcpcli.verify.point import Point
 from lcpcli.verify.refinement import is_near, is_rounded_solution, refined
 
 REFINED = "refined"
-SIMPLEX_SECONDS = 1.0  # for a linear program, before the interior point method has its turn
+SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
+LEAST_SECONDS = 0.1
 FEW = 50  # unknowns up to which lemke is as fast as the interior point method
 LEMKE_PIVOTS = 20  # per unknown
 
@@ -110,7 +111,8 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
     first = _first(problem) if large_and_sparse else ""
     if first == "linear":
-        yield first, _linear(problem, min(SIMPLEX_SECONDS, _remaining(deadline)))
+        limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SECONDS)
+        yield first, _linear(problem, min(limit, _remaining(deadline)))
     if first:
         yield "interior", begin("interior", problem, x0)
     elif large_and_sparse:

@@ -30,7 +30,7 @@ MOST = 150  # steps of an attempt
 WARMED_UP, RECENT, SLOW = 8, 7, 0.4  # after so many steps, a mean length of the recent ones below that is too short
 PATIENCE, NEAR, IMPATIENT = 25, 1e-8, 10  # steps without progress; below that merit, fewer
 CLOSE, DROP = 1e-5, 1e-2  # the merit from which the active set is tried, and the drop after which it is again
-VANISHED = 1e-30  # mu: where z_i and w_i are both 0, they are as large as its root
+SMALL, VANISHED = 1e-24, 1e-30  # mu: where z_i and w_i are both 0, they are as large as its root
 EVERY = 5  # steps between searches for a proof that there is no solution
 
 
@@ -134,7 +134,9 @@ class _Run:
                 yield from self._finish(at)  # before the point itself, which is less accurate
             if lengths:
                 told = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
-                yield self._shown(at.z, told)._replace(signs_final=merit >= CLOSE)  # the next ones are more accurate
+                yield self._shown(at.z, told)._replace(
+                    signs_final=merit >= CLOSE or mu < SMALL
+                )  # else the next ones are better
             due = k % EVERY == EVERY - 1 and merit > CLOSE
             if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)
