@@ -37,12 +37,15 @@ def refutes(M: Matrix, q: Vector, box: Box, y: Vector, asked: Box | None = None)
         return False
     low, high = _sides(box)
     with np.errstate(all="ignore"):
-        product, size = M.T @ y, abs(M).T @ np.abs(y)
-        error = 4 * (y.size + 2) * (EPS * size + SMALLEST_NORMAL)
-        excess = np.maximum(np.where(high, -np.inf, product), np.where(low, -np.inf, -product))
+        product = M.T @ y
         slack = np.where(product > 0, np.where(high, box.upper, 0.0), np.where(low, box.lower, 0.0)) * product
         total, terms = float(q @ y + slack.sum()), float(np.abs(q) @ np.abs(y) + np.abs(slack).sum())
-    if (excess > error + ACTIVE * size).any() or total > SNAP * terms:
+        if total > SNAP * terms:
+            return False
+        size = abs(M).T @ np.abs(y)
+        error = 4 * (y.size + 2) * (EPS * size + SMALLEST_NORMAL)
+        excess = np.maximum(np.where(high, -np.inf, product), np.where(low, -np.inf, -product))
+    if (excess > error + ACTIVE * size).any():
         return False
     support, active = np.flatnonzero(y), np.flatnonzero(excess >= -error - ACTIVE * size)
     exact = [Fraction(value) for value in y[support].tolist()]

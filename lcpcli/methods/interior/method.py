@@ -134,9 +134,7 @@ class _Run:
                 yield from self._finish(at)  # before the point itself, which is less accurate
             if lengths:
                 told = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
-                yield self._shown(at.z, told)._replace(
-                    signs_final=merit >= CLOSE or mu < SMALL
-                )  # else the next ones are better
+                yield self._shown(at.z, told)._replace(signs_final=mu < SMALL)  # else the next ones are better
             due = k % EVERY == EVERY - 1 and merit > CLOSE
             if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)

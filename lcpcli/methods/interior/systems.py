@@ -18,8 +18,8 @@ from lcpcli.typing import Matrix, Vector
 REFINEMENTS = 8
 SLOW = 0.3  # the factor per refinement above which GMRES takes over
 ACCURACY = 1e-13  # of a solution, relative to the right-hand side
-DOUBTFUL, POOR, USELESS = 1e-9, 1e-7, 1e-2  # residuals: of refinement, and of the factors
-KRYLOV, LOOK = 12, 4  # steps of GMRES: at most, and between looks at what is left
+DOUBTFUL, POOR, USELESS = 1e-6, 1e-7, 1e-2  # residuals: of refinement, and of the factors
+KRYLOV, LOOK = 8, 4  # steps of GMRES: at most, and between looks at what is left
 
 
 @dataclass
