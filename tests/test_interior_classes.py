@@ -176,7 +176,7 @@ def test_a_singular_basis_is_solved_although_diagonal_pivots_lose_the_shift() ->
 
 
 def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly() -> None:
-    """A chain x_1 >= x_2 >= ... >= x_n >= x_1 + 1: y is constant on its rows, with more columns than are corrected exactly."""
+    """A chain x_1 >= x_2 >= ... >= x_n >= x_1 + 1: y is constant, on more columns than are corrected exactly."""
     n = 80
     A = np.eye(n) - np.roll(np.eye(n), 1, axis=1)
     M = csr_array(np.block([[np.zeros((n, n)), -A.T], [A, np.zeros((n, n))]]))
