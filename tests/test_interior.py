@@ -6,7 +6,7 @@ LCP_SEEDS sets the number of random problems.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -19,18 +19,23 @@ from lcpcli.linalg.signs import signs
 from lcpcli.typing import Vector
 
 SEEDS = int(os.environ.get("LCP_SEEDS", "60"))
+LARGE = 120
 
 
-def monotone(seed: int) -> Problem:
+def monotone(seed: int, sizes: Sequence[int] = (10, 20, 50, 120)) -> Problem:
     """M + M' positive semidefinite, from definite to zero, with skew parts, bounds of every kind and a known solution.
 
-    A third of the bounded variables is degenerate: at a bound with w = 0.
+    A third of the bounded variables is degenerate: at a bound with w = 0. Large ones are sparse, with entries near the
+    diagonal.
     """
     random = np.random.default_rng(seed)
-    n = int(random.choice([10, 20, 50, 120]))
+    n = int(random.choice(sizes))
     rank = int(random.choice([0, n // 4, n // 2, n]))
-    F = random.normal(size=(n, rank)) * (random.random((n, rank)) < 0.3)
-    G = random.normal(size=(n, n)) * (random.random((n, n)) < 3 / n)
+    if n <= LARGE:
+        F = random.normal(size=(n, rank)) * (random.random((n, rank)) < 0.3)
+        G = random.normal(size=(n, n)) * (random.random((n, n)) < 3 / n)
+    else:
+        F, G = near_diagonal(n, rank, random), near_diagonal(n, n, random)
     M = F @ F.T + random.choice([0.0, 1.0]) * (G - G.T)
     z, w = np.zeros(n), np.zeros(n)
     lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
@@ -54,12 +59,18 @@ def monotone(seed: int) -> Problem:
     return Problem(sparse.csr_array(M) if random.random() < 0.5 else M, w - M @ z, lower=lower, upper=upper)
 
 
+def near_diagonal(n: int, columns: int, random: np.random.Generator) -> sparse.csr_array:
+    """Three random entries in each column, at most 3 places from the diagonal."""
+    column = np.repeat(np.arange(columns), 3)
+    row = np.clip(column * n // max(columns, 1) + random.integers(-3, 4, column.size), 0, n - 1)
+    return sparse.csr_array((random.normal(size=column.size), (row, column)), shape=(n, columns))
+
+
 def largest_gap(problem: Problem, z: Vector) -> float:
     """The natural residual, relative to the terms of its row, from the definition."""
-    M = np.asarray(problem.M.toarray() if sparse.issparse(problem.M) else problem.M)
-    w = M @ z + problem.q
+    w = problem.M @ z + problem.q
     gap = z - np.minimum(np.maximum(z - w, problem.lower), problem.upper)
-    return float((np.abs(gap) / (1.0 + np.abs(M) @ np.abs(z) + np.abs(problem.q))).max())
+    return float((np.abs(gap) / (1.0 + abs(problem.M) @ np.abs(z) + np.abs(problem.q))).max())
 
 
 @pytest.mark.parametrize("part", range(4))
@@ -67,15 +78,23 @@ def test_monotone_problems_with_a_solution_are_solved(part: int) -> None:
     for seed in range(part, SEEDS, 4):
         problem = monotone(seed)
         result = run(problem, "interior")
-        assert result.solved, (seed, result.message)
+        assert result.solved or largest_gap(problem, problem.box.project(np.zeros(problem.n))) < 1e-15, seed
         assert largest_gap(problem, result.z) < 1e-9, seed
+
+
+@pytest.mark.parametrize("seed", range(max(SEEDS // 20, 3)))
+def test_large_monotone_problems_are_solved(seed: int) -> None:
+    problem = monotone(1000 + seed, [300, 1000, 3000, 10_000] if seed else [100_000 if SEEDS >= 1000 else 10_000])
+    result = run(problem, "interior")
+    assert result.solved, result.message
+    assert largest_gap(problem, result.z) < 1e-9
 
 
 @pytest.mark.parametrize("part", range(4))
 def test_congruences_keep_monotonicity_and_the_answer(part: int) -> None:
     for seed in range(part, SEEDS // 2, 4):
         problem = monotone(seed)
-        d = 10.0 ** np.random.default_rng(seed).integers(-6, 7, problem.n)
+        d = 2.0 ** np.random.default_rng(seed).integers(-20, 21, problem.n)
         D = sparse.diags_array(d)
         M = sparse.csr_array(D @ sparse.csr_array(problem.M) @ D)
         other = Problem(M, d * problem.q, lower=problem.lower / d, upper=problem.upper / d)

@@ -39,17 +39,20 @@ class Attempt:
     """One run.
 
     slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
+    shift : eps, in scaled units; M + eps I has one solution, near the smallest of M's if eps is small.
     gives_up : whether it ends when its steps stay short. pivots : whether sparse factors are by partial pivoting.
     """
 
     slack: float
     rho: tuple[float, float, float] = (1.0, 1e-5, 1e1)
+    shift: float = 0.0
     gives_up: bool = False
     pivots: bool = False
 
 
 ATTEMPTS = (
     Attempt(1.0, gives_up=True),
+    Attempt(1.0, shift=1e-6, gives_up=True),
     Attempt(1e4, rho=(1e-3, 1e-6, 1e1)),
     Attempt(1e2),
     Attempt(1.0, rho=(1.0, 1.0, 1.0)),
@@ -110,7 +113,7 @@ class _Run:
         self._given, self._within, self._count = problem, within, 0
 
     def attempt(self, attempt: Attempt, slack: float, regularization: Regularization) -> Stage:
-        within = self._within
+        within = self._within.shifted(attempt.shift) if attempt.shift else self._within
         try:
             factors = SuperLU(within.M, pivoting=True) if attempt.pivots else systems(within.M, within.S)
             accurate = AccurateSystems(within.M, factors, regularization)

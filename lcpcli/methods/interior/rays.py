@@ -13,6 +13,7 @@ from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_un
 from lcpcli.verify.mixed_farkas import rounded
 
 FAR = 1e2  # in scaled units: what diverges is at least that large
+CLEAR = 1e-10  # of the sum of |y|, in scaled units: what a proof is negative by
 
 
 def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
@@ -29,6 +30,16 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
             y = np.where(low & high, 0.0, np.where(low, np.maximum(y, 0.0), np.where(high, np.minimum(y, 0.0), y)))
             for candidate in rounded(y):
                 proof = proof_in_units(problem, np.ones(problem.n), candidate)
-                if proof is not None:
+                if proof is not None and _is_clear(within, proof):
                     return Certificate("farkas", farkas_statement(problem), proof)
     return None
+
+
+def _is_clear(within: Scaled, y: Vector) -> bool:
+    """Whether the proof does not hang on the last digits of the data, which may have been rounded from others that have
+    a solution."""
+    y = y[within.kept] / within.units
+    product = within.M.T @ y
+    ends = np.where(product > 0, within.upper, within.lower)
+    slack = np.where(np.isfinite(ends), ends, 0.0) * product  # where they are infinite, the product is 0 up to rounding
+    return bool(within.q @ y + slack.sum() < -CLEAR * np.abs(y).sum())

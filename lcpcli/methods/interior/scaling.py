@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
 
 ROUNDS, FARTHEST, CLOSE = 12, 1e8, 0.1  # of Ruiz's scaling
+FAR_APART = 60.0  # binary digits between the entries of M
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,14 @@ class Scaled:
         """The number of finite bounds."""
         return self.low.size + self.high.size
 
+    def shifted(self, eps: float) -> Scaled:
+        """The problem with M + eps I."""
+        if not is_sparse(self.M):
+            return replace(self, M=self.M + np.diag(np.full(self.q.size, eps)))
+        from scipy.sparse import eye_array
+
+        return replace(self, M=(self.M + eps * eye_array(self.q.size)).tocsr())
+
     def given(self, z: Vector) -> Vector:
         """The admissible z of the problem for one of the scaled problem."""
         whole = np.full(self.problem.n, self.problem.lower, dtype=float)
@@ -57,7 +66,7 @@ def scaled(problem: Problem) -> Scaled:
         fixed = np.where(lower == upper, lower, 0.0)
         q, M = (problem.q + M @ fixed)[kept], M[kept][:, kept]
         lower, upper = lower[kept], upper[kept]
-    d = _ruiz(M)
+    d = _ruiz(M, _balanced(M, (q, lower, upper)))
     M = matrices.scaled(M, d, d)
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
@@ -69,8 +78,36 @@ def scaled(problem: Problem) -> Scaled:
     return Scaled(problem, kept, *own, d * largest, S, *ends)
 
 
-def _ruiz(M: Matrix) -> Vector:
-    d = np.ones(M.shape[0])
+def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
+    """D for which the entries of D M D are about 1, and D q and the bounds D^-1 l and D^-1 u of one size, where those
+    of M are far apart: Ruiz's scaling does not settle what bipartite parts of M leave open.
+
+    Least squares for the logarithms: A. R. Curtis, J. K. Reid, On the automatic scaling of matrices for Gaussian
+    elimination, IMA J. Appl. Math. 10 (1972) 118-124.
+    """
+    from scipy.sparse import coo_array, csr_array
+    from scipy.sparse.linalg import lsqr
+
+    n, entries = M.shape[0], coo_array(M)
+    entries.eliminate_zeros()
+    sizes = np.log2(np.abs(entries.data))
+    if not sizes.size or np.ptp(sizes) <= FAR_APART:
+        return np.ones(n)
+    used = [np.flatnonzero(np.isfinite(v) & (v != 0)) for v in vectors]
+    first = np.concatenate((entries.row, *used))
+    second = np.concatenate((entries.col, np.full(sum(each.size for each in used), n)))
+    sign = np.concatenate((np.ones(sizes.size + used[0].size), -np.ones(used[1].size + used[2].size)))
+    common = np.concatenate((np.ones(sizes.size), -np.ones(second.size - sizes.size)))
+    b = -np.concatenate((sizes, *(np.log2(np.abs(v[i])) for v, i in zip(vectors, used, strict=True))))
+    rows = np.arange(b.size)
+    A = csr_array(
+        (np.concatenate((sign, common)), (np.tile(rows, 2), np.concatenate((first, second)))), (b.size, n + 1)
+    )
+    logarithms: Vector = lsqr(A, b, atol=1e-3, btol=1e-3)[0][:n]
+    return np.exp2(np.rint(logarithms))
+
+
+def _ruiz(M: Matrix, d: Vector) -> Vector:
     for _ in range(ROUNDS):
         rows, columns = matrices.row_and_column_maxima(M, d, d)
         sizes = np.maximum(rows, columns)
