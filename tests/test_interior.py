@@ -148,6 +148,23 @@ def test_without_qdldl_scipy_alone_solves_it(monkeypatch: pytest.MonkeyPatch) ->
     assert run(gallery.make("control", 1000), "interior").solved
 
 
+def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its own search for one may take longer than all factorizations; every system is solved with the last factors."""
+    pytest.importorskip("qdldl")
+    orders: list[str] = []
+    own = sparse.linalg.splu
+    monkeypatch.setattr("scipy.sparse.linalg.splu", lambda A, **how: orders.append(how["permc_spec"]) or own(A, **how))
+    monkeypatch.setattr(shifted_systems, "PATIENCE", -1.0)
+    problem = gallery.make("control", 100)
+    S = signs(problem.M)
+    systems = shifted_systems.systems(problem.M, S)
+    for shift in (1.0, 10.0, 100.0, 1000.0, 1e4):
+        systems.factorize(np.full(problem.n, shift))
+        z = systems.solve(problem.q)
+        assert np.abs(problem.M @ z + shift * z - problem.q).max() < 1e-10
+    assert set(orders) == {"NATURAL"}
+
+
 @pytest.mark.parametrize("limit", [0.01, 0.05])
 def test_a_cut_off_leaves_the_best_iterate_and_a_true_status(limit: float) -> None:
     problem = gallery.make("transport", 10_000)

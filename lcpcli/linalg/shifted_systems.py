@@ -39,8 +39,8 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
         return _Dense(M)
     if S is None or not _has_qdldl():
         return SuperLU(M)
-    signs = S
-    return _Faster(lambda: _LDL(M, signs), lambda: SuperLU(M))
+    ldl = _LDL(M, S)
+    return _Faster(lambda: ldl, lambda: SuperLU(M, order=ldl.order))
 
 
 class _Dense:
@@ -65,9 +65,12 @@ class _Dense:
 
 
 class SuperLU:
-    """scipy's; with diagonal pivots in an order that is found once, or with partial pivoting."""
+    """scipy's; with diagonal pivots in an order that is given or found once, or with partial pivoting.
 
-    def __init__(self, M: Matrix, pivoting: bool = False) -> None:
+    Its own search for an order may take longer than all factorizations.
+    """
+
+    def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
         with imports:
             from scipy.sparse.linalg import splu
 
@@ -80,6 +83,8 @@ class SuperLU:
         if not pivoting:
             options = {"SymmetricMode": True, "Equil": False}
             self._how = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": options}
+        if order is not None:
+            self._keep_order(order)
 
     def factorize(self, d: Vector) -> None:
         diagonal = self._diagonal + d
@@ -97,7 +102,7 @@ class SuperLU:
         return self._splu(self._columns, **self._how)
 
     def _keep_order(self, order: Indices) -> None:
-        """Permute rows and columns, so that the next factorizations need not look for an order."""
+        """Permute rows and columns to these places, so that the next factorizations need not look for an order."""
         coo = self._columns.tocoo()
         self._columns, self._places = _columns(coo.data, order[coo.row], order[coo.col], order.size)
         self._order, self._inverse = order, np.argsort(order)
@@ -135,6 +140,12 @@ class _LDL:
                 self._factors()
         except RuntimeError as error:
             raise SingularMatrix from error
+
+    @property
+    def order(self) -> Indices:
+        """The place of each row and column among the pivots."""
+        pivots: Indices = self._solver.factors()[2]
+        return np.argsort(pivots)
 
     def _factors(self) -> None:
         import qdldl
