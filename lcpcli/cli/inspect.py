@@ -33,7 +33,8 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
     "--time-limit",
     type=click.FLOAT,
     default=options.INSPECTION_SECONDS,
-    help="Start no further expensive computation after this many seconds.  "
+    help="Start no further expensive computation after this many seconds; measuring the factorization of a sparse M "
+    "may take as long again.  "
     f"[seconds > 0; default {options.INSPECTION_SECONDS:g}]",
 )
 @format_option(FORMATS)

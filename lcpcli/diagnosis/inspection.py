@@ -11,6 +11,7 @@ import numpy as np
 from lcpcli.classes import classify
 from lcpcli.classes.verdict import YES, Late, Verdict
 from lcpcli.diagnosis import matrix, rates, remarks
+from lcpcli.diagnosis.factorization import Factorization, factorization
 from lcpcli.diagnosis.guarantees import Guarantee, guarantees
 from lcpcli.linalg.band import affordable
 from lcpcli.model.problem import Problem, as_problem
@@ -23,6 +24,7 @@ class Inspection:
 
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : of M and of R M C. spectrum : of a symmetric M.
+    factorization : the one that `interior` repeats; None for dense M.
     published, best : of `fixed-point`, with omega = 1 and with `--omega auto`.
     obvious : the answer, if it is evident from M and q; else "".
     """
@@ -36,6 +38,7 @@ class Inspection:
     equilibrated_condition: float | None
     spectrum: matrix.Spectrum | None
     cost: matrix.Cost
+    factorization: Factorization | None
     published: rates.Rate | None
     best: rates.Rate | None
     smoothing: rates.Smoothing
@@ -52,6 +55,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     ----------
     problem : a Problem; a sparse M is made dense only if it is small.
     time_limit : seconds after which no further expensive computation is started; one in progress is not interrupted.
+        The factorization of a sparse M may take as long besides, and is then stopped.
 
     Returns an Inspection, which the interpreter shows as the command prints it. A class is "yes" or "no" only where
     rounding errors cannot affect the answer.
@@ -96,6 +100,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         equilibrated_condition=equilibrated,
         spectrum=spectrum,
         cost=matrix.cost(problem.M, definite),
+        factorization=factorization(problem, time_limit),
         published=published,
         best=best,
         smoothing=rates.smoothing(problem),

@@ -20,7 +20,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
-PATIENCE = 0.02  # seconds of a factorization from which it is worth trying another program for the next
+PATIENCE = 0.02  # seconds of a factorization from which it is worth trying another library for the next
+DECIDED = 3  # factorizations that tell which library is faster: two by QDLDL, one by SuperLU in its order
 
 
 class Systems(Protocol):
@@ -33,10 +34,25 @@ class Systems(Protocol):
         """(M + diag(d))^-1 b for the last d."""
 
 
+class SparseSystems(Systems, Protocol):
+    """Those of sparse M."""
+
+    @property
+    def library(self) -> str:
+        """The one that the last factors are by."""
+
+    @property
+    def nonzeros(self) -> int:
+        """Those of the last factors, without a unit diagonal."""
+
+
 def systems(M: Matrix, S: Vector | None) -> Systems:
     """Those of M, dense or in compressed sparse rows, with signs S if there are any."""
-    if not is_sparse(M):
-        return _Dense(M)
+    return sparse_systems(M, S) if is_sparse(M) else _Dense(M)
+
+
+def sparse_systems(M: Matrix, S: Vector | None) -> SparseSystems:
+    """Those of M in compressed sparse rows, with signs S if there are any."""
     if S is None or not _has_qdldl():
         return SuperLU(M)
     ldl = _LDL(M, S)
@@ -70,6 +86,8 @@ class SuperLU:
     Its own search for an order may take longer than all factorizations.
     """
 
+    library = "SuperLU"
+
     def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
         with imports:
             from scipy.sparse.linalg import splu
@@ -98,6 +116,10 @@ class SuperLU:
         if self._order is None and "options" in self._how:
             self._keep_order(self._lu.perm_c)
 
+    @property
+    def nonzeros(self) -> int:
+        return int(self._lu.L.nnz + self._lu.U.nnz - self._diagonal.size)
+
     def _factors(self) -> Any:
         return self._splu(self._columns, **self._how)
 
@@ -120,6 +142,8 @@ class SuperLU:
 
 class _LDL:
     """QDLDL's, of S (M + diag(d))."""
+
+    library = "QDLDL"
 
     def __init__(self, M: Matrix, S: Vector) -> None:
         from scipy.sparse import csc_matrix
@@ -147,6 +171,11 @@ class _LDL:
         pivots: Indices = self._solver.factors()[2]
         return np.argsort(pivots)
 
+    @property
+    def nonzeros(self) -> int:
+        L, D, _ = self._solver.factors()
+        return int(L.nnz + D.size)
+
     def _factors(self) -> None:
         import qdldl
 
@@ -166,9 +195,9 @@ class _Faster:
     The time of the second factorization counts, as the first one includes the analysis of the pattern.
     """
 
-    def __init__(self, *candidates: Callable[[], Systems]) -> None:
+    def __init__(self, *candidates: Callable[[], SparseSystems]) -> None:
         self._used, self._untried = candidates[0](), list(candidates[1:])
-        self._tried: list[tuple[float, Systems]] = []
+        self._tried: list[tuple[float, SparseSystems]] = []
         self._count, self._seconds = 0, 0.0
 
     def factorize(self, d: Vector) -> None:
@@ -185,6 +214,14 @@ class _Faster:
 
     def solve(self, b: Vector) -> Vector:
         return self._used.solve(b)
+
+    @property
+    def library(self) -> str:
+        return self._used.library
+
+    @property
+    def nonzeros(self) -> int:
+        return self._used.nonzeros
 
 
 def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 from lcpcli.classes.verdict import Verdict
+from lcpcli.diagnosis.factorization import Factorization
 from lcpcli.diagnosis.inspection import Inspection
 from lcpcli.diagnosis.matrix import Spread
 from lcpcli.diagnosis.rates import Rate
@@ -41,6 +42,7 @@ def _object(found: Inspection) -> dict[str, Any]:
         "bandwidth": cost.bandwidth,
         "factor_entries": cost.factor_entries,
         "factor_operations": cost.factor_operations,
+        "factorization": _factorization(found.factorization),
         "fixed_point": _rate(found.published),
         "fixed_point_best": _rate(found.best),
         "p": finite(found.smoothing.p),
@@ -62,6 +64,20 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
 
 def _spread(spread: Spread) -> dict[str, float | None]:
     return {"rows_decades": finite(spread.rows), "columns_decades": finite(spread.columns)}
+
+
+def _factorization(own: Factorization | None) -> dict[str, Any] | None:
+    if own is None:
+        return None
+    return {
+        "library": own.library,
+        "nonzeros": own.nonzeros,
+        "factor_nonzeros": own.factor_nonzeros,
+        "ratio": own.ratio,
+        "first_seconds": own.first,
+        "repeated_seconds": own.repeated,
+        "note": own.note or None,
+    }
 
 
 def _rate(rate: Rate | None) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from textwrap import wrap
 
+from lcpcli.diagnosis.factorization import Factorization
 from lcpcli.diagnosis.inspection import Inspection
 from lcpcli.diagnosis.rates import Rate
 from lcpcli.errors import count
@@ -62,6 +63,7 @@ def _facts(found: Inspection) -> list[Row]:
         ("condition", _condition(found)),
         ("eigenvalues", _eigenvalues(found)),
         ("factorization", _factorization(found)),
+        *_interior(found.factorization),
         ("fixed-point", _rate(found.published, found)),
         ("  --omega auto", _rate(found.best, found)),
         ("shi", f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"),
@@ -105,6 +107,22 @@ def _factorization(found: Inspection) -> str:
     if cost.bandwidth is None:
         return size
     return f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
+
+
+def _interior(own: Factorization | None) -> list[Row]:
+    if own is None:
+        return []
+    if own.library is None or own.first is None:
+        return [("interior", f"factorization of M + D {own.note}")]
+    ratio = "" if own.ratio is None else f" ({own.ratio:.3g} times as many)"
+    again = own.note if own.repeated is None else f"then {numbers.duration(own.repeated)}"
+    return [
+        (
+            "interior",
+            f"factorizes M + D by {own.library}: {count(own.nonzeros, 'entry')} of M, {own.factor_nonzeros} of the "
+            f"factors{ratio}, {numbers.duration(own.first)} at first, {again}",
+        )
+    ]
 
 
 def _rate(rate: Rate | None, found: Inspection) -> str:
