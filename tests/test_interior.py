@@ -16,6 +16,8 @@ from lcpcli import Problem, Status, Trace, from_qp, run
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.signs import signs
+from lcpcli.methods.interior.rays import proof_of
+from lcpcli.methods.interior.scaling import scaled
 from lcpcli.typing import Vector
 
 SEEDS = int(os.environ.get("LCP_SEEDS", "60"))
@@ -192,3 +194,11 @@ Maker = Callable[[], Problem]
 def test_small_and_extreme_problems_end_in_a_true_status(make: Maker) -> None:
     result = run(make(), "interior")
     assert result.solved
+
+
+@pytest.mark.parametrize(("total", "proves"), [(-1.0, True), (-(2.0**-52), False)])
+def test_what_rounding_alone_excludes_is_not_proved_infeasible(total: float, proves: bool) -> None:
+    """x_1 + x_2 = -2e-16 for x >= 0, as in files that programs have written."""
+    problem = from_qp(Q=np.eye(3), c=[1, 2, 3], A=[[1, 1, 0], [1, 2, 3]], row_lower=[total, 1], row_upper=[total, 5])
+    direction = np.array([0.0, 0.0, 0.0, -1e3, 0.0, 0.0])
+    assert (proof_of(problem, scaled(problem), [direction]) is not None) == proves

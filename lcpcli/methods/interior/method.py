@@ -89,12 +89,7 @@ def interior(
     -------
     NoSolution with Farkas' y, from a diverging z; Breakdown or Stalled if no attempt comes to the solution.
     """
-    within = scaled(problem)
-    if not within.kept.size:
-        z = within.given(np.zeros(0))
-        yield _iterate(problem, z, FINISH, 0)
-        return Stalled("all variables are fixed")
-    run = _Run(problem, within)
+    run = _Run(problem, scaled(problem))
     ending: Ending = Breakdown("no factorization succeeded")
     for attempt in ATTEMPTS:
         if attempt.pivots and not is_sparse(problem.M):
