@@ -16,6 +16,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
 
 LARGEST_DENSE = 5000  # n up to which factorizing a dense matrix is affordable
+NARROW = 4  # times the entries of M
 MAX_ENTRIES = 150_000_000  # of a band whose factorization is affordable
 MAX_OPERATIONS = 100_000_000_000
 
@@ -23,6 +24,14 @@ MAX_OPERATIONS = 100_000_000_000
 def affordable(M: Matrix) -> bool:
     """Whether a factorization of M costs little enough to be a side computation."""
     return Band(M).affordable if is_sparse(M) else M.shape[0] <= LARGEST_DENSE
+
+
+def is_narrow(M: Matrix) -> bool:
+    """Whether the entries of a sparse M are so near its diagonal, as in one dimension, that its factors cannot have
+    many more."""
+    rows = np.repeat(np.arange(M.shape[0]), np.diff(M.indptr))
+    width = np.abs(rows - M.indices).max(initial=0)
+    return bool(M.shape[0] * (2 * width + 1) <= NARROW * M.nnz)
 
 
 class Band:

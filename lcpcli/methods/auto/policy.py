@@ -11,10 +11,11 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import factors
+from lcpcli.linalg.band import is_narrow
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
 from lcpcli.methods.auto.turns import Turns
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, limited
+from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
 from lcpcli.methods.newton import block_pivoting
 from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
@@ -27,22 +28,23 @@ from lcpcli.verify.refinement import is_near, is_rounded_solution, refined
 REFINED = "refined"
 SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
 LEAST_SECONDS = 0.1
+FASTER = 0.2  # of the changes of state of a step of newton: the most in the next one, if it is to go on
 FEW = 50  # unknowns up to which lemke is as fast as the interior point method
-LEMKE_PIVOTS = 20  # per unknown
+FEW_PIVOTS, LEMKE_PIVOTS = 3, 20  # per unknown: while others have not been tried, and in the end
 
 
 def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     Dense M: `dense_route`, as newton solves almost every problem with a P-matrix in a handful of factorizations, and
-    in one or two from an active set that is nearly right. Sparse M: first
-    `sparse_route`, which needs only products with M if these suffice, then newton, then interior, then `linear`, which
-    proves most infeasible problems infeasible; but interior comes first for the conditions of a quadratic program, and
-    for those of a linear one `linear` and then interior. Dense M with M + M' positive semidefinite is given to interior
-    after newton. If these break down, stall or exhaust their budgets, lemke takes over, which solves
-    problems with copositive-plus or otherwise well-behaved M, then `restarts` of it, which solve games, and then milp,
-    which finds a solution or a proof that there is none, or reaches its limits. Small problems that its
-    tolerances leave undecided are decided by `exhaustion`.
+    in one or two from an active set that is nearly right; then interior, if M + M' is positive semidefinite. Sparse M:
+    first `sparse_route`, which needs only products with M if these suffice, then newton, then interior, or first
+    interior where the band of M is narrow; then `linear`, which proves most infeasible problems infeasible. The
+    conditions of a quadratic program are given to interior, those of a linear one to `linear` first. If these break
+    down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or otherwise
+    well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof that
+    there is none, or reaches its limits. Small problems that its tolerances leave undecided are decided by
+    `exhaustion`.
 
     Parameters
     ----------
@@ -114,19 +116,26 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SECONDS)
         yield first, _linear(problem, min(limit, _remaining(deadline)))
     if first:
+        yield "newton", _while_fast(problem, block_pivoting(problem, x0, problem.n))
         yield "interior", begin("interior", problem, x0)
     elif large_and_sparse:
         with imports:
             from lcpcli.methods.auto.sparse_route import sparse_route
 
-        yield "sparse", sparse_route(problem, x0)
+        narrow = is_narrow(problem.M)
+        yield "sparse", sparse_route(problem, x0, krylov_only=narrow)
+        if narrow:
+            first = "interior"
+            yield first, begin("interior", problem, x0)
     if is_sparse(problem.M):
         yield "newton", block_pivoting(problem, x0, problem.n)
     else:
         yield "newton", dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if not first and problem.n > FEW and (large_and_sparse or _is_monotone(problem)):
+    if problem.is_mixed and problem.n <= FEW:
+        yield "lemke", limited(begin("lemke", problem, x0), FEW_PIVOTS * problem.n)
+    if not first and (large_and_sparse or ((problem.is_mixed or problem.n > FEW) and _is_monotone(problem))):
         yield "interior", begin("interior", problem, x0)
     if large_and_sparse or problem.is_mixed:
         yield "linear", _linear(problem, _remaining(deadline))
@@ -135,6 +144,22 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         from lcpcli.methods.auto.restarts import restarts
 
     yield "lemke", as_lcp(restarts, problem, x0)
+
+
+def _while_fast(problem: Problem, stage: Stage) -> Stage:
+    """newton, until a step changes more than FASTER of the states that the one before has changed.
+
+    Circuits need three steps, each with one factorization; most programs end it at the first one.
+    """
+    basis, most = problem.box.basis_of(np.zeros(problem.n)), math.inf
+    while isinstance(step := advance(stage), Iterate):
+        before, basis = basis, problem.box.basis_of(step.x)
+        changes = basis.changes(before)
+        yield step
+        if changes > most:
+            return Stalled("the active set settles too slowly")
+        most = FASTER * changes
+    return step
 
 
 def _first(problem: Problem) -> str:

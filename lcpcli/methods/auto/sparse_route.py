@@ -23,7 +23,7 @@ WITH_ZEROS = 150  # the same if the diagonal has zeros, as for contact: then the
 GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
 
 
-def sparse_route(problem: Problem, x0: Vector) -> Stage:
+def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Stage:
     """Solve the problem in units in which M has diagonal 1: by pivoting with Krylov solves, else by modulus iteration.
 
     Well-conditioned M, however large and with any fill-in, needs a few dozen products and no factorization
@@ -36,6 +36,7 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
     ----------
     problem : the LCP, n unknowns, M sparse.
     x0 : starting point, shape (n,).
+    krylov_only : whether to end after the first part, as where factors are cheap.
 
     Yields
     ------
@@ -47,13 +48,13 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
     """
     R, C = _units(problem.M, problem.q)
     units = in_units(problem, R, C)
-    return (yield from in_given_variables(units, _parts(units.problem, units.start(x0))))
+    return (yield from in_given_variables(units, _parts(units.problem, units.start(x0), krylov_only)))
 
 
-def _parts(problem: Problem, x: Vector) -> Stage:
+def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
     turns = Turns(x)
     ending = yield from turns.take("krylov", krylov(problem, x))
-    if isinstance(ending, Stalled | Finished):
+    if krylov_only or isinstance(ending, Stalled | Finished):
         return ending
     if matrices.is_symmetric(problem.M):
         ending = yield from turns.take("multilevel", multilevel(problem))

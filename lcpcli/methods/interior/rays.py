@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_un
 from lcpcli.verify.mixed_farkas import rounded
 
 FAR = 1e2  # in scaled units: what diverges is at least that large
+COARSE = 1e-3  # of the largest entry of y: what is left out first
 CLEAR = 1e-10  # of the sum of |y|, in scaled units: what a proof is negative by
 
 
@@ -28,11 +29,17 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
             y = np.zeros(problem.n)
             y[within.kept] = part * within.units
             y = np.where(low & high, 0.0, np.where(low, np.maximum(y, 0.0), np.where(high, np.minimum(y, 0.0), y)))
-            for candidate in rounded(y):
+            for candidate in _simplest_first(y):
                 proof = proof_in_units(problem, np.ones(problem.n), candidate)
                 if proof is not None and _is_clear(within, proof):
                     return Certificate("farkas", farkas_statement(problem), proof)
     return None
+
+
+def _simplest_first(y: Vector) -> Iterator[Vector]:
+    """What y may be an approximation of: integers, fractions, and itself, without small entries and with them."""
+    for least in (COARSE * float(np.abs(y).max()), 0.0):
+        yield from reversed(list(rounded(np.where(np.abs(y) < least, 0.0, y))))
 
 
 def _is_clear(within: Scaled, y: Vector) -> bool:
