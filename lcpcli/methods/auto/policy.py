@@ -133,9 +133,9 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield "newton", dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if problem.is_mixed and problem.n <= FEW:
+    if problem.n <= FEW:
         yield "lemke", limited(begin("lemke", problem, x0), FEW_PIVOTS * problem.n)
-    if not first and (large_and_sparse or ((problem.is_mixed or problem.n > FEW) and _is_monotone(problem))):
+    if not first and (large_and_sparse or _is_monotone(problem)):
         yield "interior", begin("interior", problem, x0)
     if large_and_sparse or problem.is_mixed:
         yield "linear", _linear(problem, _remaining(deadline))
