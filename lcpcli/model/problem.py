@@ -145,6 +145,15 @@ class Problem:
         """The names that the components have from where the problem comes from, "" where there is none."""
         return self.origin.names(self.n) if self.origin is not None else [""] * self.n
 
+    @cached_property
+    def signs(self) -> Vector | None:
+        """S = +-1 with S M symmetric, as for the conditions of programs; None if there is none, or M is dense."""
+        if not is_sparse(self.M):
+            return None
+        from lcpcli.linalg.signs import signs
+
+        return signs(self.M)
+
     @property
     def has_small_integers(self) -> bool:
         """Whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.semidefinite import is_semidefinite
-from lcpcli.linalg.signs import signs
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
 
@@ -13,7 +13,7 @@ def is_monotone(M: Matrix) -> bool:
     return bool(M.diagonal().min() >= 0) and is_semidefinite(M if matrices.is_symmetric(M) else (M + M.T) / 2)
 
 
-def is_program(M: Matrix) -> bool:
+def is_program(problem: Problem) -> bool:
     """Whether M, sparse, is monotone and has the signs of the conditions of a program, both of them."""
-    S = signs(M)
-    return S is not None and bool((S[0] != S).any()) and is_monotone(M)
+    S = problem.signs
+    return S is not None and bool((S[0] != S).any()) and is_monotone(problem.M)

@@ -170,7 +170,7 @@ def _first(problem: Problem) -> str:
         from lcpcli.methods.auto.linear import is_skew
         from lcpcli.methods.auto.monotone import is_program
 
-    return "linear" if is_skew(problem.M) else "interior" if is_program(problem.M) else ""
+    return "linear" if is_skew(problem.M) else "interior" if is_program(problem) else ""
 
 
 def _is_monotone(problem: Problem) -> bool:

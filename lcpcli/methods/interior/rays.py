@@ -14,7 +14,7 @@ from lcpcli.verify.mixed_farkas import rounded
 
 FAR = 1e2  # in scaled units: what diverges is at least that large
 COARSE = 1e-3  # of the largest entry of y: what is left out first
-CLEAR = 1e-10  # of the sum of |y|, in scaled units: what a proof is negative by
+CLEAR, NEARLY = 1e-10, 1e-5  # of the sum of |y|: what a proof is negative by, and what is not yet 0
 
 
 def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
@@ -30,8 +30,10 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
             y[within.kept] = part * within.units
             y = np.where(low & high, 0.0, np.where(low, np.maximum(y, 0.0), np.where(high, np.minimum(y, 0.0), y)))
             for candidate in _simplest_first(y):
+                if not _is_clear(within, candidate):
+                    continue
                 proof = proof_in_units(problem, np.ones(problem.n), candidate)
-                if proof is not None and _is_clear(within, proof):
+                if proof is not None:
                     return Certificate("farkas", farkas_statement(problem), proof)
     return None
 
@@ -43,10 +45,12 @@ def _simplest_first(y: Vector) -> Iterator[Vector]:
 
 
 def _is_clear(within: Scaled, y: Vector) -> bool:
-    """Whether the proof does not hang on the last digits of the data, which may have been rounded from others that have
-    a solution."""
+    """Whether y is nearly a proof, and one that does not hang on the last digits of the data, which may have been
+    rounded from others that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
     y = y[within.kept] / within.units
-    product = within.M.T @ y
+    product, size = within.M.T @ y, float(np.abs(y).sum())
     ends = np.where(product > 0, within.upper, within.lower)
-    slack = np.where(np.isfinite(ends), ends, 0.0) * product  # where they are infinite, the product is 0 up to rounding
-    return bool(within.q @ y + slack.sum() < -CLEAR * np.abs(y).sum())
+    finite = np.isfinite(ends)
+    if np.abs(product[~finite]).max(initial=0.0) > NEARLY * size:
+        return False
+    return bool(within.q @ y + ends[finite] @ product[finite] < -CLEAR * size)

@@ -8,7 +8,6 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.signs import signs
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -72,7 +71,7 @@ def scaled(problem: Problem) -> Scaled:
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
     largest = max(float(np.abs(v).max(initial=0.0)) for v in (q, *finite)) or 1.0
     largest = float(np.exp2(np.rint(np.log2(largest))))
-    S = signs(M) if is_sparse(M) else None
+    S = None if problem.signs is None else problem.signs[kept]
     ends = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
     own = (M, q / largest, lower / largest, upper / largest)
     return Scaled(problem, kept, *own, d * largest, S, *ends)
