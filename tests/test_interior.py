@@ -5,6 +5,7 @@ LCP_SEEDS sets the number of random problems.
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable, Sequence
 
@@ -18,6 +19,7 @@ from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.signs import signs
 from lcpcli.methods.interior.rays import proof_of
 from lcpcli.methods.interior.scaling import scaled
+from lcpcli.methods.interior.systems import AccurateSystems
 from lcpcli.typing import Vector
 
 SEEDS = int(os.environ.get("LCP_SEEDS", "60"))
@@ -194,6 +196,30 @@ Maker = Callable[[], Problem]
 def test_small_and_extreme_problems_end_in_a_true_status(make: Maker) -> None:
     result = run(make(), "interior")
     assert result.solved
+
+
+@pytest.mark.parametrize(("cut", "status"), [(MemoryError, Status.BREAKDOWN), (KeyboardInterrupt, Status.INTERRUPTED)])
+@pytest.mark.parametrize("at", [1, 3, 6])
+def test_a_cut_off_in_a_factorization_leaves_the_best_iterate(
+    cut: type[BaseException], status: Status, at: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    factorize, count = AccurateSystems.factorize, itertools.count(1)
+
+    def cut_off(self: AccurateSystems, D: Vector) -> None:
+        if next(count) == at:
+            raise cut
+        factorize(self, D)
+
+    monkeypatch.setattr(AccurateSystems, "factorize", cut_off)
+    problem = gallery.make("control", 200)
+    result = run(problem, "interior")
+    assert result.status is status
+    assert not result.solved
+    assert ("memory" in result.message) == (cut is MemoryError)
+    assert result.iterations == max(at - 2, 0)
+    z = result.z
+    gap = z - np.clip(z - (problem.M @ z + problem.q), problem.lower, problem.upper)
+    assert result.residual == pytest.approx(np.abs(gap).max())
 
 
 @pytest.mark.parametrize(("total", "proves"), [(-1.0, True), (-(2.0**-52), False)])

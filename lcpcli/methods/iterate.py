@@ -70,6 +70,9 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 """A running method: a generator of the iterates after the start, which returns how it ended."""
 
 
+FAULTS = (FloatingPointError, MemoryError)
+"""What a running method may raise when it cannot continue."""
+
 Item = TypeVar("Item")
 End = TypeVar("End")
 
@@ -81,6 +84,11 @@ def advance(stage: Generator[Item, None, End]) -> Item | End:
     except StopIteration as end:
         ending: End = end.value
         return ending
+
+
+def told(fault: FloatingPointError | MemoryError) -> str:
+    """One of FAULTS as a clause for the user."""
+    return "there is not enough memory" if isinstance(fault, MemoryError) else str(fault)
 
 
 def ended(ending: Ending) -> Stage:

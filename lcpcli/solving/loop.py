@@ -10,7 +10,18 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, NoSolution, OutOfTime, Stage, advance
+from lcpcli.methods.iterate import (
+    FAULTS,
+    Breakdown,
+    Ending,
+    Finished,
+    Iterate,
+    NoSolution,
+    OutOfTime,
+    Stage,
+    advance,
+    told,
+)
 from lcpcli.methods.registry import METHODS
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
@@ -91,8 +102,8 @@ class Loop:
                         return stop
                     count("verify")
             return self._ended(step)
-        except FloatingPointError as reason:
-            return Status.BREAKDOWN, f"{reason} after {max(self.k, 0)} iterations"
+        except FAULTS as fault:
+            return Status.BREAKDOWN, f"{told(fault)} after {max(self.k, 0)} iterations"
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:

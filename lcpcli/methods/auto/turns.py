@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lcpcli.methods.iterate import Breakdown, Iterate, Stage, advance
+from lcpcli.methods.iterate import FAULTS, Breakdown, Iterate, Stage, advance, told
 from lcpcli.typing import Vector
 
 
@@ -15,13 +15,13 @@ class Turns:
         self.last = Iterate(x0, None, "", 0)
 
     def take(self, method: str, stage: Stage) -> Stage:
-        """One turn of a method, which may itself consist of named methods; overflow is a breakdown."""
+        """One turn of a method, which may itself consist of named methods; FAULTS are breakdowns."""
         done = self.last.evaluations
         while True:
             try:
                 step = advance(stage)
-            except FloatingPointError as overflow:
-                return Breakdown(str(overflow), method)
+            except FAULTS as fault:
+                return Breakdown(told(fault), method)
             if not isinstance(step, Iterate):
                 return replace(step, method=step.method or method)
             x, F, how, evaluations, name, final = step
