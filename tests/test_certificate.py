@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from lcpcli import Problem
+from lcpcli import Problem, from_qp
 from lcpcli.rational import sums
 from lcpcli.verify.certificate import farkas, proves_infeasible
 
@@ -91,6 +91,24 @@ def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones(start
             assert farkas(problem) is None, seed
         elif not (problem.M.T @ y).any():
             assert proves_infeasible(problem, y), seed
+
+
+def chain(excess: float, largest: float) -> Problem:
+    """x_0 = 1, x_i = r_i x_{i-1} and x_59 <= (1 - excess) r_1 ... r_59, with |x_i| <= largest."""
+    ratios = np.random.default_rng(0).integers(5, 12, 59) / 8
+    rows = csr_array(np.vstack((np.eye(60) - np.diag(ratios, -1), np.eye(60)[-1])))
+    values, end = np.eye(60)[0], (1 - excess) * float(np.prod(ratios))
+    low, high = np.append(values, -np.inf), np.append(values, end)
+    return from_qp(None, np.zeros(60), rows, row_lower=low, row_upper=high, lower=-largest, upper=largest)
+
+
+@pytest.mark.parametrize("largest", [np.inf, 100.0])
+def test_program_infeasible_by_a_millionth_is_proved_so(largest: float) -> None:
+    """Without bounds, y has to vanish exactly in 60 columns, where it is corrected by FLINT."""
+    if largest == np.inf:
+        pytest.importorskip("flint")
+    assert farkas(chain(1e-6, largest)) is not None
+    assert farkas(chain(-1e-6, largest)) is None
 
 
 @pytest.mark.parametrize("start", range(0, 300, 50))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli.rational import linear
-from lcpcli.rational.linear import Rows, inverse, solve
+from lcpcli.rational.linear import Rows, inverse, particular, solve
 
 ONE, ZERO = Fraction(1), Fraction(0)
 
@@ -52,6 +52,17 @@ def test_flint_gives_the_same_numbers(system: tuple[Rows, list[int]]) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(linear, "SMALL", 0)
         assert (solve(*system), inverse(system[0])) == own
+
+
+@pytest.mark.parametrize(("m", "n"), [(20, 30), (30, 20), (24, 24)])
+def test_large_systems_of_any_shape_and_rank_are_solved(m: int, n: int) -> None:
+    generator = np.random.default_rng(m)
+    A = generator.integers(-9, 10, (m, 18)) @ generator.integers(-9, 10, (18, n))
+    b = A @ generator.integers(-9, 10, n)
+    x = particular(A.tolist(), b.tolist())
+    assert x == solve(A.tolist(), b.tolist()).x
+    assert x is not None
+    assert product(A.tolist(), x) == b.tolist()
 
 
 def test_inverse_times_the_matrix_is_the_identity() -> None:

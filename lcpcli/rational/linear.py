@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from lcpcli.errors import ParameterError
 
 SMALL = 16  # rows up to which FLINT is not faster
+PRIME = 2**61 - 1  # below the largest integer of a word
 
 Rows = Sequence[Sequence[int]]
 
@@ -62,6 +63,33 @@ def solve(A: Rows, b: Sequence[int]) -> Solutions:
     return Solutions(None if any(row[n] for row in rows[len(pivots) :]) else x, null_space)
 
 
+def is_fast() -> bool:
+    """Whether FLINT is there, for large systems."""
+    return _flint() is not None
+
+
+def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
+    """A solution x of A x = b, with 0 for unknowns whose columns depend on earlier ones; None if none is found.
+
+    For integers A of shape (m, n) and b of length m. By FLINT, a large system is solved as a nonsingular part of it
+    that has its rank modulo a prime. The other equations are not checked: they hold if A x = b has a solution, unless
+    the prime divides a minor, which is unlikely.
+    """
+    flint = _flint() if min(len(A), len(A[0])) > SMALL else None
+    if flint is None:
+        return solve(A, b).x
+    columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))
+    part = [[row[j] for j in columns] for row in A]
+    rows = _pivots(flint.nmod_mat(flint.fmpz_mat(part), PRIME).transpose())
+    found = solve([part[i] for i in rows], [b[i] for i in rows]).x
+    if found is None:
+        return None
+    x = [Fraction(0)] * len(A[0])
+    for j, value in zip(columns, found, strict=True):
+        x[j] = value
+    return x
+
+
 def inverse(A: Rows) -> list[list[Fraction]] | None:
     """The inverse of a square A of integers; None if it is singular."""
     n = len(A)
@@ -94,6 +122,12 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
         pivots.append(column)
         previous = pivot
     return rows, pivots, previous
+
+
+def _pivots(A: Any) -> list[int]:
+    """The pivot columns of a matrix of FLINT modulo a prime."""
+    reduced, rank = A.rref()
+    return [next(j for j in range(A.ncols()) if reduced[i, j]) for i in range(rank)]
 
 
 def _flint() -> Any:

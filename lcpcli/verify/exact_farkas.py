@@ -51,7 +51,7 @@ def _corrected(data: ExactProblem, y: list[Fraction]) -> list[Fraction] | None:
     if not active:
         return None
     target, d = over_one_denominator([-columns[j] for j in active])
-    found = linear.solve([[data.rows[i].get(j, 0) for i in support] for j in active], target).x
+    found = linear.particular([[data.rows[i].get(j, 0) for i in support] for j in active], target)
     if found is None:
         return None
     corrected = list(y)

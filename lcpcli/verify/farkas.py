@@ -28,6 +28,7 @@ ACTIVE = 1e-8  # a column with |A'y| below this times |A|'y counts as one with A
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 LARGEST_EXACT = 48  # largest linear system solved exactly: about a second at worst
+LARGEST_BY_FLINT = 400  # the same with FLINT: a second, or a few if the system is dense
 
 
 class Alternative(NamedTuple):
@@ -52,7 +53,8 @@ def refutes(A: Matrix, b: Vector, y: Vector) -> bool:
       A margin would not do instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
     - If only that last test fails, by rounding of y (columns with A'y = 0, which possibly no y in floats satisfies),
       the proof is y corrected in rational arithmetic: an exact solution of A'y = 0 in those columns, on the support of
-      y, has to pass all the tests. y itself is then that proof rounded. For at most LARGEST_EXACT of each.
+      y, has to pass all the tests. y itself is then that proof rounded. For at most LARGEST_EXACT of each, or
+      LARGEST_BY_FLINT.
 
     False proves nothing.
     """
@@ -79,22 +81,32 @@ def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool
     with imports:
         from fractions import Fraction
 
+    support = np.flatnonzero(y)
+    found = corrected(A, support, [Fraction(value) for value in y[support].tolist()], active)
+    return found is not None and _holds(A, b, *found)
+
+
+def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -> tuple[Indices, list[Fraction]] | None:
+    """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
+    with imports:
+        from fractions import Fraction
+
         from lcpcli.rational import linear, sums
 
-    support = np.flatnonzero(y)
-    support = support[np.argsort(-y[support], kind="stable")]  # large entries best absorb a correction
+    order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
+    support, y = support[order], [y[k] for k in order]
     part = matrices.dense(A[support][:, active])
     part = part[:, part.any(axis=0)]
-    if not part.size or max(part.shape) > LARGEST_EXACT or not np.isfinite(part).all():
-        return False
-    exact = [Fraction(value) for value in y[support].tolist()]
-    rows = [[*map(Fraction, column.tolist()), -sums.product(column, exact)] for column in part.T]
-    system = [sums.over_one_denominator(row)[0] for row in rows]
-    changes = linear.solve([row[:-1] for row in system], [row[-1] for row in system]).x
+    largest = LARGEST_BY_FLINT if linear.is_fast() else LARGEST_EXACT
+    if not part.size or max(part.shape) > largest or not np.isfinite(part).all():
+        return None
+    rows = sums.row_integers(part.T)
+    excess = [sum((a * value for a, value in zip(row, y, strict=True) if a), Fraction(0)) for row in rows]
+    targets, divisor = sums.over_one_denominator([-value for value in excess])
+    changes = linear.particular(rows, targets)
     if changes is None:
-        return False
-    exact = [value + change for value, change in zip(exact, changes, strict=True)]
-    return _holds(A, b, support, exact)
+        return None
+    return support, [value + change / divisor for value, change in zip(y, changes, strict=True)]
 
 
 def _holds(A: Matrix, b: Vector, support: Indices, y: list[Fraction]) -> bool:

@@ -20,9 +20,9 @@ from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.model.box import Box
-from lcpcli.rational import linear, sums
+from lcpcli.rational import sums
 from lcpcli.typing import Indices, Mask, Matrix, Vector
-from lcpcli.verify.farkas import ACTIVE, GRID, LARGEST_EXACT, SNAP
+from lcpcli.verify.farkas import ACTIVE, GRID, SNAP, corrected
 
 
 def refutes(M: Matrix, q: Vector, box: Box, y: Vector, asked: Box | None = None) -> bool:
@@ -51,10 +51,10 @@ def refutes(M: Matrix, q: Vector, box: Box, y: Vector, asked: Box | None = None)
     exact = [Fraction(value) for value in y[support].tolist()]
     if _holds(M, q, box, support, exact):
         return True
-    corrected = _corrected(M, support, exact, active)
-    if corrected is None or not _has_signs(np.array(corrected[1]), asked or box, corrected[0]):
+    found = corrected(M, support, exact, active)
+    if found is None or not _has_signs(np.array(found[1]), asked or box, found[0]):
         return False
-    return _holds(M, q, box, *corrected)
+    return _holds(M, q, box, *found)
 
 
 def _has_signs(y: Any, asked: Box, support: Indices | slice = slice(None)) -> bool:
@@ -85,24 +85,6 @@ def _columns(rows: Matrix) -> list[int]:
     used = np.unique(rows.indices) if is_sparse(rows) else np.flatnonzero(rows.any(axis=0))
     columns: list[int] = used.tolist()
     return columns
-
-
-def _corrected(
-    M: Matrix, support: Indices, y: list[Fraction], active: Indices
-) -> tuple[Indices, list[Fraction]] | None:
-    """y on its support, changed so that M'y = 0 in the active columns, exactly."""
-    order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
-    support, y = support[order], [y[k] for k in order]
-    part = matrices.dense(M[support][:, active])
-    part = part[:, part.any(axis=0)]
-    if not part.size or max(part.shape) > LARGEST_EXACT:
-        return None
-    rows = [[*map(Fraction, column.tolist()), -sums.product(column, y)] for column in part.T]
-    system = [sums.over_one_denominator(row)[0] for row in rows]
-    changes = linear.solve([row[:-1] for row in system], [row[-1] for row in system]).x
-    if changes is None:
-        return None
-    return support, [value + change for value, change in zip(y, changes, strict=True)]
 
 
 def candidates(M: Matrix, q: Vector, box: Box, seconds: float = math.inf, asked: Box | None = None) -> Iterator[Vector]:
