@@ -10,6 +10,8 @@ from scipy.sparse import csr_array
 
 from lcpcli import Problem, from_qp
 from lcpcli.rational import sums
+from lcpcli.verify import farkas as systems
+from lcpcli.verify import mixed_farkas
 from lcpcli.verify.certificate import farkas, proves_infeasible
 
 from . import exact
@@ -109,6 +111,14 @@ def test_program_infeasible_by_a_millionth_is_proved_so(largest: float) -> None:
         pytest.importorskip("flint")
     assert farkas(chain(1e-6, largest)) is not None
     assert farkas(chain(-1e-6, largest)) is None
+
+
+def test_proofs_are_found_where_the_first_linear_program_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (systems, mixed_farkas):
+        monkeypatch.setattr(module, "linprog", lambda *_, **__: None)
+    assert farkas(INFEASIBLE) is not None
+    assert farkas(chain(1e-6, 100.0)) is not None
+    assert farkas(chain(-1e-6, 100.0)) is None
 
 
 @pytest.mark.parametrize("start", range(0, 300, 50))

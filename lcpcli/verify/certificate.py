@@ -56,7 +56,7 @@ def farkas_statement(problem: Problem) -> str:
 
 
 def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
-    """y of shape (n,) that proves the problem infeasible, or None; it costs one or two LPs of so many seconds each.
+    """y of shape (n,) that proves the problem infeasible, or None; it costs at most three LPs of half the seconds each.
 
     The LP is solved on the equilibrated problem R M C, R q, whose proof y' gives y = R y'. The largest entry of y
     lies between 1 and 2: R and the divisor are powers of two, so nothing is rounded. None means that the problem

@@ -17,9 +17,9 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
-from lcpcli.linalg.linear_program import linprog
-from lcpcli.linalg.matrices import stack
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.linalg.linear_program import linprog, minimized
+from lcpcli.linalg.matrices import is_sparse, stack
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -124,31 +124,67 @@ def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
 
     A of shape (m, n), dense or sparse, b of shape (m,); if they are not finite, nothing is established. The LP
     minimises b'y subject to A'y <= 0, y >= 0 and b'y >= -1: its minimum is -1 or 0, and if it is 0, its multipliers are
-    a point. A second LP then seeks y with as many components of A'y as possible negative by a margin, as a vertex y has
-    many that are 0 up to rounding. Each LP may take that many seconds.
+    a point. If it fails or yields no proof, as for systems that almost have a solution, whose y are large, the next is
+    `least_violation`. The last LP seeks y with as many components of A'y as possible negative by a margin, as a vertex
+    y has many that are 0 up to rounding. Each LP may take half of the seconds.
     """
     power, n = math.frexp(np.abs(b).max())[1], A.shape[1]
     b = np.ldexp(b, -power)
     if not (np.isfinite(b).all() and np.isfinite(A.sum())):
         return Alternative(None, None)
+    seconds /= 2
     found = linprog(b, stack([[A.T], [-b[np.newaxis]]]), np.append(np.zeros(n), 1.0), seconds)
-    if found is None:
-        return Alternative(None, None)
-    if found.fun > -0.5:
+    if found is not None and found.fun > -0.5:
         return Alternative(np.ldexp(np.maximum(-found.ineqlin.marginals[:n], 0.0), power), None)
-    return Alternative(None, next((y for y in _candidates(A, b, found.x, seconds) if refutes(A, b, y)), None))
+    first = None if found is None else found.x
+    return Alternative(None, next((y for y in _candidates(A, b, first, seconds) if refutes(A, b, y)), None))
 
 
-def _candidates(A: Matrix, b: Vector, y: Vector, seconds: float) -> Iterator[Vector]:
-    """Vectors that may be proofs, from a solution of the first LP, the cheapest first."""
-    yield from _snapped(y)
+def _candidates(A: Matrix, b: Vector, y: Vector | None, seconds: float) -> Iterator[Vector]:
+    """Vectors that may be proofs, from a solution of the first LP, if it has one, the cheapest first."""
+    if y is not None:
+        yield from _snapped(y)
     m, n = A.shape
+    every = np.ones(m, dtype=bool)
+    yield from _snapped(least_violation(A, b, (every, ~every), (np.zeros(n), np.full(n, np.inf)), seconds))
+    if y is None:
+        return
     system = stack([[A.T, np.eye(n)], [b[np.newaxis], np.zeros((1, n))]])
     bounds = np.append(np.full(m, np.inf), np.ones(n))
     objective = np.append(np.zeros(m), -np.ones(n))
     strict = linprog(objective, system, np.append(np.zeros(n), -1.0), seconds, bounds)
     if strict is not None:
         yield from _snapped(strict.x[:m])
+
+
+def least_violation(
+    A: Matrix, b: Vector, signs: tuple[Mask, Mask], bounds: tuple[Vector, Vector], seconds: float
+) -> Vector:
+    """The multipliers, of shape (m,) and at most 1, for the least sum of violations of the signs of A z + b; 0 if none.
+
+    J. W. Chinneck and E. W. Dravnieks, Locating minimal infeasible constraint sets in linear programs, ORSA Journal on
+    Computing 3 (1991) 157-168: the elastic program.
+
+    signs : masks low and high: A z + b >= 0 is asked for where only low holds, <= 0 where only high does, = 0 where
+        neither does, and nothing where both do. bounds : lower and upper, of z.
+    """
+    (low, high), (lower, upper) = signs, bounds
+    one = identity(A)
+    elastic = stack([[A, one[:, ~high], -one[:, ~low]]])
+    zero = np.zeros(elastic.shape[1] - A.shape[1])
+    ends = np.where(high, -np.inf, -b), np.where(low, np.inf, -b)
+    bounds = np.append(lower, zero), np.append(upper, zero + np.inf)
+    found = minimized(np.append(np.zeros(A.shape[1]), zero + 1), elastic, ends, bounds, seconds)
+    return np.zeros(b.size) if found is None else found.y
+
+
+def identity(A: Matrix) -> Matrix:
+    """The identity of as many rows as A, sparse if A is."""
+    if not is_sparse(A):
+        return np.eye(A.shape[0])
+    from scipy.sparse import eye_array
+
+    return eye_array(A.shape[0]).tocsc()
 
 
 def _snapped(y: Vector) -> Iterator[Vector]:

@@ -22,7 +22,7 @@ from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.model.box import Box
 from lcpcli.rational import sums
 from lcpcli.typing import Indices, Mask, Matrix, Vector
-from lcpcli.verify.farkas import ACTIVE, GRID, SNAP, corrected
+from lcpcli.verify.farkas import ACTIVE, GRID, SNAP, corrected, identity, least_violation
 
 
 def refutes(M: Matrix, q: Vector, box: Box, y: Vector, asked: Box | None = None) -> bool:
@@ -88,30 +88,34 @@ def _columns(rows: Matrix) -> list[int]:
 
 
 def candidates(M: Matrix, q: Vector, box: Box, seconds: float = math.inf, asked: Box | None = None) -> Iterator[Vector]:
-    """Vectors y that may be proofs, the likeliest first; M should be equilibrated. One LP of at most that many seconds.
+    """Vectors y that may be proofs, the likeliest first; M should be equilibrated. One or two LPs of half the seconds.
 
-    It minimises q'y + u'v - l'v' with M'y = v - v', v and v' >= 0, where v_i = 0 if u_i is infinite and v'_i = 0 if l_i
-    is, over the y with the signs above, from a total of -1 on: its minimum is -1 or 0.
+    The first minimises q'y + u'v - l'v' with M'y = v - v', v and v' >= 0, where v_i = 0 if u_i is infinite and v'_i = 0
+    if l_i is, over the y with the signs above, from a total of -1 on: its minimum is -1 or 0. If it fails or yields no
+    proof, as for problems that are nearly feasible, whose y are large, the second is `farkas.least_violation`.
     """
     low, high = _sides(asked or box)
     positive, negative = np.flatnonzero(~high), np.flatnonzero(~low)  # the y_i that may be positive, negative
     low, high = _sides(box)
     above, below = np.flatnonzero(high), np.flatnonzero(low)
-    power = math.frexp(np.abs(q).max())[1]
-    cost = np.concatenate((q[positive], -q[negative], box.upper[above], -box.lower[below])) * math.ldexp(1.0, -power)
+    scale = math.ldexp(1.0, -math.frexp(np.abs(q).max())[1])
+    cost = np.concatenate((q[positive], -q[negative], box.upper[above], -box.lower[below])) * scale
     transposed = M.T
-    one = _identity(M)
+    one = identity(M)
     equations = stack([[transposed[:, positive], -transposed[:, negative], -one[:, above], one[:, below]]])
     if not (positive.size or negative.size) or not np.isfinite(cost).all():
         return
-    found = linprog(cost, -cost[np.newaxis], np.ones(1), seconds, equal=(equations, np.zeros(q.size)))
-    if found is None or found.fun > -0.5:
-        return
-    y = np.zeros(q.size)
-    y[positive] += found.x[: positive.size]
-    y[negative] -= found.x[positive.size : positive.size + negative.size]
-    yield from rounded(y)
-    yield y
+    found = linprog(cost, -cost[np.newaxis], np.ones(1), seconds / 2, equal=(equations, np.zeros(q.size)))
+    if found is not None:
+        if found.fun > -0.5:
+            return
+        y = np.zeros(q.size)
+        y[positive] += found.x[: positive.size]
+        y[negative] -= found.x[positive.size : positive.size + negative.size]
+        yield from rounded(y)
+        yield y
+    bounds = scale * box.lower, scale * box.upper
+    yield from rounded(least_violation(M, scale * q, _sides(asked or box), bounds, seconds / 2))
 
 
 def rounded(y: Vector) -> Iterator[Vector]:
@@ -122,14 +126,6 @@ def rounded(y: Vector) -> Iterator[Vector]:
         yield snapped
         yield np.rint(GRID * (snapped / largest)) / GRID
         yield np.rint(snapped / np.abs(snapped[snapped != 0]).min())
-
-
-def _identity(M: Matrix) -> Matrix:
-    if not is_sparse(M):
-        return np.eye(M.shape[0])
-    from scipy.sparse import eye_array
-
-    return eye_array(M.shape[0]).tocsc()
 
 
 def _column(A: Matrix, j: int) -> Vector:
