@@ -48,9 +48,12 @@ def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
     return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), 1 if total > 0 else -1)
 
 
-def product(a: Vector, y: Sequence[Fraction]) -> Fraction:
-    """a'y for finite floats a and rational y, both of length n."""
-    return sum((Fraction(value) * factor for value, factor in zip(a.tolist(), y, strict=True) if value), Fraction(0))
+def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
+    """a'y for finite floats a and rational y, both of length n; fastest for integers y."""
+    terms = [(*value.as_integer_ratio(), factor) for value, factor in zip(a.tolist(), y, strict=True) if value]
+    common = max((power for _, power, _ in terms), default=1)
+    total: Fraction | int = sum(whole * (common // power) * factor for whole, power, factor in terms)
+    return Fraction(1, common) * total
 
 
 def sign_of_form(M: Vector, v: Vector) -> int:

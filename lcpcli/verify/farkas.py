@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import linprog, minimized
@@ -89,8 +90,6 @@ def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool
 def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -> tuple[Indices, list[Fraction]] | None:
     """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
     with imports:
-        from fractions import Fraction
-
         from lcpcli.rational import linear, sums
 
     order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
@@ -100,10 +99,11 @@ def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -
     largest = LARGEST_BY_FLINT if linear.is_fast() else LARGEST_EXACT
     if not part.size or max(part.shape) > largest or not np.isfinite(part).all():
         return None
-    rows = sums.row_integers(part.T)
-    excess = [sum((a * value for a, value in zip(row, y, strict=True) if a), Fraction(0)) for row in rows]
-    targets, divisor = sums.over_one_denominator([-value for value in excess])
-    changes = linear.particular(rows, targets)
+    if remaining() <= 0:
+        raise TimeIsUp
+    rows, (multiple, divisor) = sums.row_integers(part.T), sums.over_one_denominator(y)
+    excess = [sum(a * value for a, value in zip(row, multiple, strict=True) if a) for row in rows]
+    changes = linear.particular(rows, [-value for value in excess])
     if changes is None:
         return None
     return support, [value + change / divisor for value, change in zip(y, changes, strict=True)]
@@ -113,10 +113,10 @@ def _holds(A: Matrix, b: Vector, support: Indices, y: list[Fraction]) -> bool:
     """Whether the rational y on a support is a proof, in exact arithmetic."""
     from lcpcli.rational import sums
 
-    if min(y) < 0 or sums.product(b[support], y) >= 0:
+    rows, (multiple, _) = A[support], sums.over_one_denominator(y)
+    if min(multiple) < 0 or sums.product(b[support], multiple) >= 0:
         return False
-    rows = A[support]
-    return all(sums.product(_column(rows, j), y) <= 0 for j in range(A.shape[1]))
+    return all(sums.product(_column(rows, j), multiple) <= 0 for j in range(A.shape[1]))
 
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:

@@ -71,9 +71,10 @@ def _sides(box: Box) -> tuple[Mask, Mask]:
 def _holds(M: Matrix, q: Vector, box: Box, support: Indices, y: Sequence[Fraction]) -> bool:
     """Whether the rational y on a support, with the right signs, is a proof."""
     low, high = _sides(box)
-    rows, total = M[support], sums.product(q[support], y)
+    rows, (multiple, _) = M[support], sums.over_one_denominator(y)
+    total = sums.product(q[support], multiple)
     for j in _columns(rows):
-        value = sums.product(_column(rows, j), y)
+        value = sums.product(_column(rows, j), multiple)
         if (value > 0 and not high[j]) or (value < 0 and not low[j]):
             return False
         total += value * Fraction(float(box.upper[j] if value > 0 else box.lower[j])) if value else 0
