@@ -40,7 +40,9 @@ class Attempt:
     """One run.
 
     slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
-    shift : eps, in scaled units; M + eps I has one solution, near the smallest of M's if eps is small.
+    shift : eps, in scaled units; M + eps I has one solution, near the smallest of M's if eps is small: Tikhonov's
+        regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity
+        Problems (2003), section 12.2.
     gives_up : whether it ends when its steps stay short. pivots : whether sparse factors are by partial pivoting.
     """
 
@@ -77,8 +79,8 @@ def interior(
     ----------
     problem : the LCP or mixed problem, n unknowns, M dense or sparse.
     x0 : not used.
-    start_slack : the least slack and multiplier at the start, in scaled units; of the second attempt 1e4 times, of
-        the third 100 times that.
+    start_slack : the least slack and multiplier at the start, in scaled units; of the third attempt 1e4 times, of
+        the fourth 100 times that.
     regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
     Yields
