@@ -14,27 +14,19 @@ from lcpcli.typing import Matrix, Vector
 def signs(M: Matrix) -> Vector | None:
     """S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and j; None if there is none.
 
-    i and j have the same sign where M_ij = M_ji and opposite ones where M_ij = -M_ji.
+    i and j have the same sign where M_ij = M_ji and opposite ones where M_ij = -M_ji: in the graph of all (i, +) and
+    (i, -) with these edges, (i, +) and (i, -) must not be connected.
     """
-    from scipy.sparse import block_array, csr_array
-    from scipy.sparse.csgraph import connected_components, dijkstra
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
-    M = compressed(M)
-    even, odd = M + M.T, M - M.T
-    even.setdiag(0.0)
-    even.eliminate_zeros()
-    odd.eliminate_zeros()
-    count, part = connected_components(even, directed=False)
-    edges = odd.tocoo()
-    first, second = part[edges.row], part[edges.col]
-    if (first == second).any():
-        return None
-    graph = csr_array((np.ones(first.size), (first, second)), shape=(count, count))
-    _, component = connected_components(graph, directed=False)
-    roots = np.unique(component, return_index=True)[1]
-    root = csr_array((np.ones(roots.size), (roots, np.zeros(roots.size, dtype=np.intp))), shape=(count, 1))
-    graph = block_array([[graph, root], [root.T, None]], format="csr")
-    negative = dijkstra(graph, unweighted=True, indices=count)[:-1] % 2 == 0
-    if (negative[first] == negative[second]).any():
-        return None
-    return np.where(negative[part], -1.0, 1.0)
+    M, n = compressed(M), M.shape[0]
+    same, opposite = (M + M.T).tocoo(), (M - M.T).tocoo()
+    kept, turned = (same.row != same.col) & (same.data != 0), opposite.data != 0
+    rows = np.concatenate((same.row[kept], opposite.row[turned]))
+    to_plus = np.concatenate((same.col[kept], opposite.col[turned] + n))
+    to_minus = np.concatenate((same.col[kept] + n, opposite.col[turned]))
+    places = np.concatenate((rows, rows + n)), np.concatenate((to_plus, to_minus))
+    _, part = connected_components(coo_array((np.ones(2 * rows.size), places), shape=(2 * n, 2 * n)), directed=False)
+    plus, minus = part[:n], part[n:]
+    return None if (plus == minus).any() else np.where(plus < minus, 1.0, -1.0)
