@@ -46,6 +46,7 @@ class Steps:
         self._index = np.concatenate((problem.low, problem.high))
         self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
         self._bound = np.concatenate((problem.lower[problem.low], problem.upper[problem.high]))
+        self._measured: tuple[Point, tuple[Vector, Vector]] | None = None
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> Point:
@@ -70,9 +71,11 @@ class Steps:
         return Point(z, s + max(s_least, slack), w + max(w_least, slack))
 
     def residuals(self, at: Point) -> tuple[Vector, Vector]:
-        """M z + q minus the multipliers, and the distances to the bounds minus the slacks."""
-        dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
-        return dual, self._sign * (at.z[self._index] - self._bound) - at.s
+        """M z + q minus the multipliers, and the distances to the bounds minus the slacks; kept for the last point."""
+        if self._measured is None or self._measured[0] is not at:
+            dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
+            self._measured = at, (dual, self._sign * (at.z[self._index] - self._bound) - at.s)
+        return self._measured[1]
 
     def mu(self, at: Point) -> float:
         """The mean of s w."""
