@@ -123,7 +123,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
             from lcpcli.methods.auto.sparse_route import sparse_route
 
         narrow = is_narrow(problem.M)
-        yield "sparse", sparse_route(problem, x0, krylov_only=narrow)
+        yield "sparse", sparse_route(problem, x0, krylov_only=narrow or not problem.M.diagonal().all())
         if narrow:
             first = "interior"
             yield first, begin("interior", problem, x0)

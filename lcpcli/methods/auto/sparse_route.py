@@ -19,7 +19,6 @@ from lcpcli.typing import Matrix, Vector
 
 MEMORY = 10  # pairs for Anderson acceleration: more do not find the active set sooner (measured for 5 to 20)
 MODULUS_STEPS = 500  # ten times what it needs for the matrices that it is meant for
-WITH_ZEROS = 150  # the same if the diagonal has zeros, as for contact: then the interior point method is a good one
 GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
 
 
@@ -36,7 +35,8 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     ----------
     problem : the LCP, n unknowns, M sparse.
     x0 : starting point, shape (n,).
-    krylov_only : whether to end after the first part, as where factors are cheap.
+    krylov_only : whether to end after the first part, as where others are better: with zeros on the diagonal, as for
+        contact, or a narrow band.
 
     Yields
     ------
@@ -63,8 +63,7 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
         if isinstance(ending, Finished):
             return ending
     last = turns.last.x
-    steps = MODULUS_STEPS if problem.M.diagonal().all() else WITH_ZEROS
-    modulus = limited(fixed_point(problem, last, omega=AUTO, anderson=MEMORY), steps)
+    modulus = limited(fixed_point(problem, last, omega=AUTO, anderson=MEMORY), MODULUS_STEPS)
     return (yield from turns.take("fixed-point", finish(problem, last, _while_bounded(modulus))))
 
 
