@@ -50,8 +50,24 @@ def test_a_multiplier_is_not_given_to_a_bound_that_is_far() -> None:
 
 def test_other_problems_and_answers_out_of_range_are_not_measured() -> None:
     assert optimality(Problem([[1.0]], [-1.0]), np.ones(1)) is None
-    assert optimality(HALF_SQUARE, np.array([np.nan, 1.0])) is None
-    assert optimality(HALF_SQUARE, np.array([np.inf, 1.0])) is None
+    assert optimality(HALF_SQUARE, None) == {}
+    assert optimality(HALF_SQUARE, np.array([np.nan, 1.0])) == {}
+    assert optimality(HALF_SQUARE, np.array([np.inf, 1.0])) == {}
+    assert optimality(from_qp(Q=[[1e305]], c=[1]), np.array([-1e305])) == {}
+
+
+@pytest.mark.parametrize("size", [1e-150, 1.0, 1e150, 1e305])
+def test_terms_that_are_0_do_not_magnify_rounding(size: float) -> None:
+    """No objective: multipliers are 0, and the gap is the product of two roundings."""
+    problem = from_qp(Q=[[0, 0], [0, 0]], c=[0, 0], A=[[0.1 * size, 0.7 * size]], row_lower=[size], row_upper=[size])
+    found = optimality(problem, np.array([3.0, 1.0, 2e-25]))
+    assert found is not None
+    assert max(found[RELATIVE], found[NATURAL]) < 1e-15
+
+
+def test_a_point_that_moves_no_term_is_measured_by_its_bounds() -> None:
+    found = optimality(from_qp(Q=[[1.0]], c=[0.0], lower=[5.0]), np.zeros(1))
+    assert found == {ABSOLUTE: 5.0, RELATIVE: 1.0, NATURAL: 1.0}
 
 
 @pytest.mark.parametrize("case", suites.cases_of(["programs"])[:7], ids=lambda case: case.name)

@@ -54,7 +54,8 @@ class Checker:
         hopeless = self._problem.verdict in WITHOUT_SOLUTION
         if answer.claim == NONE or answer.z is None:
             false = answer.claim == SOLUTION or (answer.claim == NONE and bool(self._problem.solutions))
-            return Check(answer.claim == NONE and hopeless, false, None, None, None)
+            nothing = optimality(self._problem, None)
+            return Check(answer.claim == NONE and hopeless, false, None, None, None, optimality=nothing)
         z = np.asarray(answer.z, dtype=np.float64)
         w = self._accuracy.w(z) if np.isfinite(z).all() else self._problem.w(z)
         claimed, scaled = answer.claim == SOLUTION, self._accuracy.scaled_residual(z, w)

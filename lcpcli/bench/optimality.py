@@ -11,17 +11,22 @@ import numpy as np
 
 from lcpcli.linalg import products
 from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import are_moderate
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.reductions.program import Conditions, Program
 from lcpcli.typing import Vector
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
 
 
+LEAST_TERMS = 1e-6  # of the largest ones: below that, terms are 0 but for rounding
+
+
 @np.errstate(over="ignore", invalid="ignore")
-def optimality(problem: Problem, z: Vector) -> dict[str, float] | None:
+def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
     """The largest of the three residuals, absolute and relative, and the natural residual relative to the terms of w;
-    None if the problem is not made of a program, or if z is out of range.
+    None if the problem is not made of a program, and empty if there is no z, or numbers are out of range.
 
     z = (x, y, s), shape (n,). A multiplier of a bound is w if the bound is near; otherwise w is left over, as a
     residual. w is rounded once, and the gap is the sum of the products of distances and multipliers, which is the
@@ -29,31 +34,47 @@ def optimality(problem: Problem, z: Vector) -> dict[str, float] | None:
     """
     if not isinstance(problem.origin, Program):
         return None
-    terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-    if not terms.max() < np.inf:
-        return None
+    if z is None or not np.isfinite(z).all():
+        return {}
     M, q, lower, upper = conditions_of(problem)
-    w = accurate_residual(M, -z, q)
+    terms = products.absolute_product(M, np.abs(z)) + np.abs(q)
+    moderate = all(map(are_moderate, (M.data if is_sparse(M) else M, q, z)))
+    w = accurate_residual(M, -z, q) if moderate else problem.w(z)
+    residuals, sizes = _residuals(problem.origin, Conditions(M, q, lower, upper), z, w, terms)
+    floor = LEAST_TERMS * max(sizes)
+    found = {
+        ABSOLUTE: max(residuals),
+        RELATIVE: max(_over(residual, max(size, floor)) for residual, size in zip(residuals, sizes, strict=True)),
+        NATURAL: _over(_largest(problem.box.gaps(z, w)), float(terms.max()) or max(sizes)),
+    }
+    return found if np.isfinite(list(found.values())).all() else {}
+
+
+def _residuals(
+    origin: Program, given: Conditions, z: Vector, w: Vector, terms: Vector
+) -> tuple[list[float], list[float]]:
+    """Primal and dual residual and duality gap, and the largest terms of each."""
+    M, q, lower, upper = given
     outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
     end = np.where(w > 0, lower, upper)
     slack = np.where(np.isfinite(end), z - end, np.inf)
-    taken = np.abs(slack) <= np.maximum(np.abs(z), 1.0)
-    left, end = np.where(taken, 0.0, w), np.where(taken, end, 0.0)
-    k = problem.origin.variables
-    ranges = np.arange(z.size) >= z.size - problem.origin.ranges
-    of_rows = (np.arange(z.size) >= k) & ~ranges
-    gap = [np.abs(z[:k]) @ products.absolute_product(M[:k, :k], np.abs(z[:k])), np.abs(q) @ np.abs(z), np.abs(w @ end)]
-    sizes = (
-        (_largest(outside[:k], left[of_rows], outside[ranges]), _largest(terms[of_rows], z[:k], end[:k])),
-        (_largest(left[:k], outside[of_rows]), _largest(terms[:k], z[of_rows])),
-        (abs(float(w @ (z - end))), float(max(gap))),
+    near = np.abs(slack) <= np.maximum(np.abs(z), 1.0)
+    left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
+    k = origin.variables
+    ranges = np.arange(z.size) >= z.size - origin.ranges
+    rows = (np.arange(z.size) >= k) & ~ranges
+    curvature = np.abs(z[:k]) @ products.absolute_product(M[:k, :k], np.abs(z[:k]))
+    residuals = (
+        _largest(outside[:k], left[rows], outside[ranges]),
+        _largest(left[:k], outside[rows]),
+        abs(float(w @ (z - end))),
     )
-    natural = _largest(problem.box.gaps(z, w))
-    return {
-        ABSOLUTE: max(size for size, _ in sizes),
-        RELATIVE: max(_over(*each) for each in sizes),
-        NATURAL: _over(natural, float(terms.max())),
-    }
+    sizes = (
+        _largest(terms[rows], z[:k], end[:k], outside[:k]),
+        _largest(terms[:k], z[rows]),
+        float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end))),
+    )
+    return list(residuals), list(sizes)
 
 
 def _largest(*parts: Vector) -> float:
@@ -61,4 +82,4 @@ def _largest(*parts: Vector) -> float:
 
 
 def _over(size: float, terms: float) -> float:
-    return size / terms if size else 0.0
+    return 0.0 if size == 0 else size / terms if terms else np.inf

@@ -44,7 +44,7 @@ class Measurement:
     forward_error : the error in units of eps times the sensitivity; None if one of them is unknown.
     rate : the convergence factor of fixed-point: "measured", and by `contraction` the "local" factor and its "bound";
         None if it was not measured.
-    optimality : of an answer to a program, as in `optimality`; None for other problems.
+    optimality : of an answer to a program, as in `optimality`, empty without one; None for other problems.
     """
 
     problem: str

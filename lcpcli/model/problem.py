@@ -171,6 +171,11 @@ class Problem:
         """
         return self._reference[0]
 
+    @property
+    def reference_point(self) -> Vector:
+        """The same, 0 included."""
+        return np.zeros(self.n) if self.z_there is None else self.z_there
+
     @cached_property
     def q_there(self) -> Vector:
         """w = M z + q at the reference point: the scale of the rows, whatever the bounds are shifted by."""

@@ -226,7 +226,7 @@ def _at_reference(problem: Problem) -> tuple[Vector, Vector | None]:
     q = problem.q_there
     if not problem.is_mixed:
         return np.minimum(q, 0.0), None
-    z = np.zeros(problem.n) if problem.z_there is None else problem.z_there
+    z = problem.reference_point
     gaps = problem.box.gaps(z, q)
     reach = np.where(q > 0, z - problem.lower, problem.upper - z)
     return gaps, np.where(gaps == 0, np.inf, reach)

@@ -24,6 +24,8 @@ from lcpcli.rational import sums
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.farkas import ACTIVE, GRID, SNAP, corrected, identity, least_violation
 
+LARGEST_POWER = 1000  # of two, that q is multiplied by
+
 
 def refutes(M: Matrix, q: Vector, box: Box, y: Vector, asked: Box | None = None) -> bool:
     """Whether y, of shape (n,), is such a proof. True only if it holds without rounding; False proves nothing.
@@ -99,7 +101,7 @@ def candidates(M: Matrix, q: Vector, box: Box, seconds: float = math.inf, asked:
     positive, negative = np.flatnonzero(~high), np.flatnonzero(~low)  # the y_i that may be positive, negative
     low, high = _sides(box)
     above, below = np.flatnonzero(high), np.flatnonzero(low)
-    scale = math.ldexp(1.0, -math.frexp(np.abs(q).max())[1])
+    scale = math.ldexp(1.0, min(-math.frexp(np.abs(q).max())[1], LARGEST_POWER))
     cost = np.concatenate((q[positive], -q[negative], box.upper[above], -box.lower[below])) * scale
     transposed = M.T
     one = identity(M)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 from lcpcli.bench.optimality import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.report.sheet import Sheet
 from lcpcli.bench.statistics import shifted_geometric_mean, summary
+from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import numbers
 
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
@@ -15,8 +18,9 @@ SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems o
 
 
 def build(record: Record) -> Sheet:
-    """One row per solver; nothing unless there are programs."""
-    programs = {row.problem for row in record.measurements if row.optimality}
+    """One row per solver; nothing unless there are programs with a solution."""
+    proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
+    programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
     rows = [_row(record, solver, programs) for solver in record.solvers] if programs else []
     levels = [f"{NAMES[measure]} {level:.0e}".replace("e-0", "e-") for measure, level in COLUMNS]
     header = ["solver", "of", *levels, "mean time"]
@@ -40,4 +44,4 @@ def _row(record: Record, solver: str, programs: set[str]) -> list[str]:
 
 
 def _within(row: Measurement, measure: str, level: float) -> bool:
-    return row.claimed and row.optimality is not None and row.optimality[measure] <= level
+    return row.claimed and (row.optimality or {}).get(measure, math.inf) <= level

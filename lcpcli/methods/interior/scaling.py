@@ -54,6 +54,7 @@ class Scaled:
         return self.problem.box.project(whole)
 
 
+@np.errstate(over="ignore", under="ignore", invalid="ignore")
 def scaled(problem: Problem) -> Scaled:
     """Symmetric scaling D M D to rows and columns with largest entries of about 1 (D. Ruiz, A scaling algorithm to
     equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds divided by the largest.
@@ -79,7 +80,8 @@ def scaled(problem: Problem) -> Scaled:
 
 def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
     """D for which the entries of D M D are about 1, and D q and the bounds D^-1 l and D^-1 u of one size, where those
-    of M are far apart: Ruiz's scaling does not settle what bipartite parts of M leave open.
+    of M are far apart: Ruiz's scaling does not settle what bipartite parts of M leave open. Else a common factor, if
+    they are all far from 1.
 
     Least squares for the logarithms: A. R. Curtis, J. K. Reid, On the automatic scaling of matrices for Gaussian
     elimination, IMA J. Appl. Math. 10 (1972) 118-124.
@@ -91,7 +93,8 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
     entries.eliminate_zeros()
     sizes = np.log2(np.abs(entries.data))
     if not sizes.size or np.ptp(sizes) <= FAR_APART:
-        return np.ones(n)
+        middle = -0.5 * float(sizes.max(initial=0.0))
+        return np.full(n, np.exp2(np.rint(middle)) if abs(middle) > FAR_APART / 2 else 1.0)
     used = [np.flatnonzero(np.isfinite(v) & (v != 0)) for v in vectors]
     first = np.concatenate((entries.row, *used))
     second = np.concatenate((entries.col, np.full(sum(each.size for each in used), n)))
@@ -106,12 +109,14 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
     return np.exp2(np.rint(logarithms))
 
 
-def _ruiz(M: Matrix, d: Vector) -> Vector:
+def _ruiz(M: Matrix, start: Vector) -> Vector:
+    """The scaling from a start, at most FARTHEST times as large or small as that."""
+    d = start
     for _ in range(ROUNDS):
         rows, columns = matrices.row_and_column_maxima(M, d, d)
         sizes = np.maximum(rows, columns)
         sizes[sizes == 0] = 1.0
-        d = np.clip(d / np.sqrt(sizes), 1 / FARTHEST, FARTHEST)
+        d = np.clip(d / np.sqrt(sizes), start / FARTHEST, start * FARTHEST)
         if (np.abs(sizes - 1) < CLOSE).all():
             break
     return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept

@@ -102,7 +102,7 @@ class Steps:
             return self._moved(at, affine, 1.0), 1.0, affine
         mu, length = self.mu(at), longest(at, affine)
         after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / self.problem.pairs
-        sigma = min(1.0, max((max(after, 0.0) / mu) ** 3, LEAST_SIGMA))
+        sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
         found, step = self._corrected(newton, at, affine, sigma * mu)
         if step < SHORT and step < 0.5 * length:
             central = newton.direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
