@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, read
+from lcpcli import Problem, read, run
 from lcpcli.files import shipped
 from lcpcli.linalg.equilibration import equilibrate, range_of_units
 from lcpcli.linalg.matrices import norm_inf, row_and_column_maxima
@@ -181,3 +182,12 @@ def test_a_solution_that_bounds_show_needs_no_equilibration(monkeypatch: pytest.
     monkeypatch.setattr("lcpcli.verify.accuracy.equilibrate", lambda *_: pytest.fail("equilibrated in vain"))
     assert Point(Accuracy(problem), np.array([4 / 3, 7 / 3])).solves()
     assert not Point(Accuracy(problem), np.zeros(2)).solves()
+
+
+@pytest.mark.parametrize("size", [1.0, 1e11, 1e15])
+@pytest.mark.parametrize("method", ["auto", "interior", "newton", "lemke"])
+def test_a_bound_that_solves_a_problem_is_found_whatever_the_size_of_q(size: float, method: Any) -> None:
+    """At the bound w = size, so that relative to size every z is a solution."""
+    result = run(Problem([[1.0]], [size + 1], lower=-1.0), method)
+    assert (result.z.tolist(), result.residual) == ([-1.0], 0.0)
+    assert run(Problem([[1.0]], [-size - 1], lower=-np.inf, upper=1.0), method).z.tolist() == [1.0]

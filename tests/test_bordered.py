@@ -58,6 +58,7 @@ def test_many_dense_rows_are_no_border() -> None:
 
 
 def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("qdldl")
     problem = budgeted(2000)
     by_qdldl = run(problem, "interior")
     monkeypatch.setattr(shifted_systems, "_has_qdldl", lambda: False)

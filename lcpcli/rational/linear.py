@@ -75,7 +75,7 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     that has its rank modulo a prime. The other equations are not checked: they hold if A x = b has a solution, unless
     the prime divides a minor, which is unlikely.
     """
-    flint = _flint() if min(len(A), len(A[0])) > SMALL else None
+    flint = _flint() if A and min(len(A), len(A[0])) > SMALL else None
     if flint is None:
         return solve(A, b).x
     columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))

@@ -29,7 +29,8 @@ ACTIVE = 1e-8  # a column with |A'y| below this times |A|'y counts as one with A
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 LARGEST_EXACT = 48  # largest linear system solved exactly: about a second at worst
-LARGEST_BY_FLINT = 400  # the same with FLINT: a second, or a few if the system is dense
+LARGEST_BY_FLINT = 400  # the same with FLINT
+MOST_BITS = 10_000_000  # of all entries of a system, as many in each: then it takes a second or two
 
 
 class Alternative(NamedTuple):
@@ -102,6 +103,8 @@ def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -
     if remaining() <= 0:
         raise TimeIsUp
     rows, (multiple, divisor) = sums.row_integers(part.T), sums.over_one_denominator(y)
+    if part.size * max(abs(value).bit_length() for row in rows for value in row) > MOST_BITS:
+        return None
     excess = [sum(a * value for a, value in zip(row, multiple, strict=True) if a) for row in rows]
     changes = linear.particular(rows, [-value for value in excess])
     if changes is None:
@@ -120,7 +123,7 @@ def _holds(A: Matrix, b: Vector, support: Indices, y: list[Fraction]) -> bool:
 
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
-    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one or two LPs; A should be equilibrated.
+    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs; A should be equilibrated.
 
     A of shape (m, n), dense or sparse, b of shape (m,); if they are not finite, nothing is established. The LP
     minimises b'y subject to A'y <= 0, y >= 0 and b'y >= -1: its minimum is -1 or 0, and if it is 0, its multipliers are

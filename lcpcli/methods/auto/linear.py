@@ -37,7 +37,7 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     seconds = deadline - time.perf_counter()
     if seconds <= 0:
         return Stalled("no time was left for the linear programs")
-    proof = farkas(problem, seconds)
+    proof = farkas(problem, 2 * seconds / 3)  # as it may take three LPs of half of that
     if proof is not None:
         return NoSolution(Certificate("farkas", farkas_statement(problem), proof))
     if problem.is_mixed:

@@ -40,10 +40,10 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     in one or two from an active set that is nearly right; then interior, if M + M' is positive semidefinite. Sparse M:
     first `sparse_route`, which needs only products with M if these suffice, then newton, then interior, or first
     interior where the band of M is narrow; then `linear`, which proves most infeasible problems infeasible. The
-    conditions of a quadratic program are given to interior, those of a linear one to `linear` first. If these break
-    down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or otherwise
-    well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof that
-    there is none, or reaches its limits. Small problems that its tolerances leave undecided are decided by
+    conditions of programs are given to newton, while it is fast, and interior, after `linear` if M is skew. If these
+    break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
+    otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
+    that there is none, or reaches its limits. Small problems that its tolerances leave undecided are decided by
     `exhaustion`.
 
     Parameters

@@ -109,7 +109,8 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tu
             break
         last = size
     if least <= EXACT and is_sparse(M):
-        best = _polished(problem, best[0], basic, solver)
+        polished = _polished(problem, best[0], basic, solver)
+        best = polished if float(np.abs(polished[1][basic]).max()) <= EXACT else best
     return *best, least / first if first > EXACT else 0.0
 
 
