@@ -116,7 +116,7 @@ class AccurateSystems:
                 return x, r, self._norm(r)
             V[k + 1] /= size
             if (k + 1) % LOOK == 0:
-                y = np.linalg.lstsq(H[: k + 2, : k + 1], target[: k + 2])[0]
+                y = np.linalg.lstsq(H[: k + 2, : k + 1], target[: k + 2], rcond=None)[0]
                 if np.linalg.norm(H[: k + 2, : k + 1] @ y - target[: k + 2]) <= 0.1 * goal:
                     break
         better = x + y @ Z[: y.size]
