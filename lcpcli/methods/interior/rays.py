@@ -14,7 +14,8 @@ from lcpcli.verify.mixed_farkas import rounded
 
 FAR = 1e2  # in scaled units: what diverges is at least that large
 COARSE = 1e-3  # of the largest entry of y: what is left out first
-CLEAR, NEARLY = 1e-10, 1e-5  # of the sum of |y|: what a proof is negative by, and what is not yet 0
+CLEAR = 1e-10  # of the sum of |y|: what a proof is negative by
+ROUGHLY, NEARLY = 1e-2, 1e-5  # of the same: what is not yet 0 before and after rounding
 
 
 def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
@@ -29,8 +30,10 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
             y = np.zeros(problem.n)
             y[within.kept] = part * within.units
             y = np.where(low & high, 0.0, np.where(low, np.maximum(y, 0.0), np.where(high, np.minimum(y, 0.0), y)))
+            if not _is_clear(within, y, ROUGHLY):
+                continue
             for candidate in _simplest_first(y):
-                if not _is_clear(within, candidate):
+                if not _is_clear(within, candidate, NEARLY):
                     continue
                 proof = proof_in_units(problem, np.ones(problem.n), candidate)
                 if proof is not None:
@@ -44,13 +47,13 @@ def _simplest_first(y: Vector) -> Iterator[Vector]:
         yield from reversed(list(rounded(np.where(np.abs(y) < least, 0.0, y))))
 
 
-def _is_clear(within: Scaled, y: Vector) -> bool:
+def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:
     """Whether y is nearly a proof, and one that does not hang on the last digits of the data, which may have been
     rounded from others that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
     y = y[within.kept] / within.units
     product, size = within.M.T @ y, float(np.abs(y).sum())
     ends = np.where(product > 0, within.upper, within.lower)
     finite = np.isfinite(ends)
-    if np.abs(product[~finite]).max(initial=0.0) > NEARLY * size:
+    if np.abs(product[~finite]).max(initial=0.0) > nearly * size:
         return False
     return bool(within.q @ y + ends[finite] @ product[finite] < -CLEAR * size)
