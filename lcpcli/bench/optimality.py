@@ -2,7 +2,7 @@
 
 As qpbenchmark measures it (S. Caron et al., qpbenchmark: Benchmark for quadratic programming solvers available in
 Python): the largest violation of a constraint, the largest component of the gradient of the Lagrangian, and the
-duality gap; absolutely, and each relative to the largest of its own terms.
+duality gap; absolutely, and each relative to its own terms.
 """
 
 from __future__ import annotations
@@ -18,9 +18,7 @@ from lcpcli.model.reductions.program import Conditions, Program
 from lcpcli.typing import Vector
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
-
-
-LEAST_TERMS = 1e-6  # of the largest ones: below that, terms are 0 but for rounding
+LEAST_TERMS = 1e-6  # of the largest of the three: below that, terms are 0 but for rounding
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -30,7 +30,7 @@ SNAP = 1e-9  # entries of y below this times the largest one count as 0
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 LARGEST_EXACT = 48  # largest linear system solved exactly: about a second at worst
 LARGEST_BY_FLINT = 400  # the same with FLINT
-MOST_BITS = 10_000_000  # of all entries of a system, as many in each: then it takes a second or two
+MOST_BITS = 10_000_000  # the number of entries times the bits of the largest: a second or two
 
 
 class Alternative(NamedTuple):
