@@ -7,6 +7,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     read, write  problems from and to files
     run          one call from a Problem to a Result, with the options of solve
     Result       the outcome: its Status, z, w, the residual, a Trace of the iterates if asked for, and more
+    solve_many   the results of many problems, or of one M with many q, one after another
     exact        the solution of a Problem in fractions, or the fact that there is none, proved
     check        verify a z for a Problem, from whatever source
     inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from lcpcli.report.plotting import plot as plot
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
+    from lcpcli.solving.many import solve_many as solve_many
     from lcpcli.solving.programs import add_to_qpsolvers as add_to_qpsolvers
     from lcpcli.solving.programs import solve_qp as solve_qp
     from lcpcli.solving.proof import exact as exact
@@ -72,6 +74,7 @@ _HOMES = {
     "read": "files.reading",
     "run": "solving.call",
     "solve": "solving.call",
+    "solve_many": "solving.many",
     "solve_qp": "solving.programs",
     "write": "files.writing",
 }
@@ -93,6 +96,7 @@ __all__ = [
     "read",
     "run",
     "solve",
+    "solve_many",
     "solve_qp",
     "write",
 ]

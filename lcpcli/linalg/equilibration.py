@@ -71,6 +71,13 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
     return np.exp2(row_power), np.exp2(column_power)
 
 
+def common_units(M: Matrix, rows: Vector) -> tuple[Vector, Vector] | None:
+    """The R, C of `equilibrate` if they are the same for every q, else None; rows : the largest |entry| of each row."""
+    if not rows.all() or _are_far_apart(rows) or _are_far_apart(matrices.column_maxima(M)):
+        return None
+    return equilibrate(M, np.ones(rows.size), rows)
+
+
 def range_of_units(least: float, largest: float) -> tuple[float, float]:
     """Bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are far
     from each other or from 1.

@@ -38,10 +38,30 @@ def as_bounds(lower: Any, upper: Any, n: int) -> tuple[Vector, Vector] | None:
     return None if not low.any() and (high == math.inf).all() else (low, high)
 
 
+def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
+    """Values as an array of shape (n, k) of real numbers of any type, one vector in each column, or a ProblemError."""
+    per_column = "give one vector in each column, shape (n, k)"
+    if is_sparse(values):
+        raise ProblemError(field, "is sparse", "give a dense array, as by toarray()")
+    if isinstance(values, (list, tuple)):
+        _refuse_other_than_rows(field, values)
+    if hasattr(values, "to_numpy"):
+        values = values.to_numpy()
+    known = isinstance(values, np.ndarray) and not np.ma.is_masked(values) and values.dtype.kind in "fiu"
+    columns: Vector = np.asarray(values) if known else _as_floats(field, values, ROWS)
+    if columns.ndim == 1:
+        raise ProblemError(field, "has 1 dimension", f"{per_column}; for a single one, {field}[:, None]")
+    if columns.ndim != 2:
+        raise ProblemError(field, f"has {count(columns.ndim, 'dimension')}", per_column)
+    if finite and columns.size and not (math.isfinite(columns.max()) and math.isfinite(columns.min())):
+        _refuse_infinite(field, columns)
+    return columns
+
+
 def as_intervals(fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown") -> tuple[Vector, Vector]:
     """Lower and upper bounds, for each of n things of a kind, infinite for none; or a ProblemError for their fields."""
     below, above = fields
-    low, high = _as_bound(below, lower, n, of, -math.inf), _as_bound(above, upper, n, of, math.inf)
+    low, high = as_bound(below, lower, n, of, -math.inf), as_bound(above, upper, n, of, math.inf)
     for field, wrong, fault, none in (
         (below, low == math.inf, "is infinite", "-inf"),
         (above, high == -math.inf, "is minus infinity", "inf"),
@@ -57,7 +77,7 @@ def as_intervals(fields: tuple[str, str], lower: Any, upper: Any, n: int, of: st
     return low, high
 
 
-def _as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
+def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     """A bound, of shape (n,): a number for all, or one each, possibly infinite; None stands for an absent one."""
     if values is None:
         return np.full(n, absent)

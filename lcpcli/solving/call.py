@@ -124,7 +124,7 @@ def run(
 
 
 def _run(problem: Problem, method: str, began: float, limits: dict[str, Any], given: dict[str, Any]) -> Result:
-    _refuse_unknown(method, given)
+    refuse_unknown_options(method, given)
     limits, chosen = _given(limits), _given(given)
     trace = chosen.pop("trace", False)
     return driver.run(
@@ -141,7 +141,7 @@ def _given(options: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def _refuse_unknown(method: str, names: Collection[str]) -> None:
+def refuse_unknown_options(method: str, names: Collection[str]) -> None:
     """Raise OptionError for a name that is not an option of any method, with those that this method has."""
     names = [name for name in names if name not in COMMON_OPTIONS]
     if not names:

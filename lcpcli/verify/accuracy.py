@@ -42,9 +42,10 @@ class Accuracy:
     when they are first needed.
     """
 
-    def __init__(self, problem: Problem, tol: float = 1e-10) -> None:
+    def __init__(self, problem: Problem, tol: float = 1e-10, greatest: float | None = None) -> None:
         self.problem, self.tol = problem, tol
-        self.greatest = _greatest(problem)  # s before scaling; if it is not positive, the reference point is a solution
+        # s before scaling; if it is not positive, the reference point is a solution
+        self.greatest = _greatest(problem) if greatest is None else greatest
         self.diagonal: Vector = problem.M.diagonal()
 
     @cached_property

@@ -46,6 +46,14 @@ class Point:
         moved = accuracy.problem.from_reference(z) if accuracy.problem.is_mixed else z
         self._is_reference = not np.count_nonzero(moved)  # whose residual is the problem's scale
 
+    @classmethod
+    def of_solution(cls, accuracy: Accuracy, z: Vector, w: Vector, is_reference: bool) -> Point:
+        """One that is known to solve the problem, with its w."""
+        point = cls.__new__(cls)
+        point.accuracy, point.z, point._plain_w, point._is_reference = accuracy, z, w, is_reference
+        point._sizes, point._solves = None, True
+        return point
+
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
     def w(self) -> Vector:

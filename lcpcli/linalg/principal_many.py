@@ -1,0 +1,72 @@
+"""Many systems with principal submatrices of one dense M: each distinct submatrix is factorized once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lcpcli.interrupts import interruptibly
+from lcpcli.linalg.factors import LONG_LU
+from lcpcli.typing import Indices, Mask, Matrix, Vector
+
+BATCH = 1 << 20  # numbers in the submatrices and right-hand sides that are solved in one call
+WORD = 64  # bits
+
+
+def solve_principal(M: Matrix, sets: Mask, B: Vector) -> Vector:
+    """x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN where M_PP is singular, or numbers overflow.
+
+    M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is where the indices P of row i are.
+    """
+    X = np.zeros(B.shape)
+    for indices, rows in _batches(sets):
+        places = rows[:, :, np.newaxis], indices[:, np.newaxis, :]
+        blocks = M[indices[:, :, np.newaxis], indices[:, np.newaxis, :]]
+        X[places] = _solved(blocks, B[places].transpose(0, 2, 1)).transpose(0, 2, 1)
+    return X
+
+
+def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
+    """The distinct sets with s > 0 indices, shape (g, s), and the rows that have them, (g, r), by sets of equal size.
+
+    The numbers of rows of the sets of a batch are within a factor of two; the last row of a set is repeated up to r.
+    """
+    first, inverse = _distinct(sets)
+    counts = np.bincount(inverse)
+    order, begin = np.argsort(inverse, kind="stable"), np.cumsum(counts) - counts
+    sizes = np.count_nonzero(sets[first], axis=1)
+    kinds = sizes * WORD + np.frexp(counts - 0.5)[1]
+    by_kind = np.argsort(kinds, kind="stable")
+    for group in np.split(by_kind, np.flatnonzero(np.diff(kinds[by_kind])) + 1):
+        size, most = int(sizes[group[0]]), int(counts[group].max())
+        if not size:
+            continue
+        together = max(1, BATCH // (size * (size + most)))
+        for part in np.split(group, range(together, group.size, together)):
+            indices = sets[first[part]].nonzero()[1].reshape(part.size, size)
+            yield indices, order[begin[part, np.newaxis] + np.minimum(np.arange(most), counts[part, np.newaxis] - 1)]
+
+
+def _distinct(sets: Mask) -> tuple[Indices, Indices]:
+    """A row for each distinct set, and for each row the number of its set."""
+    m, n = sets.shape
+    packed = np.zeros((m, -(-n // WORD) * 8), dtype=np.uint8)
+    packed[:, : -(-n // 8)] = np.packbits(sets, axis=1)
+    words = packed.view(np.uint64)
+    keys = words[:, 0] if words.shape[1] == 1 else packed.view(f"V{packed.shape[1]}")[:, 0]
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    return first, inverse.reshape(-1)
+
+
+def _solved(A: Vector, B: Vector) -> Vector:
+    """X with A X = B for A and B of shapes (g, s, s) and (g, s, r); NaN where A is singular."""
+    try:
+        long = A.shape[1] >= LONG_LU
+        X = interruptibly(lambda: np.linalg.solve(A, B)) if long else np.linalg.solve(A, B)
+        return X.astype(np.float64, copy=False)
+    except np.linalg.LinAlgError:
+        if A.shape[0] == 1:
+            return np.full(B.shape, np.nan)
+        half = A.shape[0] // 2
+        return np.concatenate([_solved(A[:half], B[:half]), _solved(A[half:], B[half:])])

@@ -1,0 +1,201 @@
+"""Many problems that share M: their right-hand sides are the columns of a matrix Q."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.products import product
+from lcpcli.model.arrays import as_bound, as_columns, as_intervals
+from lcpcli.model.box import Box, Orthant
+from lcpcli.model.problem import CANCELLATION, Problem
+from lcpcli.typing import Indices, Matrix, Vector
+
+
+class Columns:
+    """k problems with M of shape (n, n) and the columns of Q, of shape (n, k), and with bounds; validated.
+
+    lower, upper : as in `Problem`, or of shape (n, k), a column for each problem.
+    """
+
+    def __init__(self, M: Any, Q: Any, lower: Any, upper: Any) -> None:
+        self.Q = as_columns("Q", Q)
+        n, self.k = self.Q.shape
+        self._bounds = None
+        if max(np.ndim(lower), np.ndim(upper)) > 1:
+            self._bounds = _bounds_of_columns(lower, upper, n, self.k)
+            lower, upper = 0.0, math.inf
+        self._like = _problem(M, self.Q, lower, upper)
+
+    @property
+    def M(self) -> Matrix:
+        return self._like.M
+
+    @property
+    def n(self) -> int:
+        return self._like.n
+
+    def block(self, first: int, last: int) -> Block:
+        """The problems of columns first to last - 1."""
+        q = np.ascontiguousarray(self.Q[:, first:last].T, dtype=np.float64)
+        if self._bounds is not None:
+            low, high = (np.ascontiguousarray(bound[:, first:last].T) for bound in self._bounds)
+            return Block(self._like, q, Box(low, high))
+        box = self._like.box
+        if isinstance(box, Box):
+            box = Box(np.broadcast_to(box.lower, q.shape), np.broadcast_to(box.upper, q.shape))
+        return Block(self._like, q, box)
+
+    def problems(self) -> Iterator[Problem]:
+        """One problem after another."""
+        for j in range(self.k):
+            yield self.block(j, j + 1).problem(0)
+
+
+def _problem(M: Any, Q: Vector, lower: Any, upper: Any) -> Problem:
+    """The problem with q = 0, or a ProblemError in the words of Q."""
+    n, shape = Q.shape[0], tuple[int, ...](getattr(M, "shape", ()))
+    if isinstance(M, (list, tuple)):
+        shape = len(M), *{len(row) for row in M if isinstance(row, (list, tuple))}
+    if not n:
+        raise ProblemError("Q", "has no rows", "give one for each unknown")
+    if len(shape) == 2 and n != shape[0] == shape[1]:
+        transposed = ", as Q.T here" if Q.shape[1] == shape[0] else ""
+        fault = f"has shape {Q.shape}, and M is {shape[0]} x {shape[0]}"
+        raise ProblemError("Q", fault, f"give one right-hand side in each column{transposed}")
+    return Problem(M, np.zeros(n), lower=lower, upper=upper)
+
+
+def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int) -> tuple[Vector, Vector] | None:
+    """Both bounds of shape (n, k); None if they are those of an LCP."""
+    given = []
+    for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
+        if np.ndim(bound) < 2:
+            given.append(as_bound(field, bound, n, "unknown", absent)[:, np.newaxis])
+            continue
+        values = as_columns(field, bound, finite=False)
+        if values.shape != (n, k):
+            fault = f"has shape {values.shape}, and Q has {(n, k)}"
+            raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
+        given.append(values)
+    low, high = (np.broadcast_to(bound, (n, k)) for bound in given)
+    for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=0))[:1]:
+        try:
+            as_intervals(("lower", "upper"), low[:, j], high[:, j], n)
+        except ProblemError as error:
+            raise error.inside(f"column {j}") from None
+    return None if not low.any() and (high == np.inf).all() else (low, high)
+
+
+@dataclass(frozen=True, eq=False)
+class References:
+    """The reference points of m problems, and M z + q there, as in `Problem`.
+
+    z : shape (m, n), or None for LCPs, whose reference point is 0. q, error : shape (m, n); error is 0 for LCPs.
+    """
+
+    z: Vector | None
+    q: Vector
+    error: Vector | float
+
+    def moved(self, z: Vector) -> Vector:
+        """Each row z minus its reference point."""
+        return z if self.z is None else z - self.z
+
+    def part(self, rows: Indices) -> References:
+        """Those of some of the problems."""
+        if self.z is None or isinstance(self.error, float):
+            return References(None, self.q[rows], 0.0)
+        return References(self.z[rows], self.q[rows], self.error[rows])
+
+
+class Block:
+    """m problems that share M, one in each row of the arrays.
+
+    like : a problem with that M. q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
+    """
+
+    def __init__(self, like: Problem, q: Vector, box: Orthant | Box) -> None:
+        self.like, self.q, self.box = like, q, box
+        self._fields = {**vars(like), "box": box}
+
+    def part(self, rows: Indices) -> Block:
+        """Some of the problems."""
+        box = self.box
+        some = Block(self.like, self.q[rows], Box(box.lower[rows], box.upper[rows]) if isinstance(box, Box) else box)
+        vars(some).update(references=self.references.part(rows), absolute_M=self.absolute_M)
+        return some
+
+    def times_M(self, z: Vector) -> Vector:
+        """M z for each row z."""
+        rows: Vector = product(self.like.M, z.T).T
+        return rows
+
+    @cached_property
+    def absolute_M(self) -> Matrix:
+        return abs(self.like.M)
+
+    def sizes(self, z: Vector) -> Vector:
+        """|M| |z| for each row z."""
+        rows: Vector = product(self.absolute_M, np.abs(z).T).T
+        return rows
+
+    def w(self, z: Vector) -> Vector:
+        """w = M z + q for each row z, computed from the reference point."""
+        w = self.times_M(self.references.moved(z))
+        w += self.references.q
+        return w
+
+    def problem(self, i: int) -> Problem:
+        """That of row i; it costs about a microsecond, as nothing is computed or validated."""
+        problem, q = Problem.__new__(Problem), self.q[i]
+        fields = vars(problem)  # as it is frozen
+        fields.update(self._fields, q=q)
+        if not isinstance(self.box, Box):
+            fields["q_there"] = q
+            return problem
+        low, high = self.box.lower[i], self.box.upper[i]
+        fields.update(lower=low, upper=high, is_mixed=True, box=Box(low, high))
+        for name in ("z_there", "q_there", "q_error"):
+            fields.pop(name, None)
+        known = vars(self).get("references")
+        if known is not None:
+            moved = bool(known.z[i].any())
+            error = known.error[i] if moved else 0.0
+            fields.update(z_there=known.z[i] if moved else None, q_there=known.q[i], q_error=error)
+        return problem
+
+    @cached_property
+    @np.errstate(over="ignore", invalid="ignore")
+    def references(self) -> References:
+        """Those of all problems; of a problem whose row of M z + q cancels there, by itself."""
+        box = self.box
+        if not isinstance(box, Box):
+            return References(None, self.q, 0.0)
+        z, corner = box.project(np.zeros(self.q.shape)), box.corner
+        w = self.times_M(z) + self.q
+        if not np.array_equal(z, corner):
+            other = self.times_M(corner) + self.q
+            better = _largest(box.gaps(corner, other)) < _largest(box.gaps(z, w))
+            z, w = np.where(better, corner, z), np.where(better, other, w)
+        usable = np.isfinite(w).all(axis=1, keepdims=True)
+        z, w = np.where(usable, z, 0.0), np.where(usable, w, self.q)
+        terms = self.sizes(z) + np.abs(self.q)
+        error = ROW_ROUNDING * terms
+        for i in np.flatnonzero((terms > CANCELLATION * np.abs(w)).any(axis=1) & z.any(axis=1)):
+            alone = self.problem(int(i))
+            z[i], w[i], error[i] = alone.reference_point, alone.q_there, alone.q_error
+        return References(z, w, error)
+
+
+def _largest(gaps: Vector) -> Vector:
+    """The largest size in each row, infinite where there are other than finite numbers; shape (m, 1)."""
+    sizes: Vector = np.abs(gaps).max(axis=1, keepdims=True)
+    return np.where(np.isfinite(sizes), sizes, np.inf)

@@ -1,0 +1,203 @@
+"""Many problems, one result after another: those that share M are solved together, a block at a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lcpcli.clock import Stopwatch, seconds
+from lcpcli.errors import ParameterError, ProblemError
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.threads import with_limited_threads
+from lcpcli.methods import registry as methods
+from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS
+from lcpcli.methods.columns import Frame, Pivoted, block_pivoting, frame_of, in_given_variables, refined
+from lcpcli.model.columns import Block, Columns
+from lcpcli.solving.call import refuse_unknown_options, run
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Mask, MethodName, Vector
+from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.columns import Measured, Scales, measured, scales
+from lcpcli.verify.point import Point
+
+AUTO: MethodName = "auto"
+FIRST, GROWTH = 64, 4  # columns of the first block, and how much longer each next one may be
+NUMBERS = 1 << 18  # in each array of a block
+LIMITS = ("tol", "max_iterations", "time_limit")
+
+
+def solve_many(
+    M: Any,
+    Q: Any = None,
+    *,
+    lower: ArrayLike | None = 0.0,
+    upper: ArrayLike | None = math.inf,
+    method: MethodName = "auto",
+    **options: Any,
+) -> Iterator[Result]:
+    """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
+
+    Results come as they are asked for. For columns of Q with a dense M, blocks of columns are solved together
+    (`lcpcli.methods.columns`), which takes a small part of the time of a loop over `solve`; what is not solved so is
+    solved by `run`, so that every result is verified, and every failure proved or explained, as there. If a column has
+    several solutions, it may be another one.
+
+    Parameters
+    ----------
+    M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k). Or, in their
+        place, an iterable of Problems, and possibly the method.
+    lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) for each column its own.
+    method, options : as in `solve`, for every problem; a time limit is for each of them. Anything but tol,
+        max_iterations, time_limit and threads has the columns solved one by one.
+
+    Yields
+    ------
+    Result : as `run` returns for each problem. Its seconds are an equal share of those of its block.
+
+    Raises
+    ------
+    ProblemError, OptionError : as `solve`, on the call; for a stream of Problems when its turn comes.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> [result.z.tolist() for result in lcpcli.solve_many([[2, 0], [0, 4]], [[-4, 2, 1], [2, -4, 1]])]
+    [[2.0, 0.0], [0.0, 1.0], [0.0, 0.0]]
+    >>> problems = (lcpcli.Problem([[2]], [q]) for q in (-2, 2))
+    >>> [result.z.tolist() for result in lcpcli.solve_many(problems)]
+    [[1.0], [0.0]]
+    """
+    if isinstance(Q, str):
+        Q, method = None, Q
+    given = {name: value for name, value in options.items() if value is not None}
+    refuse_unknown_options(method, given)
+    methods.declared(method)
+    limits = Limits(**{name: given[name] for name in LIMITS if name in given})
+    if Q is None:
+        if not isinstance(M, Iterable) or is_sparse(M) or isinstance(M, np.ndarray):
+            raise ProblemError("Q", "is missing", "give M and Q, or an iterable of Problems")
+        for name, bound, usual in (("lower", lower, 0.0), ("upper", upper, math.inf)):
+            if not np.isscalar(bound) or bound != usual:
+                raise ParameterError(name, "has no effect on Problems, which have their own bounds", "leave it out")
+        return (run(problem, method, **given) for problem in M)
+    columns = Columns(M, Q, lower, upper)
+    if method == AUTO and not is_sparse(columns.M) and given.keys() <= {*LIMITS, "threads"}:
+        return _by_blocks(columns, limits, given)
+    return (run(problem, method, **given) for problem in columns.problems())
+
+
+def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
+    first, size, most = 0, FIRST, max(FIRST, NUMBERS // columns.n)
+    while first < columns.k:
+        last = min(first + size, columns.k)
+        solved = _solved(columns, first, last, limits, threads=given.get("threads"))
+        for i in range(last - first):
+            result = solved.result(i)
+            yield _with_share(run(solved.block.problem(i), **given), solved.share) if result is None else result
+        first, size = last, min(size * GROWTH, most)
+
+
+def _with_share(result: Result, share: dict[str, float]) -> Result:
+    """A result with its share of the time of a block in which it was not solved."""
+    return replace(result, parts={part: spent + share[part] for part, spent in result.parts.items()})
+
+
+@with_limited_threads
+@np.errstate(over="ignore", invalid="ignore")
+def _solved(
+    columns: Columns,
+    first: int,
+    last: int,
+    limits: Limits,
+    threads: int | None,  # noqa: ARG001 (the decorator limits them)
+) -> _Solved:
+    """What pivoting makes of columns first to last - 1."""
+    stopwatch = Stopwatch(seconds, seconds())
+    block = columns.block(first, last)
+    known, frame = scales(block), frame_of(block)
+    ready = known.greatest <= 0  # the reference point solves the problem
+    stopwatch.count("setup")
+    found = block_pivoting(
+        frame, ~ready, LEAST_INDEX_STEPS, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit
+    )
+    z = in_given_variables(frame, found.z)
+    w = block.w(z)
+    stopwatch.count("solve")
+    solved = ready | (found.ended & _verified(frame, known, found, z, w).solve_surely(limits.tol))
+    stopwatch.count("verify")
+    solved_block = _Solved(block, limits, z, w, found, solved, known.greatest)
+    solved_block.share.update((part, spent / (last - first)) for part, spent in stopwatch.parts.items())
+    return solved_block
+
+
+def _verified(frame: Frame, known: Scales, found: Pivoted, z: Vector, w: Vector) -> Measured:
+    """The measures of all z, of shape (m, n), after those that rounding spoils have been refined in place."""
+    block = frame.block
+    measures = measured(block, known, z, w)
+    rows = (found.ended & ~(measures.relative_residual <= ROW_ROUNDING)).nonzero()[0]
+    if not rows.size:
+        return measures
+    part = block.part(rows)
+    better_z = in_given_variables(frame_of(part), refined(frame, found, rows, w[rows]))
+    better_w = part.w(better_z)
+    again = measured(part, known.part(rows), better_z, better_w)
+    better = again.relative_residual < measures.relative_residual[rows]
+    rows = rows[better]
+    z[rows], w[rows] = better_z[better], better_w[better]
+    measures.relative_residual[rows], measures.bound[rows] = (measure[better] for measure in again)
+    return measures
+
+
+class _Solved:
+    """A block with what pivoting has found: z and w of shape (m, n), and which of them are certain to be solutions."""
+
+    def __init__(
+        self, block: Block, limits: Limits, z: Vector, w: Vector, found: Pivoted, solved: Mask, greatest: Vector
+    ) -> None:
+        self.block, self.z, self.w, self.tol = block, z, w, limits.tol
+        self.share: dict[str, float] = {}
+        self._ended, self._solved = found.ended.tolist(), solved.tolist()
+        self._steps, self._greatest = found.steps.tolist(), greatest.tolist()
+        self._fields = {
+            "method": AUTO,
+            "status": Status.SOLVED,
+            "message": Status.SOLVED.told(block.like, ""),
+            "parts": self.share,
+            "limits": limits,
+            "warm": False,
+            "trace": None,
+            "curve": None,
+            "certificate": None,
+        }
+        self._options = methods.options_in_force(AUTO, block.like, {"time_limit": limits.time_limit})
+
+    def result(self, i: int) -> Result | None:
+        """That of row i, if it is solved: by the bounds for the block, or else by those of its point alone."""
+        if not self._ended[i] and not self._solved[i]:
+            return None
+        problem, greatest, steps = self.block.problem(i), self._greatest[i], self._steps[i]
+        accuracy = Accuracy(problem, self.tol, greatest)
+        if self._solved[i]:
+            point = Point.of_solution(accuracy, self.z[i], self.w[i], is_reference=greatest <= 0)
+        else:
+            point = Point(accuracy, self.z[i])
+            if not point.solves():
+                return None
+        result = Result.__new__(Result)
+        vars(result).update(  # as it is frozen, and defaults are those of the class
+            self._fields,
+            problem=problem,
+            point=point,
+            iterations=steps,
+            evaluations=steps,
+            route=("newton",) if steps else (AUTO,),
+            options=self._options.copy(),
+        )
+        return result
