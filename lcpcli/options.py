@@ -117,6 +117,14 @@ THREADS = Option(
     lambda number: number >= 1,
     "Threads for dense linear algebra; by default one, unless FILE is so large that more pay.",
 )
+JOBS = Option(
+    "jobs",
+    int,
+    1,
+    "whole number >= 1",
+    lambda number: number >= 1,
+    "Solve so many problems at a time, in processes of their own; see lcp help many.",
+)
 WARM = Option(
     "warm",
     float,

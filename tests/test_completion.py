@@ -125,7 +125,7 @@ def test_files_are_those_that_can_be_read(folder: Path) -> None:
     assert offered("bench", "") == [*suites.SUITES, suites.ALL, *problems]
     assert offered("bench", "--resume", "") == ["a.json", "f.JSON", "inner/"]
     assert offered("solve", "a.json", "-o", "h") == ["h.py"]
-    assert offered("solve", "a.json", "b.csv", "") == []
+    assert offered("inspect", "a.json", "b.csv", "") == []
     assert {path.name for path in folder.iterdir()} > {name.rstrip("/") for name in problems}
 
 

@@ -27,7 +27,7 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
     assert [(line["problem"], line["method"]) for line in lines] == [
         (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
     ]
-    keys = """version problem n method label route status message advice solved verified z w basis
+    keys = """version file item problem n method label route status message advice solved verified z w basis
         iterations evaluations residual relative_residual error error_bound error_bound_source reference milestones warm
         setup_seconds solve_seconds verify_seconds seconds certificate exact answer tol max_iterations
         time_limit options trace"""
@@ -121,7 +121,7 @@ def test_format_follows_the_ending_of_the_output_file(ending: str, begins: str, 
     assert file.read_text().startswith(begins)
 
 
-@pytest.mark.parametrize("name", ["result.pdf", "result.jsonl", "result.xlsx"])
+@pytest.mark.parametrize("name", ["result.pdf", "result.xlsx"])
 def test_unknown_ending_is_refused_unless_the_format_is_given(name: str, lcp: Lcp, tmp_path: Path) -> None:
     refused = lcp("solve", EXAMPLE, "-o", str(tmp_path / name))
     assert refused.code == 2

@@ -125,7 +125,7 @@ def test_refused_memory_is_reported_in_one_line(error: Exception, lcp: Run, monk
             raise ImportError("a page\nof advice") from error
         raise error
 
-    monkeypatch.setattr(reading, "read", refuse)
+    monkeypatch.setattr(reading, "problem_of", refuse)
     outcome = lcp("solve", EXAMPLE)
     assert (outcome.code, outcome.out) == (1, "")
     assert re.fullmatch(r"lcp: .*memory.*\n", outcome.err)
@@ -144,6 +144,6 @@ def test_stray_fault_of_a_file_names_the_file(lcp: Run, monkeypatch: pytest.Monk
     def refuse(*_: Any) -> Any:
         raise PermissionError(13, "Permission denied", "/elsewhere")
 
-    monkeypatch.setattr(reading, "read", refuse)
+    monkeypatch.setattr(reading, "problem_of", refuse)
     outcome = lcp("solve", EXAMPLE)
     assert (outcome.code, outcome.err) == (2, "lcp: /elsewhere: Permission denied\n")

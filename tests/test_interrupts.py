@@ -95,7 +95,7 @@ def test_interrupt_that_a_library_wraps_ends_without_a_word(
     def wrapped(*_: Any) -> Any:
         raise kind("no reason given") from KeyboardInterrupt()
 
-    monkeypatch.setattr(reading, "read", wrapped)
+    monkeypatch.setattr(reading, "problem_of", wrapped)
     outcome = lcp("solve", EXAMPLE)
     assert (outcome.code, outcome.out, outcome.err) == (130, "", "")
 

@@ -92,6 +92,23 @@ def problem_file(command: Command) -> Command:
     return argument("Problem", "file", file, shell_complete=complete)(command)
 
 
+def problem_files(command: Command) -> Command:
+    """Declare the problems of a command that takes one or several."""
+    declare = argument(
+        "Problem",
+        "files",
+        {
+            "FILE [Q_FILE]": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or "
+            ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. - is standard input."
+        },
+        metavar="FILE [Q_FILE]...",
+        nargs=-1,
+        required=True,
+        shell_complete=candidates.files(*candidates.PROBLEMS),
+    )
+    return declare(with_bounds(command))
+
+
 def with_bounds(command: Command) -> Command:
     """Declare the bounds of z for a command that takes one problem."""
     complete = candidates.files(*candidates.VECTORS)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import chain, islice
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
 from lcpcli.cli.output import emit
-from lcpcli.errors import OptionError
 from lcpcli.files.formats import COMPLETE
 
 if TYPE_CHECKING:
+    from lcpcli.files.inputs import Columns, Input, Work
     from lcpcli.model.problem import Problem
     from lcpcli.rational.problem import ExactProblem
 
@@ -35,19 +37,56 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
     return data
 
 
-def read_each(files: Sequence[str], given: Given, quiet: bool = False) -> list[Problem]:
-    """The problems in several files; one that holds M alone takes the next as its q. Bounds are for a single one."""
-    from lcpcli.files import bounds, reading
+def works(files: Sequence[str]) -> tuple[Iterator[Work], bool]:
+    """What is in the files, and whether there may be several problems in them."""
+    from lcpcli.files.inputs import Columns, inputs
 
-    problems, left = [], files
-    while left:
-        problem, used = reading.read_next(left)
-        problems.append((problem, left[0]))
-        left = left[len(used) :]
-    for name, text in given.items():
-        if text is not None and len(problems) != 1:
-            raise OptionError(f"--{name}", f"is given for {len(problems)} problems", "name one, or put it in the files")
-    return [_vetted(bounds.bounded(problem, given), file, quiet) for problem, file in problems]
+    each = inputs(files)
+    first = list(islice(each, 2))
+    return chain(first, each), len(first) > 1 or isinstance(first[0], Columns)
+
+
+class Held(NamedTuple):
+    """A problem that was read, with the decimals as written if they are needed, and what is wrong with its known
+    solutions, which are dropped then."""
+
+    problem: Problem
+    data: ExactProblem | None
+    faults: list[str]
+
+
+def held(work: Work, given: Given, exact: bool) -> Iterator[Held]:
+    """The problems of an input, with the bounds given as options."""
+    from lcpcli.files.inputs import Columns
+
+    return _columns(work, given, exact) if isinstance(work, Columns) else iter([_single(work, given, exact)])
+
+
+def _single(work: Input, given: Given, exact: bool) -> Held:
+    from lcpcli.files import bounds
+
+    data = bounds.exactly_bounded(work.read_exact(), given) if exact else None
+    problem = data.problem if data else bounds.bounded(work.read(), given)
+    vetted, faults = _without_wrong_solutions(problem, work.paths[0])
+    if data:
+        data.problem = vetted
+    return Held(vetted, data, faults)
+
+
+def _columns(work: Columns, given: Given, exact: bool) -> Iterator[Held]:
+    from lcpcli.rational.problem import ExactProblem
+
+    first = first_of(work, given)
+    for q, name in zip(work.Q.T, work.names, strict=True):
+        problem = replace(first, q=q, name=name)
+        yield Held(problem, ExactProblem.of_decimals(problem) if exact else None, [])
+
+
+def first_of(work: Columns, given: Given) -> Problem:
+    """The problem of the first of several q for one M."""
+    from lcpcli.files import bounds
+
+    return bounds.bounded(work.first_problem(), given)
 
 
 def inputs(files: Sequence[str], given: Given) -> list[str]:
@@ -88,10 +127,16 @@ def tell(line: str) -> None:
 
 
 def _vetted(problem: Problem, file: str, quiet: bool) -> Problem:
+    vetted, faults = _without_wrong_solutions(problem, file)
+    for fault in [] if quiet else faults:
+        tell(fault)
+    return vetted
+
+
+def _without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
+    """The problem without those of its known solutions that are wrong, and lines that say so."""
     from lcpcli.files.reading import place
     from lcpcli.verify.known import without_wrong_solutions
 
     vetted, faults = without_wrong_solutions(problem)
-    for fault in [] if quiet else faults:
-        tell(f"{place(file)}: {fault}")
-    return vetted
+    return vetted, [f"{place(file)}: {fault}" for fault in faults]

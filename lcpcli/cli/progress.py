@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+import time
 from contextlib import suppress
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 
 SILENT = 1.0  # seconds before a run shows progress
+INTERVAL = 0.2  # between two numbers of problems
 ERASE = "\r\x1b[K"
 
 
@@ -26,7 +28,7 @@ class Line:
     """Progress of a run: one line, rewritten in place, shown after the first second and erased at the end."""
 
     def __init__(self) -> None:
-        self._drawn = False
+        self._drawn, self._next = False, time.monotonic() + SILENT
 
     def __enter__(self) -> Line:
         return self
@@ -45,6 +47,13 @@ class Line:
         text = f"{method}  k = {k}  {size}{seconds:.1f} s"
         self._drawn = True
         self._write(ERASE + text[: _columns() - 1])
+
+    def tell_number(self, solved: int) -> None:
+        """Show how many problems are solved, at most a few times a second."""
+        now = time.monotonic()
+        if now > self._next:
+            self._next, self._drawn = now + INTERVAL, True
+            self._write(f"{ERASE}{solved} problems")
 
     def _write(self, text: str) -> None:
         with suppress(OSError):

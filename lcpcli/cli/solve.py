@@ -1,22 +1,29 @@
-"""lcp solve: one problem, one method."""
+"""lcp solve: one method, on one problem or on many."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli import session
+from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, option
 from lcpcli.cli.methods import MethodChoice
-from lcpcli.cli.options import EXITS, problem_file, solving
+from lcpcli.cli.options import EXITS, numeric, problem_files, solving
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
+from lcpcli.options import JOBS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from lcpcli.cli.output import Output
+    from lcpcli.files.inputs import Work
 
 
 @click.command(
     cls=Command,
-    short_help="Solve one problem.",
+    short_help="Solve one problem or many.",
     examples=(
         "lcp solve problems/paper-example-1.json",
         "lcp make obstacle -n 100 | lcp solve -",
@@ -24,11 +31,12 @@ from lcpcli.methods.variants import Variant
         "lcp solve problems/paper-example-2.json --exact",
         "lcp solve problems/tridiagonal-100.json --format json -o result.json",
         "lcp solve problems/tridiagonal-100.json --z0 result.json --quiet",
+        "lcp solve problems/bimatrix.json problems/diode-bridge.json --jobs 2",
     ),
     lists={"Methods": meanings()},
     exits=EXITS,
 )
-@problem_file
+@problem_files
 @option(
     "Method",
     "--method",
@@ -39,7 +47,27 @@ from lcpcli.methods.variants import Variant
     help="Solution method, one of those listed below.",
 )
 @option("Proof", "--exact", is_flag=True, help="Prove the result in rational arithmetic, decimals taken as written.")
+@numeric("Many problems", JOBS)
+@option(
+    "Many problems",
+    "--cluster",
+    metavar="ADDRESS",
+    help="Have the workers of this Dask scheduler solve them, as in tcp://host:8786.  [default: none]",
+)
+@option(
+    "Many problems",
+    "--resume",
+    metavar="FILE",
+    shell_complete=candidates.files(".jsonl"),
+    help="Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
+)
 @solving
-def solve(file: str, q_file: str | None, method: Variant, exact: bool, **given: Any) -> int:
-    """Solve the problem in FILE, or prove that it has no solution."""
-    return session.run([file] if q_file is None else [file, q_file], [method], given, exact=exact)
+def solve(files: tuple[str, ...], method: Variant, exact: bool, **given: Any) -> int:
+    """Solve the problem in each FILE, or prove that it has no solution."""
+
+    def many(works: Iterator[Work], output: Output) -> int:
+        from lcpcli.cli import many
+
+        return many.run(works, output, files, method, given, exact)
+
+    return session.run(files, [method], given, exact=exact, many=many)

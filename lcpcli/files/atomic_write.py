@@ -5,13 +5,16 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import shutil
 import signal
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, TypeAlias
 
 from lcpcli.errors import OptionError
+
+Content: TypeAlias = "str | bytes | IO[bytes]"
 
 
 def refuse_unwritable(path: str) -> None:
@@ -41,30 +44,54 @@ def refuse_unwritable(path: str) -> None:
         raise _unwritable(path, error) from None
 
 
-def write_whole(path: str, content: str | bytes) -> None:
+def write_whole(path: str, content: Content) -> None:
     """Write a file through a temporary one beside it; devices and pipes are written directly."""
     write_together({path: content})
 
 
-def write_together(contents: Mapping[str, str | bytes]) -> None:
+def write_together(contents: Mapping[str, Content]) -> None:
     """Write several files as `write_whole` does; none is moved into place before all are complete."""
     for path in contents:
         refuse_unwritable(path)
     staged: dict[str, Path] = {}
-    try:
-        for path, content in contents.items():
+    for path, content in contents.items():
+        with telling_of(path):
             if _is_special(Path(path)):
-                Path(path).write_bytes(_encoded(content))
-        with _undisturbed():
-            try:
-                for path, content in contents.items():
+                with Path(path).open("wb") as file:
+                    _put(content, file)
+    with _undisturbed():
+        try:
+            for path, content in contents.items():
+                with telling_of(path):
                     if not _is_special(Path(path)):
-                        staged[path] = _temporary(_target(path), _encoded(content))
-                for path, temporary in staged.items():
+                        staged[path] = _temporary(_target(path), content)
+            for path, temporary in staged.items():
+                with telling_of(path):
                     temporary.replace(_target(path))
-            finally:
-                for temporary in staged.values():
-                    temporary.unlink(missing_ok=True)
+        finally:
+            for temporary in staged.values():
+                temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
+    """A context with a function that adds a text to what is written when the context is left, whatever with."""
+    from tempfile import TemporaryFile
+
+    refuse_unwritable(path)
+    with TemporaryFile() as file:
+        try:
+            yield lambda text: file.write(_encoded(text))
+        finally:
+            file.seek(0)
+            write_whole(path, file)
+
+
+@contextlib.contextmanager
+def telling_of(path: str) -> Iterator[None]:
+    """A context in which a fault of the system becomes an OptionError for the output to that file."""
+    try:
+        yield
     except OSError as error:
         raise _unwritable(path, error) from None
 
@@ -87,6 +114,13 @@ def _undisturbed() -> Iterator[None]:
             signal.raise_signal(late)
 
 
+def _put(content: Content, file: IO[bytes]) -> None:
+    if isinstance(content, (str, bytes)):
+        file.write(_encoded(content))
+    else:
+        shutil.copyfileobj(content, file)
+
+
 def _encoded(content: str | bytes) -> bytes:
     return content.encode("utf-8", errors="backslashreplace") if isinstance(content, str) else content
 
@@ -105,7 +139,7 @@ def _unwritable(path: str, error: OSError) -> OptionError:
     return OptionError(path, f"cannot be written ({error.strerror})", "choose another location")
 
 
-def _temporary(target: Path, data: bytes) -> Path:
+def _temporary(target: Path, content: Content) -> Path:
     """A complete temporary file beside the target, ready to replace it."""
     from tempfile import mkstemp
 
@@ -113,7 +147,7 @@ def _temporary(target: Path, data: bytes) -> Path:
     temporary = Path(name)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(data)
+            _put(content, file)
         temporary.chmod(_mode(target))
     except BaseException:
         temporary.unlink()

@@ -42,7 +42,7 @@ NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 def parse(content: bytes) -> Problem | Matrix:
     """The problem in a text of n rows of n + 1 columns, or M in one of n rows of n columns."""
-    rows, places = _table(decode(content))
+    rows, places, _ = _table(decode(content))
     if places:
         return _mixed(rows, places)
     table = np.array(rows)
@@ -77,9 +77,15 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
     return as_vector(field, [x for row in rows for x in row], n)
 
 
+def parse_columns(content: bytes) -> tuple[list[list[float]], list[str]]:
+    """The rows of a table of numbers, and the names that its header gives the columns, if it has one."""
+    rows, _, header = _table(decode(content))
+    return rows, header
+
+
 def parse_bound(field: str, content: bytes, number_of: Callable[[str], Any]) -> list[Any]:
     """The bounds in a text of one row or one column, None where there is none."""
-    rows, _ = _table(decode(content), number_of, all_bounds=True)
+    rows, _, _ = _table(decode(content), number_of, all_bounds=True)
     if len(rows) > 1 and len(rows[0]) > 1:
         raise ProblemError(field, f"has {len(rows)} rows and {len(rows[0])} columns", "give one row or one column")
     return [x for row in rows for x in row]
@@ -90,7 +96,7 @@ def parse_exact(content: bytes) -> ExactParts:
     from lcpcli.rational.numbers import fraction
     from lcpcli.rational.problem import ExactParts
 
-    table, places = _table(decode(content), fraction)
+    table, places, _ = _table(decode(content), fraction)
     n = len(table)
     parts = {name: [row[i] for row in table] for name, i in places.items()}
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in table]
@@ -125,7 +131,7 @@ def is_comment(line: str) -> bool:
 
 def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]:
     """The numbers of a text without bounds."""
-    rows, places = _table(text, number_of)
+    rows, places, _ = _table(text, number_of)
     if places:
         raise ProblemError("", f"has columns headed {', '.join(places)}", "give one row or one column of numbers")
     return rows
@@ -133,9 +139,10 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
 
 def _table(
     text: str, number_of: Callable[[str], Any] = float, all_bounds: bool = False
-) -> tuple[list[list[Any]], dict[str, int]]:
-    """The numbers of a text and, if its header names bounds, the columns of q, lower and upper, from 0; absent bounds
-    are None. With all_bounds, all numbers are bounds, and a header may name anything."""
+) -> tuple[list[list[Any]], dict[str, int], list[str]]:
+    """The numbers of a text; if its header names bounds, the columns of q, lower and upper, from 0; and the header,
+    empty if there is none. Absent bounds are None. With all_bounds, all numbers are bounds, and a header may name
+    anything."""
     all_lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and not is_comment(line)]
     if not lines:
@@ -144,11 +151,13 @@ def _table(
     first = _fields(*lines[0], delimiter)
     indexed = _heads_an_index(first)
     places: dict[str, int] = {}
+    header: list[str] = []
     absent = all_bounds and any(map(_is_absent, first))
     if indexed or not (absent or any(is_number(entry) or NUMERIC.match(entry) for entry in first)):
         places = {} if all_bounds else _places(lines[0][0], first[indexed:])
         if not (places or all_bounds):
             _refuse_misplaced_q(lines[0][0], first)
+        header = [name.strip() for name in first[indexed:]]
         del lines[0]
     bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
     commas = delimiter != "," and any("," in line for _, line in lines)
@@ -169,7 +178,7 @@ def _table(
             )
     if not rows:
         raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
-    return rows, places
+    return rows, places, header
 
 
 def _places(line: int, header: list[str]) -> dict[str, int]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import IO, TYPE_CHECKING, TypeVar, cast
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.content import without_mark
@@ -44,7 +44,7 @@ def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = N
     Traceback (most recent call last):
     lcpcli.errors.ProblemError: missing.json: ...
     """
-    return _problem(os.fspath(path), None if q_path is None else os.fspath(q_path), _read)
+    return problem_of(os.fspath(path), None if q_path is None else os.fspath(q_path), content_of)
 
 
 def read_origin(kind: str, path: str) -> Problem:
@@ -52,7 +52,7 @@ def read_origin(kind: str, path: str) -> Problem:
 
     Raises ProblemError as `read` does.
     """
-    problem = _problem(path, None, _read)
+    problem = problem_of(path, None, content_of)
     if problem.origin is None or problem.origin.data()["kind"] != kind:
         what, hint = ORIGINS[kind]
         raise ProblemError(place(path), f"is not {what}", hint)
@@ -64,10 +64,29 @@ def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
 
     Raises ProblemError as `read` does, also for a number beyond the range of doubles.
     """
+    return exact_problem_of(path, q_path, cache(content_of))  # standard input can be read only once
+
+
+def read_next(paths: Sequence[str]) -> tuple[Problem, Sequence[str]]:
+    """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is in.
+
+    Raises ProblemError as `read` does.
+    """
+    held = held_in(paths[0], content_of)
+    used = paths[: 1 if isinstance(held, Problem) else 2]
+    return _completed(held, paths[0], used[1] if len(used) > 1 else None, content_of), used
+
+
+def problem_of(path: str, q_path: str | None, fetch: Fetch) -> Problem:
+    """The problem in the contents that fetch(path, hint for an empty one) gives, of one file or of two."""
+    return _completed(held_in(path, fetch), path, q_path, fetch)
+
+
+def exact_problem_of(path: str, q_path: str | None, fetch: Fetch) -> ExactProblem:
+    """As `problem_of`, with decimals as written."""
     from lcpcli.rational.problem import ExactProblem
 
-    fetch = cache(_read)  # standard input can be read only once
-    problem = _problem(path, q_path, fetch)
+    problem = problem_of(path, q_path, fetch)
     content = fetch(path, WHOLE)
     M, q, *bounds = _blaming(path, lambda: format_of(path, content).parse_exact(content))
     if q is None:
@@ -77,21 +96,7 @@ def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
     return ExactProblem(problem, M, q, *bounds)
 
 
-def read_next(paths: Sequence[str]) -> tuple[Problem, Sequence[str]]:
-    """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is in.
-
-    Raises ProblemError as `read` does.
-    """
-    held = _held(paths[0], _read)
-    used = paths[: 1 if isinstance(held, Problem) else 2]
-    return _completed(held, paths[0], used[1] if len(used) > 1 else None, _read), used
-
-
-def _problem(path: str, q_path: str | None, fetch: Fetch) -> Problem:
-    return _completed(_held(path, fetch), path, q_path, fetch)
-
-
-def _held(path: str, fetch: Fetch) -> Problem | Matrix:
+def held_in(path: str, fetch: Fetch) -> Problem | Matrix:
     """The problem in a file, or M alone."""
     content = fetch(path, WHOLE)
     return _blaming(path, lambda: format_of(path, content).parse(content))
@@ -111,7 +116,7 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
         line = fetch(q_path, LINE)
         q = _blaming(q_path, lambda: format_of(q_path, line).parse_vector("q", line))
         problem = _blaming(path, lambda: Problem(held, q))
-    return problem if problem.name else replace(problem, name=name_of(path))
+    return problem if problem.name else problem.named(name_of(path))
 
 
 def read_start(field: str, path: str, n: int, box: Orthant | Box | None = None) -> Vector:
@@ -128,7 +133,7 @@ def read_start(field: str, path: str, n: int, box: Orthant | Box | None = None) 
     numbers = typed.numbers(path)
     if numbers is not None:
         return typed.vector(field, numbers, n)
-    content = _read(path, LINE)
+    content = content_of(path, LINE)
 
     def parse() -> Vector:
         form = format_of(path, content)
@@ -156,7 +161,7 @@ def read_candidate(path: str, n: int) -> Candidate:
     from lcpcli.rational.problem import fractions_of
 
     numbers = typed.numbers(path)
-    content = _read(path, LINE) if numbers is None else " ".join(numbers).encode()
+    content = content_of(path, LINE) if numbers is None else " ".join(numbers).encode()
 
     def parse() -> Candidate:
         form = csv_format if numbers else format_of(path, content)
@@ -176,7 +181,7 @@ def format_of(path: str, content: bytes) -> Format:
 
 def parsed(path: str, expected: str, parse: Callable[[bytes], T]) -> T:
     """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
-    content = _read(path, expected)
+    content = content_of(path, expected)
     return _blaming(path, lambda: parse(content))
 
 
@@ -198,30 +203,40 @@ def place(path: str) -> str:
     return "standard input" if path == STANDARD_INPUT else path
 
 
-def _read(path: str, expected: str) -> bytes:
+def content_of(path: str, expected: str) -> bytes:
     """The content of a file, without a byte order mark; `expected` is the hint for an empty one."""
+    with opened(path) as file:
+        return checked(path, file.read(), expected)
+
+
+def checked(path: str, content: bytes, expected: str) -> bytes:
+    """What was read from a file, without a byte order mark; ProblemError if it is empty."""
+    content = without_mark(content)
+    if not content or content.isspace():
+        raise ProblemError(place(path), "is empty", expected)
+    return content
+
+
+@contextmanager
+def opened(path: str) -> Iterator[IO[bytes]]:
+    """A file to read from, or standard input; ProblemError if it cannot be read."""
     name = place(path)
+    if not path:
+        raise ProblemError("", "the name of a file is empty", "name a file")
     try:
-        content = without_mark(_read_bytes(path))
+        if path == STANDARD_INPUT:
+            if sys.stdin is None:
+                raise ProblemError(name, "is closed", "name a file")
+            yield sys.stdin.buffer
+        else:
+            with Path(path).open("rb") as file:
+                yield file
     except FileNotFoundError:
         raise ProblemError(name, "no such file", _likely_file(path)) from None
     except IsADirectoryError:
         raise ProblemError(name, "is a directory", "name a file in it") from None
     except OSError as error:
         raise ProblemError(name, f"cannot be read ({error.strerror})", "make it readable") from None
-    if not content or content.isspace():
-        raise ProblemError(name, "is empty", expected)
-    return content
-
-
-def _read_bytes(path: str) -> bytes:
-    if not path:
-        raise ProblemError("", "the name of a file is empty", "name a file")
-    if path != STANDARD_INPUT:
-        return Path(path).read_bytes()
-    if sys.stdin is None:
-        raise ProblemError(place(path), "is closed", "name a file")
-    return sys.stdin.buffer.read()
 
 
 def _likely_file(path: str) -> str:

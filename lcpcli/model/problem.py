@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from dataclasses import field as declared
 from functools import cached_property
@@ -139,6 +140,12 @@ class Problem:
     def n(self) -> int:
         """Number of unknowns."""
         return int(self.q.size)
+
+    def named(self, name: str) -> Problem:
+        """The same problem by that name."""
+        other = copy(self)
+        other.__dict__["name"] = name  # as it is frozen, and has been validated
+        return other
 
     @cached_property
     def names(self) -> Sequence[str]:

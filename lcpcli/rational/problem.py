@@ -71,6 +71,13 @@ class ExactProblem:
         parts = parts_of(problem)
         return cls(problem, parts.M, fractions_of(problem.q), parts.lower, parts.upper)
 
+    @classmethod
+    def of_decimals(cls, problem: Problem) -> ExactProblem:
+        """The problem with the shortest decimal of each double: as written, up to 15 digits."""
+        M, q, *bounds = decimal_parts_of(problem)
+        assert q is not None
+        return cls(problem, M, q, *bounds)
+
     @property
     def n(self) -> int:
         """Number of unknowns."""

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    pass
+from lcpcli.files.formats import LINES
 
 FORMATS = {
     "table": "human-readable",
@@ -16,4 +13,12 @@ FORMATS = {
 }
 TABLES = ("table", "markdown", "latex")  # those that show a selection of iterates and of components
 LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
-SUFFIXES = {"": "table", ".txt": "table", ".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
+SUFFIXES = {
+    "": "table",
+    ".txt": "table",
+    ".json": "json",
+    **dict.fromkeys(LINES, "json"),
+    ".csv": "csv",
+    ".md": "markdown",
+    ".tex": "latex",
+}

@@ -4,23 +4,82 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypedDict, cast
 
+from lcpcli import __version__
+from lcpcli.files.source import NOWHERE, Source
 from lcpcli.report import advice, answers, provenance, summary
 from lcpcli.report.numbers import finite
 from lcpcli.solving.result import Result
 
 
-def render(results: Sequence[Result]) -> str:
-    """One line per result."""
-    return "".join(json.dumps(data(result), allow_nan=False, ensure_ascii=False) + "\n" for result in results)
+class Record(TypedDict):
+    """The keys of a result; `lcp help json` has their meanings."""
+
+    version: str
+    file: str | None
+    item: int | None
+    problem: str | None
+    n: int | None
+    method: str | None
+    label: str | None
+    route: list[str] | None
+    status: str
+    message: str
+    advice: str | None
+    solved: bool
+    verified: bool | None
+    z: list[float | None] | None
+    w: list[float | None] | None
+    basis: list[str] | None
+    iterations: int | None
+    evaluations: int | None
+    residual: float | None
+    relative_residual: float | None
+    error: float | None
+    error_bound: float | None
+    error_bound_source: str | None
+    reference: str | None
+    milestones: list[dict[str, Any]] | None
+    warm: bool | None
+    setup_seconds: float | None
+    solve_seconds: float | None
+    verify_seconds: float | None
+    seconds: float | None
+    certificate: dict[str, Any] | None
+    exact: dict[str, Any] | None
+    answer: dict[str, Any] | None
+    tol: float | None
+    max_iterations: int | None
+    time_limit: float | None
+    options: dict[str, Any] | None
+    trace: list[dict[str, Any]] | None
 
 
-def data(result: Result) -> dict[str, Any]:
+def render(results: Sequence[Result], source: Source) -> str:
+    """One line per result on the problem that was read there."""
+    return "".join(line(data(result, source)) for result in results)
+
+
+def line(record: Record) -> str:
+    """The object in a line."""
+    return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def without_result(source: Source, status: str, message: str) -> Record:
+    """What is said of a problem that could not be read, or whose result was lost."""
+    held: Any = dict.fromkeys(Record.__annotations__)
+    held |= {"version": __version__, **source._asdict(), "status": status, "message": message, "solved": False}
+    return cast(Record, held)
+
+
+def data(result: Result, source: Source = NOWHERE) -> Record:
     """A result as the object of its line."""
     made_by = provenance.data(result)
     return {
         "version": made_by["version"],
+        "file": source.file,
+        "item": source.item,
         "problem": result.problem.name,
         "n": result.problem.n,
         "method": result.method,

@@ -7,11 +7,23 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from lcpcli.files.source import Source
     from lcpcli.solving.result import Result
+
+
+BAD_INPUT = "bad_input"  # the status of a problem that could not be read
+
+
+def unread(faults: Sequence[tuple[Source, Exception]]) -> str:
+    """Problems that could not be read, with what is wrong, as JSON."""
+    from lcpcli.report.json_lines import line, without_result
+
+    return "".join(line(without_result(source, BAD_INPUT, str(fault))) for source, fault in faults)
 
 
 def render(
     runs: Sequence[Sequence[Result]],
+    sources: Sequence[Source],
     form: str,
     width: int | None,
     color: bool,
@@ -22,7 +34,7 @@ def render(
 ) -> str:
     """The results as text in a format.
 
-    runs : grouped by problem.
+    runs : grouped by problem. sources : where each problem was read.
     width, color : of the terminal; width is None if there is none.
     compared : whether the iterates come first and then one line per result; else the result comes first.
     whole : whether a result that comes first shows all components of z.
@@ -31,7 +43,7 @@ def render(
     if form == "json":
         from lcpcli.report import json_lines
 
-        return json_lines.render(list(chain.from_iterable(runs)))
+        return "".join(json_lines.render(own, source) for own, source in zip(runs, sources, strict=True))
     if form == "csv":
         from lcpcli.report import answer_csv, trace_csv
 

@@ -158,6 +158,6 @@ NPZ = [
     of_csr("complex", {"data": [1j, 1]}, " M:", "complex128", "real problems"),
     of_csr("nan", {"data": [1, np.nan]}, " M[1][1]:", "finite"),
     of_file("q.npz", archive(a=ONES, b=ONES), "solve M.csv q.npz", "q.npz: q:", "missing", "add the key q"),
-    of_file("q.npz", archive(q=EYE), "solve M.csv q.npz", "q.npz: q:", "2 dimensions", "flat"),
+    of_file("q.npz", archive(q=np.ones((2, 2, 2))), "solve M.csv q.npz", "q.npz: q:", "3 dimensions", "flat"),
     of_file("p.npz", archive(M=EYE, q=ONES), "solve p.npz q.csv", "q.csv:", "not needed", "p.npz contains", "leave"),
 ]

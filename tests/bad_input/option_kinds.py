@@ -105,7 +105,6 @@ OPTIONS = [
     of_line("format-of-inspect", "inspect good.json --format jsno", "'jsno'", "did you mean json?"),
     of_line("unknown-option-of-lcp", "--fast", "--fast", "lcp --help"),
     of_line("no-file", "solve", "FILE", "missing", "lcp solve --help"),
-    of_line("too-many-files", "solve M.csv q.csv good.json", "good.json", "unexpected", "lcp solve --help"),
 ]
 
 STARTS = [

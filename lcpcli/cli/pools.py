@@ -1,0 +1,127 @@
+"""Processes that solve problems: on this machine, or the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, CancelledError, Executor
+from contextlib import suppress
+from typing import Any, Protocol
+
+from lcpcli.errors import OptionError
+
+SECONDS_TO_CONNECT, SECONDS_KNOWN = 10, 5.0  # to a scheduler, and between two looks at its workers
+
+
+class Pool(Protocol):
+    """Processes.
+
+    lost : the error of a future whose process was killed. renew : replaces an executor that this has broken.
+    ends : the errors if there are no processes any more. gone : what is said then.
+    """
+
+    executor: Executor
+    lost: type[BaseException]
+    ends: tuple[type[Exception], ...]
+    gone: OptionError
+
+    @property
+    def size(self) -> int:
+        """How many there are."""
+
+    def renew(self) -> None: ...
+
+    def close(self) -> None:
+        """End them, whatever they do."""
+
+
+class Local:
+    """Processes on this machine."""
+
+    lost: type[BaseException] = BrokenExecutor
+    ends: tuple[type[Exception], ...] = (OSError,)
+    gone = OptionError("--jobs", "no process could be started", "leave it out")
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.executor = self._started()
+
+    def renew(self) -> None:
+        self.close()
+        self.executor = self._started()
+
+    def close(self) -> None:
+        from multiprocessing import active_children
+
+        for process in active_children():
+            process.terminate()
+        self.executor.shutdown(cancel_futures=True)
+        del self.executor  # with its semaphores, which a program that ends at once would leave behind
+
+    def _started(self) -> Executor:
+        from concurrent.futures import ProcessPoolExecutor
+        from multiprocessing import get_context
+
+        return ProcessPoolExecutor(self.size, get_context("spawn"), _begin)
+
+
+class Cluster:
+    """The workers of a Dask scheduler, which itself tries again what a killed one has left."""
+
+    ends: tuple[type[Exception], ...] = (OSError, CancelledError, RuntimeError)
+
+    def __init__(self, address: str) -> None:
+        import logging
+
+        logging.disable(logging.ERROR)  # distributed tells of every worker that comes or goes
+        try:
+            from distributed import Client
+            from distributed.scheduler import KilledWorker
+        except ImportError:
+            hint = "pip install 'linear-complementarity[cluster]'"
+            raise OptionError("--cluster", "needs distributed", hint) from None
+        try:
+            self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
+        except (OSError, ValueError) as error:
+            fault = f"{address} is not reached ({' '.join(str(error).split())})"
+            raise OptionError("--cluster", fault, "start dask scheduler, and give its address") from None
+        hint = "start it again; a log that -o FILE.jsonl has begun goes on with --resume"
+        self.gone = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
+        self._size, self._asked = 1, -math.inf
+        self.executor: Executor = self._client.get_executor(pure=False)
+        self.lost: type[BaseException] = KilledWorker
+
+    @property
+    def size(self) -> int:
+        if time.monotonic() > self._asked + SECONDS_KNOWN:  # workers may come and go
+            self._size = max(1, int(sum(self._client.nthreads().values())))
+            self._asked = time.monotonic()
+        return self._size
+
+    def renew(self) -> None:
+        """Nothing is broken."""
+
+    def close(self) -> None:
+        with suppress(OSError, TimeoutError):
+            self.executor.shutdown(wait=False)
+            self._client.close()
+
+
+def _begin() -> None:
+    """Let Ctrl-C be the parent's business, and end with the parent, however that ends."""
+    from multiprocessing import parent_process
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    assert parent is not None
+    threading.Thread(target=_end_with, args=(parent.join,), daemon=True).start()
+
+
+def _end_with(join: Callable[[], Any]) -> None:
+    import os
+
+    join()
+    os._exit(1)

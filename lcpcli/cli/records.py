@@ -1,0 +1,132 @@
+"""One of many problems, from its input to what is written of it; in this process or in another."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from lcpcli.cli import exit_codes, problems, runs
+from lcpcli.cli.methods import for_methods
+from lcpcli.cli.options import limits
+from lcpcli.errors import LCPError
+from lcpcli.files.inputs import Columns, Work
+from lcpcli.files.keys import BOUNDS
+from lcpcli.files.source import Source
+from lcpcli.options import LIMITS
+from lcpcli.report import rows
+from lcpcli.report.render import BAD_INPUT
+
+if TYPE_CHECKING:
+    from lcpcli.methods.variants import Variant
+    from lcpcli.model.problem import Problem
+    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.solving.result import Result
+    from lcpcli.typing import MethodName
+
+LOST = "breakdown"
+NO_MEMORY = "there is not enough memory for it"
+
+
+class Record(NamedTuple):
+    """What is written of a problem.
+
+    text : in the format of the output. word : its status. complaints : lines for standard error. interrupted : whether
+    Ctrl-C ended it.
+    """
+
+    text: str
+    word: str
+    exit_code: int
+    complaints: tuple[str, ...] = ()
+    interrupted: bool = False
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is done with every problem: solved by a method with the given options, perhaps proved, and written.
+
+    form : the format, "" for none. width : of the names of problems in a table. every : of the iterates, how many are
+        written; None for none.
+    """
+
+    variant: Variant
+    given: dict[str, Any]
+    exact: bool
+    form: str
+    width: int
+    every: int | None
+
+    def all_of(self, works: Sequence[Work]) -> tuple[list[Record], float]:
+        """The records of several inputs, and the seconds that they took."""
+        began = time.perf_counter()
+        return [record for work in works for record in self.records(work)], time.perf_counter() - began
+
+    def records(self, work: Work) -> Iterator[Record]:
+        """Those of an input, one for each problem, in order."""
+        alone = self.exact or self.given["bound"] or self.every
+        return self._together(work) if isinstance(work, Columns) and not alone else self._each(work)
+
+    def lost(self, work: Work, message: str) -> list[Record]:
+        """Those of an input from which no result came."""
+        return [self._without_result(source, LOST, message, exit_codes.NOT_SOLVED) for source in work.sources]
+
+    def _each(self, work: Work) -> Iterator[Record]:
+        """The records of problems that are solved one by one."""
+        sources = iter(work.sources)
+        try:
+            for problem, data, faults in problems.held(work, self._bounds, self.exact):
+                yield self._written(self._solved(problem, data), next(sources), faults)
+        except LCPError as fault:
+            yield from (self._bad(source, fault) for source in sources)
+        except MemoryError:
+            yield from (self._without_result(source, LOST, NO_MEMORY, exit_codes.NOT_SOLVED) for source in sources)
+
+    def _together(self, work: Columns) -> Iterator[Record]:
+        """The records of problems with one M, solved together."""
+        from lcpcli.solving.many import solve_many
+
+        try:
+            first = problems.first_of(work, self._bounds)
+            (options,) = for_methods(self.given, [self.variant], first)
+            chosen = {limit.name: self.given[limit.name] for limit in LIMITS} | options
+            bounds = {"lower": first.lower, "upper": first.upper}
+            method = cast("MethodName", self.variant.method)
+            results = solve_many(first.M, work.Q, method=method, **bounds, **chosen)
+        except LCPError as fault:
+            yield from (self._bad(source, fault) for source in work.sources)
+            return
+        for source, name, result in zip(work.sources, work.names, results, strict=False):
+            yield self._written(replace(result, problem=result.problem.named(name)), source)
+
+    def _solved(self, problem: Problem, data: ExactProblem | None) -> Result:
+        from lcpcli.solving import run as driver
+        from lcpcli.solving.conclusions import concluded
+        from lcpcli.solving.proof import prove
+        from lcpcli.solving.trace import Trace
+
+        (options,) = for_methods(self.given, [self.variant], problem)
+        bounds = limits(self.given)
+        trace = Trace(self.every) if self.every else None
+        result = driver.run(problem, self.variant.method, limits=bounds, trace=trace, conclude=False, **options)
+        if data is not None:
+            result = prove(data, result, bounds.time_limit - result.seconds)
+        if self.given["bound"] and not result.interrupted:
+            result = runs.bounded(result)
+        return concluded([result])[0]
+
+    def _written(self, result: Result, source: Source, faults: Sequence[str] = ()) -> Record:
+        text = rows.of_result(result, source, self.form, self.width) if self.form else ""
+        return Record(text, result.status.word, result.exit_code, tuple(faults), result.interrupted)
+
+    def _bad(self, source: Source, fault: LCPError) -> Record:
+        return self._without_result(source, BAD_INPUT, str(fault), exit_codes.BAD_INPUT)
+
+    def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> Record:
+        text = rows.without_result(source, word, message, self.form, self.width) if self.form else ""
+        return Record(text, word, exit_code, (message,))
+
+    @property
+    def _bounds(self) -> dict[str, str | None]:
+        return {name: self.given[name] for name in BOUNDS}

@@ -1,0 +1,192 @@
+"""Many problems, read one after another: files, JSON lines, and several q for one M.
+
+An input that cannot be read is an input too, with its fault, so that it does not keep the others from being solved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import IO, TYPE_CHECKING, TypeAlias
+
+from lcpcli.errors import ProblemError
+from lcpcli.files import json_format, reading
+from lcpcli.files.columns import columns_of
+from lcpcli.files.content import without_mark
+from lcpcli.files.formats import LINES
+from lcpcli.files.reading import LINE, WHOLE
+from lcpcli.files.source import Source
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix
+
+if TYPE_CHECKING:
+    from lcpcli.rational.problem import ExactProblem
+
+
+@dataclass(frozen=True)
+class Input:
+    """A problem to be read.
+
+    paths, contents : of its file, or of those of M and of q.
+    line : the number of its line, from 1, in a file with one problem in each; else None.
+    fault : why its files could not be read; else None.
+    """
+
+    paths: tuple[str, ...]
+    contents: tuple[bytes, ...] = ()
+    line: int | None = None
+    fault: ProblemError | None = None
+
+    @property
+    def sources(self) -> list[Source]:
+        """Where its problem is."""
+        return [Source(reading.place(self.paths[0]), self.line)]
+
+    def read(self) -> Problem:
+        """The problem; ProblemError, which names the file, if there is none."""
+        if self.fault is not None:
+            raise self.fault
+        if self.line is None:
+            return reading.problem_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
+        try:
+            problem = json_format.parse(self.contents[0])
+        except ProblemError as error:
+            where = error.where.removeprefix("line 1, ")
+            place = f"{reading.place(self.paths[0])}: line {self.line}"
+            raise ProblemError(f"{place}: {where}" if where else place, error.fault, error.hint) from None
+        return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
+
+    def read_exact(self) -> ExactProblem:
+        """The same with the decimals as written."""
+        if self.line is None and self.fault is None:
+            return reading.exact_problem_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
+        from lcpcli.rational.problem import ExactProblem
+
+        problem = self.read()
+        M, q, *bounds = json_format.parse_exact(self.contents[0])
+        assert q is not None
+        return ExactProblem(problem, M, q, *bounds)
+
+    def _fetch(self, path: str, expected: str) -> bytes:  # noqa: ARG002 (as `reading.content_of`)
+        return self.contents[self.paths.index(path)]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Several problems with one M: Q of shape (n, k) has a q in each column, with their names; `first` is the number of
+    the first of them in the file, from 1. paths are the files of M and of Q."""
+
+    paths: tuple[str, str]
+    M: Matrix
+    Q: Matrix
+    names: Sequence[str]
+    first: int = 1
+
+    @property
+    def sources(self) -> list[Source]:
+        """Where its problems are."""
+        return [Source(reading.place(self.paths[1]), self.first + j) for j in range(len(self.names))]
+
+    def first_problem(self) -> Problem:
+        """The problem with the first q; ProblemError, which names the file of M, if there is none."""
+        try:
+            return Problem(self.M, self.Q[:, 0], name=self.names[0])
+        except ProblemError as error:
+            raise error.inside(reading.place(self.paths[0])) from None
+
+    def part(self, begin: int, end: int) -> Columns:
+        """Those from begin up to end, counted from 0."""
+        return replace(self, Q=self.Q[:, begin:end], names=self.names[begin:end], first=self.first + begin)
+
+
+FIRST_BYTES = 1024  # of a file, in which its first character that is not blank is sought
+Work: TypeAlias = Input | Columns
+
+
+def inputs(paths: Sequence[str]) -> Iterator[Work]:
+    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q."""
+    left = list(paths)
+    while left:
+        path = left.pop(0)
+        try:
+            with reading.opened(path) as file:
+                head, is_lines = _head(path, file)
+                if is_lines:
+                    yield from _lines(path, head, file)
+                    continue
+                content = reading.checked(path, b"".join([*head, file.read()]), WHOLE)
+            yield _followed(path, content, left)
+        except ProblemError as fault:
+            if left and _is_vector(left[0]):
+                del left[0]
+            yield Input((path,), fault=fault)
+
+
+def _head(path: str, file: IO[bytes]) -> tuple[list[bytes], bool]:
+    """The lines of a file up to the second one that is not blank, and whether each line is a problem."""
+    head = []
+    for line in file:
+        head.append(line)
+        told = [part for part in map(bytes.strip, head) if part]
+        if path.casefold().endswith(LINES):
+            return head, True
+        if len(told) == 2 or (told and not (told[0].startswith(b"{") and told[0].endswith(b"}"))):
+            return head, len(told) == 2 and told[1].startswith(b"{")
+    return head, False
+
+
+def _lines(path: str, head: Sequence[bytes], file: IO[bytes]) -> Iterator[Input]:
+    """The problems in the lines of a file, the first of which have been read."""
+    number = 0
+    for source in (head, file):
+        for line in source:
+            number += 1
+            text = (without_mark(line) if number == 1 else line).strip()
+            if text:
+                yield Input((path,), (text,), line=number)
+    if not number:
+        yield Input((path,), fault=ProblemError(reading.place(path), "is empty", "give one problem in each line"))
+
+
+def _followed(path: str, content: bytes, left: list[str]) -> Work:
+    """The problem in a file, which takes the next one as its q if it holds M alone.
+
+    It takes the next one too if that is no problem but a vector, so that what is wrong with the two can be said.
+    """
+    if not left:
+        return Input((path,), (content,))
+    held: Problem | Matrix | None = None
+    with suppress(ProblemError):
+        held = None if _opens_an_object(content) else reading.held_in(path, lambda *_: content)
+    if (held is None or isinstance(held, Problem)) and not _is_vector(left[0]):
+        return Input((path,), (content,))
+    q_path = left.pop(0)
+    q_content = reading.content_of(q_path, LINE)
+    columns = None if held is None or isinstance(held, Problem) else columns_of(q_path, q_content, held.shape[0])
+    if columns is None:
+        return Input((path, q_path), (content, q_content))
+    return Columns((path, q_path), held, *columns)
+
+
+def _opens_an_object(content: bytes) -> bool:
+    """Whether it is a problem in JSON, if anything."""
+    return content.lstrip().startswith(b"{")
+
+
+def _is_vector(path: str) -> bool:
+    """Whether a file holds a vector and no problem."""
+    if path == reading.STANDARD_INPUT or path.casefold().endswith(LINES):
+        return False
+    try:
+        with reading.opened(path) as file:
+            if _opens_an_object(file.read(FIRST_BYTES)):
+                return False
+        content = reading.content_of(path, LINE)
+        with suppress(ProblemError):
+            if isinstance(reading.held_in(path, lambda *_: content), Problem):
+                return False
+        reading.format_of(path, content).parse_vector("q", content)
+    except ProblemError:
+        return False
+    return True
