@@ -10,7 +10,7 @@ from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.factors import LONG_LU
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-BATCH = 1 << 20  # numbers in the submatrices and right-hand sides that are solved in one call
+BATCH = 1 << 16  # numbers in the submatrices and right-hand sides that are solved in one call: they stay in the cache
 WORD = 64  # bits
 
 

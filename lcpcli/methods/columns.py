@@ -66,36 +66,53 @@ class Pivoted(NamedTuple):
     """Where pivoting ended.
 
     z : basic solutions that have the signs that their states ask for, or violate them by rounding alone, shape (m, n).
-    basic : where they are basic, shape (m, n).
+    basis : their states.
     steps : how many systems were solved for each, shape (m,).
     ended : where there is one, shape (m,); elsewhere M_PP was singular, or the steps were not enough.
+    by_gradient : where projected gradients chose the start, shape (m,).
     """
 
     z: Vector
-    basic: Mask
+    basis: Basis
     steps: Indices
     ended: Mask
+    by_gradient: Mask
+
+    @classmethod
+    def none(cls, m: int, n: int) -> Pivoted:
+        """Before anything was solved."""
+        basis, masks = Basis(*np.zeros((2, m, n), dtype=bool)), np.zeros((2, m), dtype=bool)
+        return cls(np.zeros((m, n)), basis, np.zeros(m, dtype=np.intp), *masks)
 
 
-def block_pivoting(frame: Frame, wanted: Mask, patience: int, most_steps: int, is_late: Callable[[], bool]) -> Pivoted:
-    """The steps of `newton.block_pivoting` for all wanted problems at once; ended early once it is late.
+def block_pivoting(
+    frame: Frame,
+    rows: Indices,
+    basis: Basis,
+    found: Pivoted,
+    patience: int,
+    most_steps: int,
+    is_late: Callable[[], bool],
+) -> None:
+    """The steps of `newton.block_pivoting` for some rows of the frame at once; ended early once it is late.
 
-    wanted : shape (m,); z is 0 for the others. patience : how many exchanges of least indices each may make.
-    most_steps : how many steps in all.
+    basis : the states that they start from. found : what is found is written there.
+    patience : how many exchanges of least indices each may make. most_steps : how many steps in all.
     """
-    m, n = frame.q.shape
-    found = Pivoted(np.zeros((m, n)), np.zeros((m, n), bool), np.zeros(m, dtype=np.intp), np.zeros(m, bool))
-    rows = wanted.nonzero()[0]
     frame = frame.part(rows)
-    basis = frame.start
-    fewest, waiting, left, least = (np.full(rows.size, value) for value in (n + 1, PATIENCE, patience, False))
+    fewest, waiting, left, least = (
+        np.full(rows.size, value) for value in (frame.q.shape[1] + 1, PATIENCE, patience, False)
+    )
     step = 0
     while rows.size and step < most_steps and not is_late():
         step += 1
         z, wrong, count, regular = _basic_solutions(frame, basis)
         done = regular & (count == 0)
         found.steps[rows], found.ended[rows] = step, done
-        found.z[rows[done]], found.basic[rows[done]] = z[done], basis.basic[done]
+        ended = rows[done]
+        found.z[ended], found.basis.basic[ended] = z[done], basis.basic[done]
+        if basis.upper is not None and found.basis.upper is not None:
+            found.basis.upper[ended] = basis.upper[done]
         fewer = count < fewest
         fewest, waiting = np.where(fewer, count, fewest), np.where(fewer, PATIENCE, waiting - 1)
         single = waiting < 1
@@ -104,14 +121,13 @@ def block_pivoting(frame: Frame, wanted: Mask, patience: int, most_steps: int, i
         wrong[least] &= np.cumsum(wrong[least], axis=1) == 1
         basis = frame.box.exchanged(basis, wrong, z)
         if going.size < rows.size:
-            frame, rows, basis = frame.part(going), rows[going], _part(basis, going)
+            frame, rows, basis = frame.part(going), rows[going], basis.part(going)
             fewest, waiting, left, least = fewest[going], waiting[going], left[going], least[going]
-    return found
 
 
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
     """The z of some rows after a step of iterative refinement, for their w."""
-    basic = found.basic[rows]
+    basic = found.basis.basic[rows]
     z: Vector = found.z[rows] - solve_principal(frame.block.like.M, basic, np.where(basic, w, 0.0))
     return z
 
@@ -133,7 +149,7 @@ def _basic_solutions(frame: Frame, basis: Basis) -> tuple[Vector, Mask, Indices,
     regular = np.isfinite(z.sum(axis=1)) & np.isfinite(w.sum(axis=1))
     few = (regular & (count > 0) & (count <= max(1, FEW_WRONG * z.shape[1]))).nonzero()[0]
     if few.size:
-        part, states = frame.part(few), _part(basis, few)
+        part, states = frame.part(few), basis.part(few)
         violations = part.box.violations(z[few], w[few], states)
         count[few] = np.count_nonzero(violations > _by_rounding(part, z[few], states.basic), axis=1)
     return z, wrong, count, regular
@@ -145,7 +161,3 @@ def _by_rounding(frame: Frame, z: Vector, basic: Mask) -> Vector:
     maxima = frame.block.like.row_maxima
     in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
     return np.where(basic, in_z, terms)
-
-
-def _part(basis: Basis, rows: Indices) -> Basis:
-    return Basis(basis.basic[rows], None if basis.upper is None else basis.upper[rows])

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.doubles import LARGEST, largest
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 LARGEST_X = LARGEST / 2  # |x| up to which z and w are finite
 
@@ -44,6 +44,10 @@ class Basis(NamedTuple):
         if self.upper is not None:
             differ |= self.upper != other.upper
         return int(np.count_nonzero(differ))
+
+    def part(self, rows: Indices) -> Basis:
+        """Some rows, of states of shape (m, n)."""
+        return Basis(self.basic[rows], None if self.upper is None else self.upper[rows])
 
 
 class Orthant:

@@ -155,21 +155,22 @@ class Block:
 
     def problem(self, i: int) -> Problem:
         """That of row i; it costs about a microsecond, as nothing is computed or validated."""
-        problem, q = Problem.__new__(Problem), self.q[i]
-        fields = vars(problem)  # as it is frozen
-        fields.update(self._fields, q=q)
-        if not isinstance(self.box, Box):
+        fields, q = self._fields.copy(), self.q[i]
+        fields["q"] = q
+        if isinstance(self.box, Box):
+            low, high = self.box.lower[i], self.box.upper[i]
+            fields.update(lower=low, upper=high, is_mixed=True, box=Box(low, high))
+            for name in ("z_there", "q_there", "q_error"):
+                fields.pop(name, None)
+            known = vars(self).get("references")
+            if known is not None:
+                moved = bool(known.z[i].any())
+                error = known.error[i] if moved else 0.0
+                fields.update(z_there=known.z[i] if moved else None, q_there=known.q[i], q_error=error)
+        else:
             fields["q_there"] = q
-            return problem
-        low, high = self.box.lower[i], self.box.upper[i]
-        fields.update(lower=low, upper=high, is_mixed=True, box=Box(low, high))
-        for name in ("z_there", "q_there", "q_error"):
-            fields.pop(name, None)
-        known = vars(self).get("references")
-        if known is not None:
-            moved = bool(known.z[i].any())
-            error = known.error[i] if moved else 0.0
-            fields.update(z_there=known.z[i] if moved else None, q_there=known.q[i], q_error=error)
+        problem = Problem.__new__(Problem)
+        object.__setattr__(problem, "__dict__", fields)
         return problem
 
     @cached_property

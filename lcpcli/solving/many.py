@@ -12,24 +12,24 @@ from numpy.typing import ArrayLike
 
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ParameterError, ProblemError
-from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS
-from lcpcli.methods.columns import Frame, Pivoted, block_pivoting, frame_of, in_given_variables, refined
+from lcpcli.methods.column_starts import pivoted
+from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables, refined
 from lcpcli.model.columns import Block, Columns
 from lcpcli.solving.call import refuse_unknown_options, run
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, MethodName, Vector
-from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.accuracy import PRECISION, Accuracy
 from lcpcli.verify.columns import Measured, Scales, measured, scales
 from lcpcli.verify.point import Point
 
 AUTO: MethodName = "auto"
 FIRST, GROWTH = 64, 4  # columns of the first block, and how much longer each next one may be
-NUMBERS = 1 << 18  # in each array of a block
+NUMBERS = 1 << 16  # in each array of a block, so that a few of them stay in the cache
+ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
 LIMITS = ("tol", "max_iterations", "time_limit")
 
 
@@ -124,8 +124,8 @@ def _solved(
     known, frame = scales(block), frame_of(block)
     ready = known.greatest <= 0  # the reference point solves the problem
     stopwatch.count("setup")
-    found = block_pivoting(
-        frame, ~ready, LEAST_INDEX_STEPS, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit
+    found = pivoted(
+        frame, ~ready, known.R, known.C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit
     )
     z = in_given_variables(frame, found.z)
     w = block.w(z)
@@ -141,7 +141,7 @@ def _verified(frame: Frame, known: Scales, found: Pivoted, z: Vector, w: Vector)
     """The measures of all z, of shape (m, n), after those that rounding spoils have been refined in place."""
     block = frame.block
     measures = measured(block, known, z, w)
-    rows = (found.ended & ~(measures.relative_residual <= ROW_ROUNDING)).nonzero()[0]
+    rows = (found.ended & ~(measures.relative_residual <= PRECISION)).nonzero()[0]
     if not rows.size:
         return measures
     part = block.part(rows)
@@ -164,8 +164,10 @@ class _Solved:
         self.block, self.z, self.w, self.tol = block, z, w, limits.tol
         self.share: dict[str, float] = {}
         self._ended, self._solved = found.ended.tolist(), solved.tolist()
+        routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1))
+        self._routes = [ROUTES[number] for number in routes.tolist()]
         self._steps, self._greatest = found.steps.tolist(), greatest.tolist()
-        self._fields = {
+        self._fields: dict[str, Any] = {
             "method": AUTO,
             "status": Status.SOLVED,
             "message": Status.SOLVED.told(block.like, ""),
@@ -182,7 +184,7 @@ class _Solved:
         """That of row i, if it is solved: by the bounds for the block, or else by those of its point alone."""
         if not self._ended[i] and not self._solved[i]:
             return None
-        problem, greatest, steps = self.block.problem(i), self._greatest[i], self._steps[i]
+        problem, greatest = self.block.problem(i), self._greatest[i]
         accuracy = Accuracy(problem, self.tol, greatest)
         if self._solved[i]:
             point = Point.of_solution(accuracy, self.z[i], self.w[i], is_reference=greatest <= 0)
@@ -190,14 +192,10 @@ class _Solved:
             point = Point(accuracy, self.z[i])
             if not point.solves():
                 return None
+        fields = self._fields.copy()  # those with a default are in the class
+        fields["problem"], fields["point"], fields["options"] = problem, point, self._options.copy()
+        fields["iterations"] = fields["evaluations"] = self._steps[i]
+        fields["route"] = self._routes[i]
         result = Result.__new__(Result)
-        vars(result).update(  # as it is frozen, and defaults are those of the class
-            self._fields,
-            problem=problem,
-            point=point,
-            iterations=steps,
-            evaluations=steps,
-            route=("newton",) if steps else (AUTO,),
-            options=self._options.copy(),
-        )
+        object.__setattr__(result, "__dict__", fields)
         return result
