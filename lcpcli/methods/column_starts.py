@@ -48,7 +48,7 @@ def _neighbours(q: Vector) -> tuple[Indices, Mask]:
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
     """The states to start from, and where gradients have found them; elsewhere those of the reference points."""
-    start, diagonal = frame.start, frame.block.like.M.diagonal()
+    start, diagonal = frame.start, frame.block.M.diagonal()
     if not (diagonal.min() > 0 and frame.q.size):
         return start, np.zeros(frame.q.shape[0], dtype=bool)
     basis, good = _projected_gradient(frame, R, C)
@@ -64,9 +64,9 @@ def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask
 
     It goes on while the states settle: while each look at them finds less than FASTER of the changes of the last one.
     """
-    half = 1 / np.sqrt(R * frame.block.like.M.diagonal() * C)
+    half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
     R, C = R * half, C * half
-    M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.like.M * C).T), frame.q * R
+    M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R
     box = Box(frame.box.lower / C, frame.box.upper / C) if isinstance(frame.box, Box) else frame.box
     z, gradient, t = np.zeros(q.shape), q.copy(), np.full((q.shape[0], 1), 0.5)
     change, difference = np.empty_like(q), np.empty_like(q)

@@ -128,7 +128,7 @@ def block_pivoting(
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
     """The z of some rows after a step of iterative refinement, for their w."""
     basic = found.basis.basic[rows]
-    z: Vector = found.z[rows] - solve_principal(frame.block.like.M, basic, np.where(basic, w, 0.0))
+    z: Vector = found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0))
     return z
 
 
@@ -138,7 +138,7 @@ def _basic_solutions(frame: Frame, basis: Basis) -> tuple[Vector, Mask, Indices,
     right = frame.q
     if nonbasic is not None and nonbasic.any():
         right = right + frame.block.times_M(nonbasic)
-    z = solve_principal(frame.block.like.M, basis.basic, -right)
+    z = solve_principal(frame.block.M, basis.basic, -right)
     if nonbasic is not None:
         z += nonbasic
     w = frame.block.times_M(z)

@@ -43,14 +43,14 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     per_column = "give one vector in each column, shape (n, k)"
     if is_sparse(values):
         raise ProblemError(field, "is sparse", "give a dense array, as by toarray()")
-    if isinstance(values, (list, tuple)):
+    if isinstance(values, (list, tuple)) and any(isinstance(row, (list, tuple)) for row in values):
         _refuse_other_than_rows(field, values)
     if hasattr(values, "to_numpy"):
         values = values.to_numpy()
     known = isinstance(values, np.ndarray) and not np.ma.is_masked(values) and values.dtype.kind in "fiu"
     columns: Vector = np.asarray(values) if known else _as_floats(field, values, ROWS)
     if columns.ndim == 1:
-        raise ProblemError(field, "has 1 dimension", f"{per_column}; for a single one, {field}[:, None]")
+        raise ProblemError(field, "has 1 dimension", f"{per_column}; for a single one, np.reshape({field}, (-1, 1))")
     if columns.ndim != 2:
         raise ProblemError(field, f"has {count(columns.ndim, 'dimension')}", per_column)
     if finite and columns.size and not (math.isfinite(columns.max()) and math.isfinite(columns.min())):

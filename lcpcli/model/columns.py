@@ -12,7 +12,9 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.products import product
+from lcpcli.linalg.factors import SMALL
+from lcpcli.linalg.matrices import dense
+from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import as_bound, as_columns, as_intervals
 from lcpcli.model.box import Box, Orthant
 from lcpcli.model.problem import CANCELLATION, Problem
@@ -23,6 +25,7 @@ class Columns:
     """k problems with M of shape (n, n) and the columns of Q, of shape (n, k), and with bounds; validated.
 
     lower, upper : as in `Problem`, or of shape (n, k), a column for each problem.
+    M : dense if it is small, for computing with many columns at once.
     """
 
     def __init__(self, M: Any, Q: Any, lower: Any, upper: Any) -> None:
@@ -33,10 +36,7 @@ class Columns:
             self._bounds = _bounds_of_columns(lower, upper, n, self.k)
             lower, upper = 0.0, math.inf
         self._like = _problem(M, self.Q, lower, upper)
-
-    @property
-    def M(self) -> Matrix:
-        return self._like.M
+        self.M = dense(self._like.M) if n <= SMALL else self._like.M
 
     @property
     def n(self) -> int:
@@ -47,11 +47,11 @@ class Columns:
         q = np.ascontiguousarray(self.Q[:, first:last].T, dtype=np.float64)
         if self._bounds is not None:
             low, high = (np.ascontiguousarray(bound[:, first:last].T) for bound in self._bounds)
-            return Block(self._like, q, Box(low, high))
+            return Block(self._like, self.M, q, Box(low, high))
         box = self._like.box
         if isinstance(box, Box):
             box = Box(np.broadcast_to(box.lower, q.shape), np.broadcast_to(box.upper, q.shape))
-        return Block(self._like, q, box)
+        return Block(self._like, self.M, q, box)
 
     def problems(self) -> Iterator[Problem]:
         """One problem after another."""
@@ -119,32 +119,33 @@ class References:
 class Block:
     """m problems that share M, one in each row of the arrays.
 
-    like : a problem with that M. q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
+    like : a problem with that M. M : the same, dense if it is small.
+    q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
     """
 
-    def __init__(self, like: Problem, q: Vector, box: Orthant | Box) -> None:
-        self.like, self.q, self.box = like, q, box
+    def __init__(self, like: Problem, M: Matrix, q: Vector, box: Orthant | Box) -> None:
+        self.like, self.M, self.q, self.box = like, M, q, box
         self._fields = {**vars(like), "box": box}
+        if isinstance(box, Box):
+            self._fields["is_mixed"] = True
+            for name in ("z_there", "q_there", "q_error"):
+                self._fields.pop(name, None)
 
     def part(self, rows: Indices) -> Block:
         """Some of the problems."""
-        box = self.box
-        some = Block(self.like, self.q[rows], Box(box.lower[rows], box.upper[rows]) if isinstance(box, Box) else box)
-        vars(some).update(references=self.references.part(rows), absolute_M=self.absolute_M)
+        box = Box(self.box.lower[rows], self.box.upper[rows]) if isinstance(self.box, Box) else self.box
+        some = Block(self.like, self.M, self.q[rows], box)
+        vars(some)["references"] = self.references.part(rows)
         return some
 
     def times_M(self, z: Vector) -> Vector:
         """M z for each row z."""
-        rows: Vector = product(self.like.M, z.T).T
+        rows: Vector = product(self.M, z.T).T
         return rows
-
-    @cached_property
-    def absolute_M(self) -> Matrix:
-        return abs(self.like.M)
 
     def sizes(self, z: Vector) -> Vector:
         """|M| |z| for each row z."""
-        rows: Vector = product(self.absolute_M, np.abs(z).T).T
+        rows: Vector = absolute_product(self.M, np.abs(z).T).T
         return rows
 
     def w(self, z: Vector) -> Vector:
@@ -159,9 +160,7 @@ class Block:
         fields["q"] = q
         if isinstance(self.box, Box):
             low, high = self.box.lower[i], self.box.upper[i]
-            fields.update(lower=low, upper=high, is_mixed=True, box=Box(low, high))
-            for name in ("z_there", "q_there", "q_error"):
-                fields.pop(name, None)
+            fields.update(lower=low, upper=high, box=Box(low, high))
             known = vars(self).get("references")
             if known is not None:
                 moved = bool(known.z[i].any())

@@ -45,7 +45,7 @@ class Scales(NamedTuple):
 def scales(block: Block) -> Scales:
     """Those of a block."""
     there, like = block.references, block.like
-    units = common_units(like.M, like.row_maxima)
+    units = common_units(block.M, like.row_maxima)
     R, C = units or (np.ones(like.n), np.ones(like.n))
     sizes = np.abs(there.q)
     if isinstance(block.box, Box):
