@@ -12,7 +12,7 @@ from lcpcli.linalg import principal_many
 from lcpcli.model.columns import Block, Columns
 from lcpcli.typing import Vector
 from lcpcli.verify.accuracy import Accuracy
-from lcpcli.verify.columns import measured, scales
+from lcpcli.verify.columns import bounds, scales, surely_solve
 from lcpcli.verify.point import Point
 
 from . import extremes, mixed_problems
@@ -24,9 +24,9 @@ def passes_where_points_do(block: Block, z: Vector) -> tuple[int, int]:
     """How many rows pass by the bounds, and by `Point`; it is an error if one passes by the bounds alone."""
     by_bounds = by_point = 0
     with np.errstate(over="ignore", invalid="ignore"):
-        measures = measured(block, scales(block), z, block.w(z))
+        residuals = bounds(block, scales(block), z, block.w(z))
     for tol in TOLERANCES:
-        surely = measures.solve_surely(tol)
+        surely = surely_solve(residuals, tol)
         alone = [Point(Accuracy(block.problem(i), tol), z[i]).solves() for i in range(len(z))]
         assert not (surely & ~np.array(alone)).any()
         by_bounds, by_point = by_bounds + np.count_nonzero(surely), by_point + sum(alone)

@@ -39,11 +39,19 @@ def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, i
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
     """For each row the first one of its stride, and whether to start from its solution; only if most are neighbours."""
-    leaders = np.arange(q.shape[0]) // STRIDE * STRIDE
-    distances = q - q[leaders]
-    near: Mask = _dots(distances, distances) < NEAR**2 * _dots(q, q)
-    near[::STRIDE] = False
-    return leaders, near & (2 * np.count_nonzero(near) > near.size)
+    rows = np.arange(q.shape[0])
+    leaders, near = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
+    last = rows[STRIDE - 1 :: STRIDE]
+    if 2 * np.count_nonzero(_are_near(q, last, leaders[last])) > last.size:
+        near[:] = _are_near(q, rows, leaders)
+        near[::STRIDE] = False
+    return leaders, near
+
+
+def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
+    distances, sizes = q[rows] - q[others], q[rows]
+    near: Mask = _dots(distances, distances) < NEAR**2 * _dots(sizes, sizes)
+    return near
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:

@@ -23,7 +23,7 @@ from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, MethodName, Vector
 from lcpcli.verify.accuracy import PRECISION, Accuracy
-from lcpcli.verify.columns import Measured, Scales, measured, scales
+from lcpcli.verify.columns import Scales, bounds, scales, surely_solve
 from lcpcli.verify.point import Point
 
 AUTO: MethodName = "auto"
@@ -130,29 +130,27 @@ def _solved(
     z = in_given_variables(frame, found.z)
     w = block.w(z)
     stopwatch.count("solve")
-    solved = ready | (found.ended & _verified(frame, known, found, z, w).solve_surely(limits.tol))
+    solved = ready | (found.ended & surely_solve(_refined(frame, known, found, z, w), limits.tol))
     stopwatch.count("verify")
     solved_block = _Solved(block, limits, z, w, found, solved, known.greatest)
     solved_block.share.update((part, spent / (last - first)) for part, spent in stopwatch.parts.items())
     return solved_block
 
 
-def _verified(frame: Frame, known: Scales, found: Pivoted, z: Vector, w: Vector) -> Measured:
-    """The measures of all z, of shape (m, n), after those that rounding spoils have been refined in place."""
+def _refined(frame: Frame, known: Scales, found: Pivoted, z: Vector, w: Vector) -> Vector:
+    """The bounds for all z, of shape (m, n), after those that are not small beyond doubt have been refined in place."""
     block = frame.block
-    measures = measured(block, known, z, w)
-    rows = (found.ended & ~(measures.relative_residual <= PRECISION)).nonzero()[0]
-    if not rows.size:
-        return measures
-    part = block.part(rows)
-    better_z = in_given_variables(frame_of(part), refined(frame, found, rows, w[rows]))
-    better_w = part.w(better_z)
-    again = measured(part, known.part(rows), better_z, better_w)
-    better = again.relative_residual < measures.relative_residual[rows]
-    rows = rows[better]
-    z[rows], w[rows] = better_z[better], better_w[better]
-    measures.relative_residual[rows], measures.bound[rows] = (measure[better] for measure in again)
-    return measures
+    residuals = bounds(block, known, z, w)
+    rows = (found.ended & ~(residuals <= PRECISION)).nonzero()[0]
+    if rows.size:
+        part = block.part(rows)
+        better_z = in_given_variables(frame_of(part), refined(frame, found, rows, w[rows]))
+        better_w = part.w(better_z)
+        again = bounds(part, known.part(rows), better_z, better_w)
+        better = again <= residuals[rows]
+        rows = rows[better]
+        z[rows], w[rows], residuals[rows] = better_z[better], better_w[better], again[better]
+    return residuals
 
 
 class _Solved:

@@ -62,28 +62,24 @@ def scales(block: Block) -> Scales:
     return Scales(greatest, R, C, s[:, np.newaxis], usable)
 
 
-class Measured(NamedTuple):
-    """The relative residuals as computed, and what they are at most, whatever the rounding errors in w are."""
-
-    relative_residual: Vector
-    bound: Vector
-
-    def solve_surely(self, tol: float) -> Mask:
-        """Where the relative residual is certain to be at most tol."""
-        within: Mask = self.bound <= tol * (1 - SLACK)
-        return within
-
-
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
-def measured(block: Block, known: Scales, z: Vector, w: Vector) -> Measured:
-    """The measures of admissible z, shape (m, n), with w = M z + q as computed; infinite bounds where not usable."""
+def bounds(block: Block, known: Scales, z: Vector, w: Vector) -> Vector:
+    """What the relative residuals of admissible z are at most, whatever the rounding errors in w = M z + q are.
+
+    z, w : shape (m, n). The bounds, of shape (m,), are infinite where the scales are not usable.
+    """
     there = block.references
     terms = known.R * block.sizes(there.moved(z))
     sizes = known.R * np.abs(there.q)
     lost = LAXITY * (ROW_ROUNDING * (terms + sizes) + known.R * there.error)
     low, high = block.box.distances(z)
     distances, outer = Distances(low / known.C, None if high is None else high / known.C), known.R * w
+    excess = distances.largest_gaps(outer - lost, outer + lost)
     row_scales = np.minimum(np.maximum(np.maximum(sizes, terms), SCALE_FLOOR * known.s), known.s)
-    relative_residual = (np.abs(distances.gaps(outer)) / row_scales).max(axis=1)
-    bound = (distances.largest_gaps(outer - lost, outer + lost) / row_scales).max(axis=1)
-    return Measured(relative_residual, np.where(known.usable, bound, np.inf))
+    return np.where(known.usable, (excess / row_scales).max(axis=1), np.inf)
+
+
+def surely_solve(bounds: Vector, tol: float) -> Mask:
+    """Where the relative residual is certain to be at most tol."""
+    sure: Mask = bounds <= tol * (1 - SLACK)
+    return sure
