@@ -8,23 +8,53 @@ import numpy as np
 
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.factors import LONG_LU
+from lcpcli.linalg.matrices import norm_inf
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 BATCH = 1 << 16  # numbers in the submatrices and right-hand sides that are solved in one call: they stay in the cache
 WORD = 64  # bits
+LARGE = 0.55  # of all indices: sets from which on the complements are solved for
+CONDITION = 1e8
 
 
-def solve_principal(M: Matrix, sets: Mask, B: Vector) -> Vector:
+def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None) -> Vector:
     """x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN where M_PP is singular, or numbers overflow.
 
     M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is where the indices P of row i are.
+    inverse : G, that of M, if M is well-conditioned. For most indices in P and few in N, M_PP^-1 = G_PP - G_PN G_NN^-1
+        G_NP then takes the smaller system.
     """
+    if not sets.size:
+        return np.zeros(B.shape)
+    if inverse is not None:
+        large = np.count_nonzero(sets, axis=1) > LARGE * sets.shape[1]
+        if large.any():
+            return _by_complements(M, sets, B, inverse, large)
     X = np.zeros(B.shape)
     for indices, rows in _batches(sets):
         places = rows[:, :, np.newaxis], indices[:, np.newaxis, :]
         blocks = M[indices[:, :, np.newaxis], indices[:, np.newaxis, :]]
         X[places] = _solved(blocks, B[places].transpose(0, 2, 1)).transpose(0, 2, 1)
     return X
+
+
+def _by_complements(M: Matrix, sets: Mask, B: Vector, inverse: Matrix, large: Mask) -> Vector:
+    X = np.empty(B.shape)
+    X[~large] = solve_principal(M, sets[~large], B[~large])
+    all_of_it = np.where(sets[large], B[large], 0.0) @ inverse.T
+    outside = solve_principal(inverse, ~sets[large], all_of_it)
+    X[large] = np.where(sets[large], all_of_it - outside @ inverse.T, 0.0)
+    return X
+
+
+def well_conditioned_inverse(M: Matrix) -> Matrix | None:
+    """The inverse of a dense M, None if its condition number exceeds CONDITION."""
+    try:
+        inverse = np.linalg.inv(M)
+    except np.linalg.LinAlgError:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        return inverse if norm_inf(M) * norm_inf(inverse) <= CONDITION else None
 
 
 def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:

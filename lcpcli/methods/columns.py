@@ -140,7 +140,7 @@ def _basic_solutions(frame: Frame, basis: Basis) -> tuple[Vector, Mask, Indices,
     right = frame.q
     if nonbasic is not None and nonbasic.any():
         right = right + frame.block.times_M(nonbasic)
-    z = solve_principal(frame.block.M, basis.basic, -right)
+    z = solve_principal(frame.block.M, basis.basic, -right, frame.block.columns.inverse)
     if nonbasic is not None:
         z += nonbasic
     w = frame.block.times_M(z)

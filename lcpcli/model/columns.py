@@ -14,6 +14,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import SMALL
 from lcpcli.linalg.matrices import dense
+from lcpcli.linalg.principal_many import well_conditioned_inverse
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import as_bound, as_columns, as_intervals
 from lcpcli.model.box import Box, Orthant
@@ -35,23 +36,28 @@ class Columns:
         if max(np.ndim(lower), np.ndim(upper)) > 1:
             self._bounds = _bounds_of_columns(lower, upper, n, self.k)
             lower, upper = 0.0, math.inf
-        self._like = _problem(M, self.Q, lower, upper)
-        self.M = dense(self._like.M) if n <= SMALL else self._like.M
+        self.like = _problem(M, self.Q, lower, upper)
+        self.M = dense(self.like.M) if n <= SMALL else self.like.M
 
     @property
     def n(self) -> int:
-        return self._like.n
+        return self.like.n
+
+    @cached_property
+    def inverse(self) -> Matrix | None:
+        """That of M, if it pays: if M is small and well-conditioned, and there are more columns than unknowns."""
+        return well_conditioned_inverse(self.M) if self.n < min(self.k, SMALL + 1) else None
 
     def block(self, first: int, last: int) -> Block:
         """The problems of columns first to last - 1."""
         q = np.ascontiguousarray(self.Q[:, first:last].T, dtype=np.float64)
         if self._bounds is not None:
             low, high = (np.ascontiguousarray(bound[:, first:last].T) for bound in self._bounds)
-            return Block(self._like, self.M, q, Box(low, high))
-        box = self._like.box
+            return Block(self, q, Box(low, high))
+        box = self.like.box
         if isinstance(box, Box):
             box = Box(np.broadcast_to(box.lower, q.shape), np.broadcast_to(box.upper, q.shape))
-        return Block(self._like, self.M, q, box)
+        return Block(self, q, box)
 
     def problems(self) -> Iterator[Problem]:
         """One problem after another."""
@@ -119,13 +125,14 @@ class References:
 class Block:
     """m problems that share M, one in each row of the arrays.
 
-    like : a problem with that M. M : the same, dense if it is small.
+    columns : where they are from. like : a problem with that M. M : the same, dense if it is small.
     q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
     """
 
-    def __init__(self, like: Problem, M: Matrix, q: Vector, box: Orthant | Box) -> None:
-        self.like, self.M, self.q, self.box = like, M, q, box
-        self._fields = {**vars(like), "box": box}
+    def __init__(self, columns: Columns, q: Vector, box: Orthant | Box) -> None:
+        self.columns, self.q, self.box = columns, q, box
+        self.like, self.M = columns.like, columns.M
+        self._fields = {**vars(self.like), "box": box}
         if isinstance(box, Box):
             self._fields["is_mixed"] = True
             for name in ("z_there", "q_there", "q_error"):
@@ -134,7 +141,7 @@ class Block:
     def part(self, rows: Indices) -> Block:
         """Some of the problems."""
         box = Box(self.box.lower[rows], self.box.upper[rows]) if isinstance(self.box, Box) else self.box
-        some = Block(self.like, self.M, self.q[rows], box)
+        some = Block(self.columns, self.q[rows], box)
         vars(some)["references"] = self.references.part(rows)
         return some
 
