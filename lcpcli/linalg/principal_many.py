@@ -6,8 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lcpcli.interrupts import interruptibly
-from lcpcli.linalg.factors import LONG_LU
 from lcpcli.linalg.matrices import norm_inf
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -92,9 +90,7 @@ def _distinct(sets: Mask) -> tuple[Indices, Indices]:
 def _solved(A: Vector, B: Vector) -> Vector:
     """X with A X = B for A and B of shapes (g, s, s) and (g, s, r); NaN where A is singular."""
     try:
-        long = A.shape[1] >= LONG_LU
-        X = interruptibly(lambda: np.linalg.solve(A, B)) if long else np.linalg.solve(A, B)
-        return X.astype(np.float64, copy=False)
+        return np.linalg.solve(A, B).astype(np.float64, copy=False)
     except np.linalg.LinAlgError:
         if A.shape[0] == 1:
             return np.full(B.shape, np.nan)

@@ -163,7 +163,9 @@ class Block:
 
     def problem(self, i: int) -> Problem:
         """That of row i; it costs about a microsecond, as nothing is computed or validated."""
-        fields, q = self._fields.copy(), self.q[i]
+        problem, q = Problem.__new__(Problem), self.q[i]
+        fields = vars(problem)  # as it is frozen
+        fields.update(self._fields)
         fields["q"] = q
         if isinstance(self.box, Box):
             low, high = self.box.lower[i], self.box.upper[i]
@@ -175,8 +177,6 @@ class Block:
                 fields.update(z_there=known.z[i] if moved else None, q_there=known.q[i], q_error=error)
         else:
             fields["q_there"] = q
-        problem = Problem.__new__(Problem)
-        object.__setattr__(problem, "__dict__", fields)
         return problem
 
     @cached_property

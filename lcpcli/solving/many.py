@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ParameterError, ProblemError
+from lcpcli.linalg.factors import LONG_LU
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
@@ -44,10 +45,10 @@ def solve_many(
 ) -> Iterator[Result]:
     """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
 
-    Results come as they are asked for. For columns of Q with a dense M, blocks of columns are solved together
-    (`lcpcli.methods.columns`), which takes a small part of the time of a loop over `solve`; what is not solved so is
-    solved by `run`, so that every result is verified, and every failure proved or explained, as there. If a column has
-    several solutions, it may be another one.
+    Results come as they are asked for. For columns of Q, blocks of columns are solved together if M is dense with
+    n < 2000, or sparse with n <= 200 (`lcpcli.methods.columns`), in a small part of the time of a loop over `solve`.
+    What is not solved so is solved by `run`, so that every result is verified, and every failure proved or explained,
+    as there. Of several solutions it may be another one.
 
     Parameters
     ----------
@@ -88,7 +89,8 @@ def solve_many(
                 raise ParameterError(name, "has no effect on Problems, which have their own bounds", "leave it out")
         return (run(problem, method, **given) for problem in M)
     columns = Columns(M, Q, lower, upper)
-    if method == AUTO and not is_sparse(columns.M) and given.keys() <= {*LIMITS, "threads"}:
+    alike = method == AUTO and given.keys() <= {*LIMITS, "threads"}
+    if alike and columns.n < LONG_LU and not is_sparse(columns.M):  # else no time limit could end a step for all
         return _by_blocks(columns, limits, given)
     return (run(problem, method, **given) for problem in columns.problems())
 
@@ -190,10 +192,10 @@ class _Solved:
             point = Point(accuracy, self.z[i])
             if not point.solves():
                 return None
-        fields = self._fields.copy()  # those with a default are in the class
+        result = Result.__new__(Result)
+        fields = vars(result)  # as it is frozen; those with a default are in the class
+        fields.update(self._fields)
         fields["problem"], fields["point"], fields["options"] = problem, point, self._options.copy()
         fields["iterations"] = fields["evaluations"] = self._steps[i]
         fields["route"] = self._routes[i]
-        result = Result.__new__(Result)
-        object.__setattr__(result, "__dict__", fields)
         return result
