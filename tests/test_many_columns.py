@@ -163,6 +163,7 @@ def test_options_have_the_effect_that_they_have_on_solve() -> None:
         {"method": "lemke"},
         {"z0": [1.0, 1.0]},
         {"trace": True},
+        {"trace": False, "scale": False, "x0": None},
     ):
         for result, q in zip(lcpcli.solve_many(M, Q, **options), np.array(Q).T, strict=True):
             alone = lcpcli.solve(M, q, **options)

@@ -12,6 +12,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.equilibration import common_units
 from lcpcli.linalg.factors import SMALL
 from lcpcli.linalg.matrices import dense
 from lcpcli.linalg.principal_many import well_conditioned_inverse
@@ -47,6 +48,11 @@ class Columns:
     def inverse(self) -> Matrix | None:
         """That of M, if it pays: if M is small and well-conditioned, and there are more columns than unknowns."""
         return well_conditioned_inverse(self.M) if self.n < min(self.k, SMALL + 1) else None
+
+    @cached_property
+    def units(self) -> tuple[Vector, Vector] | None:
+        """The R, C of `equilibrate` if they are the same for every q."""
+        return common_units(self.M, self.like.row_maxima)
 
     def block(self, first: int, last: int) -> Block:
         """The problems of columns first to last - 1."""

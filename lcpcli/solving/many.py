@@ -77,7 +77,7 @@ def solve_many(
     """
     if isinstance(Q, str):
         Q, method = None, Q
-    given = {name: value for name, value in options.items() if value is not None}
+    given = {name: value for name, value in options.items() if value is not None and value is not False}
     refuse_unknown_options(method, given)
     methods.declared(method)
     limits = Limits(**{name: given[name] for name in LIMITS if name in given})
@@ -89,8 +89,8 @@ def solve_many(
                 raise ParameterError(name, "has no effect on Problems, which have their own bounds", "leave it out")
         return (run(problem, method, **given) for problem in M)
     columns = Columns(M, Q, lower, upper)
-    alike = method == AUTO and given.keys() <= {*LIMITS, "threads"}
-    if alike and columns.n < LONG_LU and not is_sparse(columns.M):  # else no time limit could end a step for all
+    together = method == AUTO and given.keys() <= {*LIMITS, "threads"} and not is_sparse(columns.M)
+    if together and columns.n < LONG_LU:  # beyond it, a step for a block takes too long for time limits and Ctrl-C
         return _by_blocks(columns, limits, given)
     return (run(problem, method, **given) for problem in columns.problems())
 
@@ -149,7 +149,7 @@ def _refined(frame: Frame, known: Scales, found: Pivoted, z: Vector, w: Vector) 
         better_z = in_given_variables(frame_of(part), refined(frame, found, rows, w[rows]))
         better_w = part.w(better_z)
         again = bounds(part, known.part(rows), better_z, better_w)
-        better = again <= residuals[rows]
+        better = again < residuals[rows]
         rows = rows[better]
         z[rows], w[rows], residuals[rows] = better_z[better], better_w[better], again[better]
     return residuals

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.doubles import FAR, ROW_ROUNDING
-from lcpcli.linalg.equilibration import common_units
 from lcpcli.model.box import Box
 from lcpcli.model.columns import Block
 from lcpcli.typing import Indices, Mask, Vector
@@ -44,9 +43,8 @@ class Scales(NamedTuple):
 @np.errstate(over="ignore", invalid="ignore")
 def scales(block: Block) -> Scales:
     """Those of a block."""
-    there, like = block.references, block.like
-    units = common_units(block.M, like.row_maxima)
-    R, C = units or (np.ones(like.n), np.ones(like.n))
+    there, units = block.references, block.columns.units
+    R, C = units or np.ones((2, block.columns.n))
     sizes = np.abs(there.q)
     if isinstance(block.box, Box):
         assert there.z is not None
