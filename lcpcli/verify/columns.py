@@ -66,10 +66,13 @@ def bounds(block: Block, known: Scales, z: Vector, w: Vector) -> Vector:
 
     z, w : shape (m, n). The bounds, of shape (m,), are infinite where the scales are not usable.
     """
-    there = block.references
-    terms = known.R * block.sizes(there.moved(z))
-    sizes = known.R * np.abs(there.q)
-    lost = LAXITY * (ROW_ROUNDING * (terms + sizes) + known.R * there.error)
+    there, terms = block.references, block.sizes(block.references.moved(z))
+    terms *= known.R
+    sizes = np.abs(there.q)
+    sizes *= known.R
+    lost = terms + sizes
+    lost *= LAXITY * ROW_ROUNDING
+    lost += LAXITY * known.R * there.error
     low, high = block.box.distances(z)
     distances, outer = Distances(low / known.C, None if high is None else high / known.C), known.R * w
     excess = distances.largest_gaps(outer - lost, outer + lost)
