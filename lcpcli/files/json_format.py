@@ -35,7 +35,7 @@ def parse(content: bytes) -> Problem:
     """The problem in a JSON text, or a ProblemError that names the field or the line and column."""
     data = load(decode(content))
     if not isinstance(data, dict):
-        raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q")
+        raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q, or one in each line")
     if origins.kind_of(data):
         for key in [key for key in MATRICES if isinstance(data.get(key), dict)]:
             data[key] = coordinates.matrix(key, data[key])
