@@ -37,8 +37,8 @@ class PrincipalSolver:
     """Solves M_PP x = b for one set of indices P after another.
 
     Blocks of a symmetric M are assumed positive definite until one is found not to be: Cholesky for dense ones,
-    diagonal pivots for sparse ones. The factors of a large dense block are kept and updated while P differs in few
-    indices from that block's.
+    diagonal pivots for sparse ones. The factors of a large or sparse block are kept for the same P, and those of a
+    dense one are updated while P differs in few indices from that block's.
     """
 
     def __init__(self, M: Matrix) -> None:
@@ -64,9 +64,11 @@ class PrincipalSolver:
 
     def at(self, indices: Indices) -> Solve:
         """A solver of systems with M_PP, without refinement; it, or this, raises SingularMatrix if there is none."""
-        if self._dense is None or self._small:
+        if self._small:
             return self._factorized(indices)
-        if self._kept is not None:
+        if self._kept is not None and np.array_equal(indices, self._kept[0]):
+            return self._kept[1]
+        if self._kept is not None and self._dense is not None:
             with suppress(SingularMatrix):
                 if (solve := self._updated(indices, *self._kept)) is not None:
                     return solve

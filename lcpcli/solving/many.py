@@ -21,6 +21,7 @@ from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables,
 from lcpcli.model.columns import Block, Columns
 from lcpcli.solving.call import refuse_unknown_options, run
 from lcpcli.solving.limits import Limits
+from lcpcli.solving.neighbours import one_after_another
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, MethodName, Vector
 from lcpcli.verify.accuracy import PRECISION, Accuracy
@@ -28,6 +29,7 @@ from lcpcli.verify.columns import Scales, bounds, scales, surely_solve
 from lcpcli.verify.point import Point
 
 AUTO: MethodName = "auto"
+FEW = 4  # columns: fewer are faster by themselves
 FIRST, GROWTH = 64, 4  # columns of the first block, and how much longer each next one may be
 NUMBERS = 1 << 16  # in each array of a block, so that a few of them stay in the cache
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
@@ -47,7 +49,8 @@ def solve_many(
 
     Results come as they are asked for. For columns of Q, blocks of columns are solved together if M is dense with
     n < 2000, or sparse with n <= 200 (`lcpcli.methods.columns`), in a small part of the time of a loop over `solve`.
-    What is not solved so is solved by `run`, so that every result is verified, and every failure proved or explained,
+    Others are solved one after another, each from the states of the last solution where that is faster. What is not
+    solved so is solved by `run`, so that every result is verified, and every failure proved or explained,
     as there. Of several solutions it may be another one.
 
     Parameters
@@ -82,17 +85,23 @@ def solve_many(
     methods.declared(method)
     limits = Limits(**{name: given[name] for name in LIMITS if name in given})
     if Q is None:
-        if not isinstance(M, Iterable) or is_sparse(M) or isinstance(M, np.ndarray):
-            raise ProblemError("Q", "is missing", "give M and Q, or an iterable of Problems")
-        for name, bound, usual in (("lower", lower, 0.0), ("upper", upper, math.inf)):
-            if not np.isscalar(bound) or bound != usual:
-                raise ParameterError(name, "has no effect on Problems, which have their own bounds", "leave it out")
+        _refuse_as_problems(M, lower, upper)
         return (run(problem, method, **given) for problem in M)
     columns = Columns(M, Q, lower, upper)
-    together = method == AUTO and given.keys() <= {*LIMITS, "threads"} and not is_sparse(columns.M)
-    if together and columns.n < LONG_LU:  # beyond it, a step for a block takes too long for time limits and Ctrl-C
-        return _by_blocks(columns, limits, given)
-    return (run(problem, method, **given) for problem in columns.problems())
+    if method != AUTO or not given.keys() <= {*LIMITS, "threads"} or columns.k < FEW:
+        return (run(problem, method, **given) for problem in columns.problems())
+    if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
+        return one_after_another(columns, limits, given)
+    return _by_blocks(columns, limits, given)
+
+
+def _refuse_as_problems(problems: Any, lower: Any, upper: Any) -> None:
+    """Raise ProblemError or OptionError for what is no iterable of Problems, or has bounds beside it."""
+    if not isinstance(problems, Iterable) or is_sparse(problems) or isinstance(problems, np.ndarray):
+        raise ProblemError("Q", "is missing", "give M and Q, or an iterable of Problems")
+    for name, bound, usual in (("lower", lower, 0.0), ("upper", upper, math.inf)):
+        if not np.isscalar(bound) or bound != usual:
+            raise ParameterError(name, "has no effect on Problems, which have their own bounds", "leave it out")
 
 
 def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:

@@ -44,10 +44,13 @@ class BasicSolution(NamedTuple):
 
 
 class BasicSolutions:
-    """The basic solutions of a problem, one after another: factors are kept while they can be updated."""
+    """The basic solutions of a problem, one after another: factors are kept while they can be updated.
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem, self._solver = problem, PrincipalSolver(problem.M)
+    solver : of systems with M, if it has been used for another problem with the same M.
+    """
+
+    def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
+        self._problem, self._solver = problem, solver or PrincipalSolver(problem.M)
 
     def at(self, basis: Basis) -> BasicSolution:
         """That of a basis; SingularMatrix if M_BB is singular, or numbers overflow.
