@@ -9,14 +9,18 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.formats import COMPRESSED, FORMATS, READ_ONLY
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
-BEGINNINGS = {b"\x93NUMPY": "npy", b"MATLAB 5.0": "mat"}  # of formats that are read whatever their suffix
+BEGINNINGS = {
+    b"\x93NUMPY": "npy",
+    b"MATLAB 5.0": "mat",
+    b"NFG ": "nfg",
+}  # of formats that are read whatever their suffix
 COMPRESSIBLE = {Path(ending).stem for ending in COMPRESSED}
 MPS = re.compile(rb"(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S", re.MULTILINE)
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
 HDF5 = ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7")
 PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
-GAME = ("is a game of Gambit", "write the payoffs A and B of its two players as JSON")
+GAME = ("is a game tree of Gambit", "save it there as a strategic game, .nfg")
 SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
 TABLE = ("is a binary table", "save it as CSV")
 PACKED = ("is compressed", "uncompress it first")
@@ -30,13 +34,13 @@ FOREIGN_BEGINNINGS = {
     **dict.fromkeys((b"PAR1", b"ARROW1"), TABLE),
     **dict.fromkeys((b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"), PICKLE),
     **dict.fromkeys((GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd"), PACKED),
-    **dict.fromkeys((b"NFG ", b"EFG "), GAME),
+    b"EFG ": GAME,
     **dict.fromkeys((b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"), PAGE),
     b"%PDF": DOCUMENT,
 }
 FOREIGN_SUFFIXES = {
     **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods", ".numbers"), SPREADSHEET),
-    **dict.fromkeys((".nfg", ".efg", ".gbt"), GAME),
+    **dict.fromkeys((".efg", ".gbt"), GAME),
     **dict.fromkeys((".h5", ".hdf5"), HDF5),
     **dict.fromkeys((".pkl", ".pickle", ".joblib"), PICKLE),
     **dict.fromkeys((".parquet", ".feather", ".dta", ".sav", ".rds", ".rdata"), TABLE),

@@ -21,12 +21,12 @@ def from_game(
 ) -> Problem:
     """The LCP whose solutions are the equilibria of a game in which both players maximize.
 
-    A, B : payoffs of the row and of the column player, both of shape (m, k).
+    A, B : payoffs of the row and of the column player, both of shape (m, k); in lists also fractions, "1/3".
     rows, columns : names of the strategies, or nothing.
 
     z = (x, y); x and y, each divided by its sum, are the strategies. `Result.answer` maps it back. A cost is the
     largest payoff plus the range of the payoffs minus the payoff, so that costs lie within a factor of two. Payoffs
-    are taken as their shortest decimals. Raises ProblemError, which names the field.
+    are taken as their shortest decimals, fractions as they are. Raises ProblemError, which names the field.
 
     >>> import lcpcli
     >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer

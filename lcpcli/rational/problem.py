@@ -15,6 +15,7 @@ import numpy as np
 
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.game import Game
 from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Matrix, Vector
 
@@ -176,8 +177,19 @@ def parts_of(held: Problem | Matrix, number: Callable[[float], Fraction] = Fract
 
 
 def decimal_parts_of(problem: Problem) -> ExactParts:
-    """The same with the shortest decimal of each double: as written, up to 15 digits."""
+    """The same with the shortest decimal of each double: as written, up to 15 digits; of a game, from its payoffs."""
+    if isinstance(problem.origin, Game):
+        return _parts_of_game(problem.origin)
     return parts_of(problem, lambda value: Fraction(repr(value)))
+
+
+def _parts_of_game(game: Game) -> ExactParts:
+    """The costs of a game."""
+    (A, B), (r, c) = game.payoffs(), game.cost_constants()
+    m, k = game.A.shape
+    rows: Rows = [{m + j: r - value for j, value in enumerate(row)} for row in A]
+    rows += [{i: c - row[j] for i, row in enumerate(B)} for j in range(k)]
+    return ExactParts(rows, [Fraction(-1)] * (m + k))
 
 
 def _gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
