@@ -9,6 +9,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     Result       the outcome: its Status, z, w, the residual, a Trace of the iterates if asked for, and more
     solve_many   the results of many problems, or of one M with many q, one after another
     exact        the solution of a Problem in fractions, or the fact that there is none, proved
+    solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
     check        verify a z for a Problem, from whatever source
     inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
     plot         results as a figure of error against time and iteration
@@ -37,6 +38,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from lcpcli.bounds.error_bound import error_bound as error_bound
     from lcpcli.diagnosis.inspection import inspect as inspect
+    from lcpcli.enumeration.search import solutions as solutions
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.model.from_game import from_game as from_game
@@ -73,6 +75,7 @@ _HOMES = {
     "plot": "report.plotting",
     "read": "files.reading",
     "run": "solving.call",
+    "solutions": "enumeration.search",
     "solve": "solving.call",
     "solve_many": "solving.many",
     "solve_qp": "solving.programs",
@@ -95,6 +98,7 @@ __all__ = [
     "plot",
     "read",
     "run",
+    "solutions",
     "solve",
     "solve_many",
     "solve_qp",

@@ -108,6 +108,14 @@ TIME_LIMIT = Option(
     lambda seconds: seconds > 0,
     "Stop after this many seconds of set-up and iterations.",
 )
+MAX_SOLUTIONS = Option(
+    "max_solutions",
+    int,
+    None,
+    "integers >= 1",
+    lambda count: count >= 1,
+    "Stop after this many pieces of the set of all solutions.",
+)
 LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
 THREADS = Option(
     "threads",

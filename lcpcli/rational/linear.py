@@ -63,6 +63,12 @@ def solve(A: Rows, b: Sequence[int]) -> Solutions:
     return Solutions(None if any(row[n] for row in rows[len(pivots) :]) else x, null_space)
 
 
+def long_integer() -> Any:
+    """The type of FLINT's integers, which are faster than Python's where they are long; None without FLINT."""
+    flint = _flint()
+    return None if flint is None else flint.fmpz
+
+
 def is_fast() -> bool:
     """Whether FLINT is there, for large systems."""
     return _flint() is not None

@@ -1,0 +1,1 @@
+"""All solutions of a problem, and all equilibria of a game."""

@@ -1,0 +1,106 @@
+"""A piece of the solution set, verified from the data of the problem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+
+from lcpcli.rational.polyhedra import Generators, Point
+from lcpcli.rational.problem import ExactProblem
+
+LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
+FIXED = "fixed"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A polyhedron of solutions that lies in no other one: the convex hull of its vertices, plus rays, plus lines.
+
+    vertices, rays, lines : each of length n, exact; rays and lines are directions. An isolated solution is a piece with
+        one vertex and nothing else. Where there are lines, the vertices are points, one on each smallest face.
+    states : for each unknown those that it has in all of the piece, which is the set of all z with one of them each:
+        "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i = u_i).
+    """
+
+    vertices: tuple[Point, ...]
+    rays: tuple[Point, ...]
+    lines: tuple[Point, ...]
+    states: tuple[tuple[str, ...], ...]
+
+    @property
+    def is_point(self) -> bool:
+        """Whether it is an isolated solution."""
+        return len(self.vertices) == 1 and not self.rays and not self.lines
+
+    @classmethod
+    def of(cls, data: ExactProblem, generators: Generators) -> Piece:
+        """The piece with these generators, whose states are found from the data; ArithmeticError if it is none."""
+        vertices = tuple(generators.vertices)
+        rays, lines = (tuple(_fractions(each) for each in given) for given in generators[1:])
+        states = common_states(data, vertices, rays, lines)
+        if not all(states):
+            raise ArithmeticError("a piece that was found is not one of solutions")
+        return cls(vertices, rays, lines, states)
+
+
+def common_states(
+    data: ExactProblem, vertices: Sequence[Point], rays: Sequence[Point] = (), lines: Sequence[Point] = ()
+) -> tuple[tuple[str, ...], ...]:
+    """The states that each unknown has in all of the polyhedron with these generators, by M, q and the bounds."""
+    w = [data.w(vertex) for vertex in vertices]
+    constant = data.w([Fraction(0)] * data.n)
+    directions = [*rays, *lines, *([-value for value in line] for line in lines)]
+    slopes = [[a - b for a, b in zip(data.w(each), constant, strict=True)] for each in directions]
+    states = []
+    for i, (low, high) in enumerate(zip(data.lower, data.upper, strict=True)):
+        at = [(vertex[i], value[i]) for vertex, value in zip(vertices, w, strict=True)]
+        along = [(direction[i], slope[i]) for direction, slope in zip(directions, slopes, strict=True)]
+        still = not any(dz for dz, _ in along)
+        if low is not None and low == high:
+            held = [FIXED] * (still and all(z == low for z, _ in at))
+        else:
+            held = [LOWER] * (still and all(z == low and v >= 0 for z, v in at) and all(dv >= 0 for _, dv in along))
+            held += [BASIC] * (_is_within(at, along, low, high) and not any(v for _, v in [*at, *along]))
+            held += [UPPER] * (still and all(z == high and v <= 0 for z, v in at) and all(dv <= 0 for _, dv in along))
+        states.append(tuple(held))
+    return tuple(states)
+
+
+def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int) -> Piece:
+    """The product of pieces of independent blocks, whose unknowns are at these places among n."""
+    zero = [Fraction(0)] * n
+
+    def put(parts: Iterable[tuple[Sequence[int], Sequence[Fraction]]]) -> Point:
+        z = list(zero)
+        for indices, part in parts:
+            for i, value in zip(indices, part, strict=True):
+                z[i] = value
+        return tuple(z)
+
+    states: list[tuple[str, ...]] = [()] * n
+    for piece, indices in zip(pieces, places, strict=True):
+        for i, held in zip(indices, piece.states, strict=True):
+            states[i] = held
+    pairs = list(zip(places, pieces, strict=True))
+    return Piece(
+        tuple(put(zip(places, chosen, strict=True)) for chosen in product(*(piece.vertices for piece in pieces))),
+        tuple(put([(indices, ray)]) for indices, piece in pairs for ray in piece.rays),
+        tuple(put([(indices, line)]) for indices, piece in pairs for line in piece.lines),
+        tuple(states),
+    )
+
+
+def _is_within(
+    at: Sequence[tuple[Fraction, Fraction]],
+    along: Sequence[tuple[Fraction, Fraction]],
+    low: Fraction | None,
+    high: Fraction | None,
+) -> bool:
+    above = low is None or (all(z >= low for z, _ in at) and all(dz >= 0 for dz, _ in along))
+    return above and (high is None or (all(z <= high for z, _ in at) and all(dz <= 0 for dz, _ in along)))
+
+
+def _fractions(values: Sequence[int]) -> Point:
+    return tuple(Fraction(value) for value in values)

@@ -1,0 +1,92 @@
+"""The pieces of the solution set of a problem, each once, as they are found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+
+from lcpcli.enumeration import theorems
+from lcpcli.enumeration.choices import STATES, Node, Unknowns
+from lcpcli.enumeration.piece import NAMES, Piece, common_states
+from lcpcli.enumeration.tree import leaves
+from lcpcli.rational.polyhedra import Generators, generators
+from lcpcli.rational.problem import ExactProblem
+
+SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
+
+States = Sequence[Sequence[str]]  # of each unknown, those that hold
+
+
+def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
+    """Every maximal piece of the solution set once, in the order in which the tree meets them.
+
+    `check` is called before each step and may raise. deadline : by time.perf_counter(), for the method that looks for
+    a solution where it is known that all are one piece.
+    """
+    shape = theorems.shape(data, check)
+    z = _solution(data, deadline) if shape and data.n > SMALL else None
+    if z is not None and shape == theorems.POINT:
+        yield Piece.of(data, Generators([tuple(z)], [], []))
+        return
+    unknowns = Unknowns(data)
+    start = unknowns.root()
+    if start is None:
+        return
+    if z is not None:
+        _choose_common(unknowns, start, common_states(data, [tuple(z)]))
+    found: list[int] = []
+    for leaf in leaves(unknowns, start, found, check):
+        piece = Piece.of(data, unknowns.z(generators(leaf.dictionary, range(data.n), check)))
+        found.append(_bits(piece.states))
+        if _is_maximal(unknowns, piece.states, check):
+            yield piece
+            if shape:
+                return
+
+
+def _is_maximal(unknowns: Unknowns, states: States, check: Callable[[], None]) -> bool:
+    """Whether no other choice among the states that hold in a piece gives a larger one.
+
+    All nodes with those states contain the piece, so that any leaf that does not lie in it is larger.
+    """
+    if all(len(held) == 1 for held in states):
+        return True
+    start = unknowns.root()
+    assert start is not None
+    _choose_common(unknowns, start, states)
+    held = unknowns.restricted([[NAMES.index(name) for name in names if name in NAMES] for names in states])
+    return next(leaves(held, start, [_bits(states)], check), None) is None
+
+
+def _choose_common(unknowns: Unknowns, node: Node, states: States) -> None:
+    """Choose the states of unknowns that have only one, in solutions that lie in the node."""
+    for k, held in enumerate(states):
+        if len(held) == 1 and unknowns.choices[k] and node.states[k] is None:
+            chosen = unknowns.choose(node, k, NAMES.index(held[0]))
+            assert chosen
+
+
+def _bits(states: States) -> int:
+    """States as `leaves` has them."""
+    return sum(
+        1 << (len(STATES) * k + NAMES.index(name)) for k, held in enumerate(states) for name in held if name in NAMES
+    )
+
+
+def _solution(data: ExactProblem, deadline: float) -> list[Fraction] | None:
+    """A solution from the methods of the program, made exact; None if they have none."""
+    import time
+
+    from lcpcli.solving import exact_lemke, run
+    from lcpcli.solving.exact_solution import from_point
+    from lcpcli.solving.limits import Limits
+
+    seconds = deadline - time.perf_counter()
+    if seconds <= 0:
+        return None
+    result = run.run(data.problem, "auto", limits=Limits(time_limit=seconds), conclude=False)
+    if result.interrupted:
+        raise KeyboardInterrupt
+    found = from_point(data, result.z, deadline) if result.solved else None
+    return found or exact_lemke.solve(data, deadline)

@@ -1,0 +1,64 @@
+"""The tree over the states of the unknowns, in which each branch that is cut has a proof."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from lcpcli.enumeration.choices import STATES, Node, Unknowns
+
+
+def leaves(unknowns: Unknowns, start: Node, found: Sequence[int], check: Callable[[], None]) -> Iterator[Node]:
+    """The nodes below a node all of whose points are solutions, but for those that lie in pieces found before.
+
+    found : pieces as bits, one for the state of each unknown; it may grow in the meantime. A node's states are chosen
+        but for those that hold on all of it.
+    """
+    pending = [start]
+    while pending:
+        check()
+        node = pending.pop()
+        bits = unknowns.satisfied(node)
+        if any(piece & ~bits == 0 and contains(unknowns, piece, node) for piece in found):
+            continue
+        k = _branching(unknowns, node, bits)
+        if k is None:
+            yield node
+            continue
+        pending += _children(unknowns, node, k)
+
+
+def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
+    """A node with each state of an unknown, but for those that are empty or lie in another one of them."""
+    children: dict[int, Node] = {}
+    for state in reversed(unknowns.choices[k]):
+        child = node.copy()
+        if unknowns.choose(child, k, state):
+            children[state] = child
+    for state, child in list(children.items()):
+        if any(other != state and unknowns.holds(child, k, other) for other in children):
+            del children[state]
+    return list(children.values())
+
+
+def contains(unknowns: Unknowns, piece: int, node: Node) -> bool:
+    """Whether the states of a piece hold on all of a node."""
+    return all(
+        unknowns.holds(node, k, state)
+        for k, states in enumerate(unknowns.choices)
+        for state in states
+        if piece >> (len(STATES) * k + state) & 1
+    )
+
+
+def _branching(unknowns: Unknowns, node: Node, bits: int) -> int | None:
+    """An unknown none of whose states holds on all of the node; None if there is none: then one of each is chosen."""
+    open_ = [k for k, states in enumerate(unknowns.choices) if states and node.states[k] is None]
+    violated = [k for k in open_ if not bits >> (len(STATES) * k) & ((1 << len(STATES)) - 1)]
+    if violated:
+        return max(violated, key=lambda k: unknowns.violation(node, k))
+    for k in open_:
+        state = next((state for state in unknowns.choices[k] if unknowns.holds(node, k, state)), None)
+        if state is None:
+            return k
+        unknowns.choose(node, k, state)
+    return None

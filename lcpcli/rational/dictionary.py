@@ -1,0 +1,170 @@
+"""Systems of linear equations and inequalities in exact arithmetic: dictionaries of integers, and the simplex method.
+
+A dictionary (V. Chvátal, Linear Programming, Freeman 1983) writes some affine functions of the unknowns, the basic
+forms, in terms of others, the cobasic ones. Divisions have no remainder (J. Edmonds, Systems of distinct
+representatives and linear algebra, Journal of Research of the National Bureau of Standards 71B (1967) 241-245), and
+ties are broken by R. G. Bland, New finite pivoting rules for the simplex method, Mathematics of Operations Research 2
+(1977) 103-107. A row whose constant and coefficients have one sign is the proof that a form does not vanish (Farkas).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from copy import copy
+from math import gcd
+
+from lcpcli.rational.linear import long_integer
+
+LONG = 200  # bits that numbers may reach from which on FLINT's are faster, where it is installed
+
+
+class Dictionary:
+    """The point where all cobasic forms are 0, in the polyhedron where all signed forms are at least 0.
+
+    rows : for each basic form its constant and its coefficients of the cobasic forms, all times `divisor` > 0.
+    cobasic : the form of each column, the constant's apart. Forms in neither are 0 throughout.
+    signed : the forms that are required to be nonnegative; others may have any sign.
+    """
+
+    def __init__(self, rows: dict[int, list[int]], cobasic: list[int], signed: Iterable[int]) -> None:
+        self.rows, self.cobasic, self.signed, self.divisor = rows, cobasic, set(signed), 1
+        longest = max((abs(value).bit_length() for row in rows.values() for value in row), default=0)
+        if longest * len(cobasic) > LONG and (long := long_integer()):
+            self.rows = {form: [long(value) for value in row] for form, row in rows.items()}
+
+    def copy(self) -> Dictionary:
+        """A copy to be pivoted on its own."""
+        other = copy(self)
+        other.rows, other.cobasic, other.signed = dict(self.rows), list(self.cobasic), set(self.signed)
+        return other
+
+    def value(self, form: int) -> int:
+        """The value of a form at the point, times `divisor`."""
+        row = self.rows.get(form)
+        return int(row[0]) if row is not None else 0
+
+    def vanish(self, form: int) -> bool:
+        """Restrict the polyhedron to form = 0; False if that is proved to leave nothing of it."""
+        if form in self.rows:
+            if not self._reach_zero(form):
+                return False
+            self.rows.pop(form, None)
+        if form in self.cobasic:
+            self._drop(self.cobasic.index(form))
+        return True
+
+    def require(self, form: int) -> bool:
+        """Restrict the polyhedron to form >= 0; False if that is proved to leave nothing of it."""
+        if self.value(form) < 0 and not self._reach_zero(form):
+            return False
+        self.signed.add(form)
+        return True
+
+    def negate(self, form: int) -> None:
+        """Replace a form that is not signed by its negative."""
+        if form in self.rows:
+            self.rows[form] = [-value for value in self.rows[form]]
+        elif form in self.cobasic:
+            k = self.cobasic.index(form) + 1
+            self.rows = {basic: [*row[:k], -row[k], *row[k + 1 :]] for basic, row in self.rows.items()}
+
+    def is_zero(self, form: int) -> bool:
+        """Whether the form is 0 on the whole polyhedron; the point may move."""
+        if self.value(form) or self.can_have_sign(form, 1):
+            return False
+        return form in self.signed or not self.can_have_sign(form, -1)
+
+    def can_have_sign(self, form: int, sign: int) -> bool:
+        """Whether the form is somewhere positive (sign 1), or negative (-1); the point may move."""
+        bland = False
+        while True:
+            row = self.rows.get(form)
+            if row is not None:
+                if sign * row[0] > 0:
+                    return True
+                move = self._entering(row, sign, bland)
+            elif form not in self.cobasic or (sign < 0 and form in self.signed):
+                return False
+            else:
+                move = self.cobasic.index(form) + 1, sign
+            if move is None:
+                return False
+            leaving, step = self.leaving(*move)
+            if leaving is None or (step and (row is None or not row[0])):
+                return True
+            bland = not step
+            self.pivot(leaving, move[0])
+
+    def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
+        """The signed form that reaches 0 first as column k changes, and its value; None if none does."""
+        best, value, slope = None, 0, 1
+        for form in self.signed:
+            row = self.rows.get(form)
+            if row is None:
+                continue
+            fall = -direction * row[k]
+            if fall > 0:
+                order = row[0] * slope - value * fall
+                if best is None or order < 0 or (order == 0 and form < best):
+                    best, value, slope = form, row[0], fall
+        return best, value
+
+    def pivot(self, leaving: int, k: int) -> None:
+        """Exchange a basic form for the cobasic one of column k, counted from 1."""
+        top, old = self.rows.pop(leaving), self.divisor
+        sign = 1 if top[k] > 0 else -1
+        new = sign * top[k]
+        rows = {}
+        for form, row in self.rows.items():
+            factor = sign * row[k]
+            if factor:
+                changed = [(new * a - factor * b) // old for a, b in zip(row, top, strict=True)]
+                changed[k] = factor
+            else:
+                changed = row if new == old else [new * a // old for a in row]
+            rows[form] = changed
+        entered = [-sign * value for value in top]
+        entered[k] = sign * old
+        rows[self.cobasic[k - 1]] = entered
+        self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
+
+    def _reach_zero(self, form: int) -> bool:
+        """Move to a point where a basic form is 0, and make it cobasic unless it is 0 throughout; False if none is."""
+        bland = False
+        while (row := self.rows.get(form)) is not None:
+            if not row[0]:
+                k = next((k for k in range(1, len(row)) if row[k]), None)
+                if k is not None:
+                    self.pivot(form, k)
+                return True
+            move = self._entering(row, -1 if row[0] > 0 else 1, bland)
+            if move is None:
+                return False
+            k = move[0]
+            leaving, value = self.leaving(*move)
+            if leaving is None or leaving == form or abs(row[0] * self.rows[leaving][k]) <= value * abs(row[k]):
+                leaving = form
+            bland = not value
+            self.pivot(leaving, k)
+        return True
+
+    def _entering(self, row: list[int], sign: int, bland: bool) -> tuple[int, int] | None:
+        """A column and the direction in which it moves a form's value by that sign; None if none does."""
+        moves = []
+        for k, form in enumerate(self.cobasic, 1):
+            slope = sign * row[k]
+            if slope > 0 or (slope and form not in self.signed):
+                moves.append((form if bland else -abs(slope), k, 1 if slope > 0 else -1))
+        return min(moves)[1:] if moves else None
+
+    def _drop(self, k: int) -> None:
+        """Take out a column, whose form is 0 from now on."""
+        del self.cobasic[k]
+        for form, row in self.rows.items():
+            self.rows[form] = row[: k + 1] + row[k + 2 :]
+
+
+def primitive(values: list[int]) -> list[int]:
+    """Integers divided by what they have in common."""
+    common = gcd(*values)
+    return [int(value) // common for value in values] if common else values

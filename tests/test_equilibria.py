@@ -1,0 +1,131 @@
+"""All equilibria of games: pairs of best replies in fractions, known ones, and the solutions of the LCP."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.enumeration.equilibria import Equilibria
+from lcpcli.files import shipped
+from lcpcli.rational.problem import ExactProblem, decimal_parts_of
+
+from . import solution_sets as oracle
+
+
+def all_of(A: Any, B: Any) -> Equilibria:
+    return checked(lcpcli.from_game(A, B))
+
+
+def checked(problem: Problem) -> Equilibria:
+    """The equilibria of a game, all of which are pairs of best replies."""
+    found = lcpcli.solutions(problem)
+    pieces = list(found)
+    assert found.equilibria is not None
+    assert found.complete
+    assert len(pieces) == len(found.equilibria.subsets)
+    assert problem.origin is not None
+    A, B = problem.origin.payoffs()
+    for each in found.equilibria.extreme:
+        x, y = each.row, each.column
+        assert sum(x) == sum(y) == 1
+        assert min(*x, *y) >= 0
+        by_row = [oracle.dot(tuple(row), y) for row in A]
+        by_column = [oracle.dot(column, x) for column in zip(*B, strict=True)]
+        assert each.payoffs == (max(by_row), max(by_column))
+        assert {value for value, p in zip(by_row, x, strict=True) if p} == {max(by_row)}
+        assert {value for value, p in zip(by_column, y, strict=True) if p} == {max(by_column)}
+    return found.equilibria
+
+
+def texts(found: Equilibria) -> list[tuple[str, str]]:
+    return [(" ".join(map(str, each.row)), " ".join(map(str, each.column))) for each in found.extreme]
+
+
+def test_a_game_with_three_extreme_equilibria_in_two_subsets_and_one_component() -> None:
+    """As in section 2 of D. Avis, G. Rosenberg, R. Savani and B. von Stengel, Enumeration of Nash equilibria for
+    two-player games, Economic Theory 42 (2010) 9-37, what is isolated and what is connected."""
+    found = all_of([[2, 2], [2, 1]], [[2, 2], [2, 1]])
+    assert texts(found) == [("1 0", "1 0"), ("1 0", "0 1"), ("0 1", "1 0")]
+    assert [subset.extreme for subset in found.subsets] == [(0, 1), (0, 2)]
+    assert found.components == ((0, 1),)
+    assert (found.is_degenerate, {each.index for each in found.extreme}) == (True, {None})
+
+
+@pytest.mark.parametrize("n", range(2, 9))
+def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n: int) -> None:
+    found = all_of(np.eye(n), np.eye(n))
+    assert len({each.row for each in found.extreme}) == len(found.extreme) == 2**n - 1
+    assert sum(each.is_pure for each in found.extreme) == n
+    assert all(each.index == (1 if np.count_nonzero(each.row) % 2 else -1) for each in found.extreme)
+
+
+@pytest.mark.parametrize(
+    ("name", "extreme", "components"), [("coordination-4", 15, 15), ("winkels", 12, 1), ("von-stengel-75", 75, 75)]
+)
+def test_shipped_games_have_the_known_number_of_equilibria(name: str, extreme: int, components: int) -> None:
+    found = checked(lcpcli.read(shipped.path(f"games/{name}.nfg")))
+    assert (len(found.extreme), len(found.components)) == (extreme, components)
+
+
+def test_the_equilibria_of_shapleys_game() -> None:
+    """L. S. Shapley, A note on the Lemke-Howson algorithm, Mathematical Programming Study 1 (1974) 175-189, where one
+    of the three is not reached."""
+    found = all_of([[2, 2, 0], [0, 3, 0], [3, 0, 1]], [[3, 0, 2], [0, 3, 2], [0, 0, 1]])
+    assert texts(found) == [("0 1 0", "0 1 0"), ("0 1/2 1/2", "0 1/4 3/4"), ("0 0 1", "0 0 1")]
+    assert [each.index for each in found.extreme] == [1, -1, 1]
+
+
+def test_indices_of_nondegenerate_games_sum_to_1() -> None:
+    generator, counted = np.random.default_rng(6), 0
+    for _ in range(60):
+        shape = tuple(generator.integers(1, 7, 2))
+        found = all_of(*generator.integers(-50, 50, (2, *shape)))
+        if not found.is_degenerate:
+            counted += 1
+            assert sum(each.index or 0 for each in found.extreme) == 1
+            assert len(found.subsets) == len(found.components) == len(found.extreme)
+    assert counted > 40
+
+
+def test_the_maximal_nash_subsets_are_the_pieces_of_the_lcp() -> None:
+    generator, faces = np.random.default_rng(8), 0
+    for _ in range(60):
+        shape, size = tuple(generator.integers(1, 5, 2)), generator.integers(2, 4)
+        problem = lcpcli.from_game(*generator.integers(0, size, (2, *shape)))
+        M, q, *_ = decimal_parts_of(problem)
+        alone = ExactProblem(Problem(problem.M, problem.q), M, q or [])  # without its origin
+        of_game, of_lcp = (
+            [oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in lcpcli.solutions(given)]
+            for given in (problem, alone)
+        )
+        assert len(of_game) == len(of_lcp)
+        assert set(of_game) == set(of_lcp)
+        faces += any(len(hull.vertices) > 1 for hull in of_game)
+    assert faces > 20
+
+
+def test_payoffs_are_exact_fractions() -> None:
+    found = all_of([["1/3", 0], [0, Fraction(2, 3)]], [[0.1, 0], [0, 0.3]])
+    assert texts(found)[1] == ("3/4 1/4", "2/3 1/3")
+    assert found.extreme[1].payoffs == (Fraction(2, 9), Fraction(3, 40))
+
+
+def test_fractions_are_kept_in_files(tmp_path: Path) -> None:
+    (tmp_path / "game.json").write_text('{"A": [["1/3", 0]], "B": [["2/7", 0.1]]}')
+    problem = lcpcli.read(tmp_path / "game.json")
+    lcpcli.write(problem, tmp_path / "again.json")
+    for each in (problem, lcpcli.read(tmp_path / "again.json")):
+        assert checked(each).extreme[0].payoffs == (Fraction(1, 3), Fraction(2, 7))
+
+
+def test_a_game_whose_time_is_up_has_those_that_were_found() -> None:
+    found = lcpcli.solutions(lcpcli.from_game(np.eye(6), np.eye(6)), time_limit=1e-9)
+    assert (list(found), found.complete) == ([], False)
+    assert found.equilibria is not None
+    assert (found.equilibria.extreme, found.equilibria.is_degenerate) == ((), None)

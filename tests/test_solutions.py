@@ -1,0 +1,145 @@
+"""All solutions of problems whose solution sets are known: none, one, some, 2^n, segments, rays and lines."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem, errors
+from lcpcli.rational.problem import ExactProblem
+
+FREE = (-np.inf, np.inf)
+
+
+def shown(points: tuple[tuple[Fraction, ...], ...]) -> set[str]:
+    return {" ".join(map(str, point)) for point in points}
+
+
+# M, q, bounds, and the vertices, rays and lines of each piece
+KNOWN = {
+    # K. G. Murty, Linear Complementarity, Linear and Nonlinear Programming, Heldermann 1988, chapter 1
+    "one of a P-matrix": ([[2, 1], [1, 2]], [-5, -6], (0, np.inf), [({"4/3 7/3"}, set(), set())]),
+    # R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, SIAM 2009: section 1.4, where q lies
+    # in no complementary cone; 3.1, semidefinite M, where the solutions are a polyhedron
+    "none although feasible": ([[0, 1], [1, 0]], [-1, 1], (0, np.inf), []),
+    "none and infeasible": ([[0, -1], [1, 0]], [-1, -1], (0, np.inf), []),
+    "a segment": ([[1, 1], [1, 1]], [-1, -1], (0, np.inf), [({"1 0", "0 1"}, set(), set())]),
+    "a triangle": (np.ones((3, 3)), -np.ones(3), (0, np.inf), [({"1 0 0", "0 1 0", "0 0 1"}, set(), set())]),
+    "a ray": ([[0, 0], [0, 1]], [0, -1], (0, np.inf), [({"0 1"}, {"1 0"}, set())]),
+    "the orthant": (np.zeros((2, 2)), [0, 0], (0, np.inf), [({"0 0"}, {"1 0", "0 1"}, set())]),
+    # Lemke's method ends on a ray although there are two whole rays of solutions
+    "two rays with one end": (
+        [[0, 1], [0, 0]],
+        [-1, 0],
+        (0, np.inf),
+        [({"0 1"}, {"0 1"}, set()), ({"0 1"}, {"1 0"}, set())],
+    ),
+    "two": ([[-1]], [1], (0, np.inf), [({"0"}, set(), set()), ({"1"}, set(), set())]),
+    "three in a box": ([[-1]], [0], (-1, 1), [({value}, set(), set()) for value in ("-1", "0", "1")]),
+    "a line": ([[1, -1], [-1, 1]], [0, 0], FREE, [({"0 0"}, set(), {"1 1"})]),
+    "a plane": (np.zeros((2, 2)), [0, 0], FREE, [({"0 0"}, set(), {"1 0", "0 1"})]),
+    "equations without solution": ([[1, -1], [-1, 1]], [0, 1], FREE, []),
+    "fixed unknowns": ([[0, 1], [1, 0]], [-1, 1], (1, 1), [({"1 1"}, set(), set())]),
+}
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_known_sets_are_found_and_proved_complete(name: str) -> None:
+    M, q, (lower, upper), expected = KNOWN[name]
+    found = lcpcli.solutions(Problem(M, q, lower=lower, upper=upper))
+    pieces = [(shown(piece.vertices), shown(piece.rays), shown(piece.lines)) for piece in found]
+    assert sorted(map(str, map(sorted_sets, pieces))) == sorted(map(str, map(sorted_sets, expected)))
+    assert found.complete
+
+
+def sorted_sets(piece: tuple[set[str], set[str], set[str]]) -> list[list[str]]:
+    return [sorted(part) for part in piece]
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_minus_a_dominant_matrix_has_a_solution_for_each_of_2_to_the_n_sets(coupled: bool) -> None:
+    """K. G. Murty, On the number of solutions to the complementarity problem, Linear Algebra and its Applications 5
+    (1972) 65-108: q > 0 lies in all complementary cones."""
+    n = 8
+    M = -np.eye(n) + coupled * (np.ones((n, n)) - np.eye(n)) / 64
+    found = lcpcli.solutions(Problem(M, np.ones(n)))
+    supports = {tuple(value > 0 for value in piece.vertices[0]) for piece in found if piece.is_point}
+    assert (len(found.pieces), len(supports), found.complete) == (2**n, 2**n, True)
+
+
+def test_the_number_of_solutions_of_a_nondegenerate_matrix_has_one_parity_for_all_q() -> None:
+    """The theorem of Murty (1972), for q in the interior of its cones."""
+    generator = np.random.default_rng(4)
+    for _ in range(8):
+        M = generator.integers(-99, 100, (5, 5)).astype(float)
+        parities = {
+            len(list(lcpcli.solutions(Problem(M, generator.integers(-9999, 10000, 5).astype(float))))) % 2
+            for _ in range(6)
+        }
+        assert len(parities) == 1
+
+
+SCALED = np.array([[3.0], [1.0], [7.0], [2.0]] * 5)  # of the rows of a matrix with positive principal minors
+
+
+@pytest.mark.parametrize("kind", ["definite", "scaled", "dominant", "triangular"])
+def test_the_only_solution_is_proved_to_be_the_only_one(kind: str) -> None:
+    n, generator = 20, np.random.default_rng(1)
+    A, S = generator.integers(-5, 6, (2, n, n)).astype(float)
+    definite = A @ A.T + S - S.T + np.eye(n)
+    M = {
+        "definite": definite,
+        "scaled": SCALED * definite,
+        "dominant": A + 6 * n * np.eye(n),
+        "triangular": np.tril(2 * np.ones((n, n)), -1) + np.eye(n),
+    }[kind]
+    problem = Problem(M, -generator.integers(1, 100, n).astype(float))
+    found = lcpcli.solutions(problem)
+    (piece,) = found
+    assert (piece.is_point, found.complete) == (True, True)
+    assert ExactProblem.of_floats(problem).is_solution(piece.vertices[0])
+
+
+def test_semidefinite_problems_have_one_piece_which_is_found_whole() -> None:
+    """A linear program with an edge of minima: min -x1 - x2, x1 + x2 <= 2, x1 <= 1, x >= 0."""
+    M = np.array([[0, 0, 1, 1], [0, 0, 1, 0], [-1, -1, 0, 0], [-1, 0, 0, 0]], dtype=float)
+    (piece,) = lcpcli.solutions(Problem(np.kron(np.eye(3), M), np.tile([-1, -1, 2, 1], 3)))
+    assert len(piece.vertices) == 2**3
+    assert {vertex[:4] for vertex in piece.vertices} == {(0, 2, 1, 0), (1, 1, 1, 0)}
+
+
+def test_degenerate_points_take_no_time() -> None:
+    """All 2^30 complementary sets have the solution 0."""
+    generator = np.random.default_rng(0)
+    coupling = generator.integers(0, 3, (30, 30)) * (1 - np.eye(30))
+    for M in (np.eye(30), np.eye(30) + coupling):
+        (piece,) = lcpcli.solutions(Problem(M, np.zeros(30)))
+        assert piece.vertices == ((0,) * 30,)
+        assert piece.states == (("lower", "basic"),) * 30
+
+
+def test_decimals_count_as_written_if_they_are_given_exactly() -> None:
+    third, tenth = Fraction(1, 3), Fraction(1, 10)
+    problem = Problem([[1 / 3, 0.1], [0.1, 0.03]], [-1, -0.3])
+    exact = ExactProblem(problem, [{0: third, 1: tenth}, {0: tenth, 1: tenth * 3 / 10}], [Fraction(-1), -3 * tenth])
+    (piece,) = lcpcli.solutions(exact)  # the rows are multiples of each other, and in doubles they are not
+    assert set(piece.vertices) == {(3, 0), (0, 10)}
+    assert all(each.is_point for each in lcpcli.solutions(problem))
+
+
+def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
+    problem = Problem(-np.eye(12) + 0.01, np.ones(12))
+    found = lcpcli.solutions(problem, max_solutions=3)
+    assert (len(list(found)), len(found.points), found.complete) == (3, 3, False)
+    late = lcpcli.solutions(problem, time_limit=1e-9)
+    assert (list(late), late.complete) == ([], False)
+    assert (next(late, None), late.complete) == (None, False)
+
+
+@pytest.mark.parametrize("options", [{"max_solutions": 0}, {"max_solutions": 1.5}, {"time_limit": 0}])
+def test_limits_out_of_range_are_refused(options: dict[str, float]) -> None:
+    with pytest.raises(errors.OptionError, match="out of range"):
+        lcpcli.solutions(Problem([[1]], [1]), **options)
