@@ -82,6 +82,14 @@ def test_the_number_of_solutions_of_a_nondegenerate_matrix_has_one_parity_for_al
         assert len(parities) == 1
 
 
+def test_a_positive_diagonal_is_not_taken_for_positive_minors() -> None:
+    """Three solutions of each of six pairs, which are hardly coupled."""
+    M = np.kron(np.eye(6), [[1, 2], [2, 1]]) + 1 / 1024
+    found = lcpcli.solutions(Problem(M, -np.ones(12)))
+    assert (len(list(found)), found.complete) == (3**6, True)
+    assert all(piece.is_point for piece in found.pieces)
+
+
 SCALED = np.array([[3.0], [1.0], [7.0], [2.0]] * 5)  # of the rows of a matrix with positive principal minors
 
 

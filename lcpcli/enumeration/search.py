@@ -20,7 +20,7 @@ from lcpcli.options import MAX_SOLUTIONS, TIME_LIMIT
 from lcpcli.rational.polyhedra import Point
 from lcpcli.rational.problem import ExactProblem, decimal_parts_of
 
-LARGEST = 200  # unknowns of a block
+LARGEST = 500  # unknowns of a block
 
 
 def solutions(

@@ -14,14 +14,15 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from lcpcli.enumeration.stability import multipliers
 from lcpcli.linalg import matrices
-from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.rational import elimination
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 
 POINT, PIECE = "a point", "a piece"
-DIGITS = 20  # binary ones of the smallest component of d
+SMALL = 10  # unknowns up to which the tree is faster than the search for multipliers
+DIGITS = 30  # binary ones of the smallest component of d
 
 Rows = list[list[int]]
 
@@ -35,7 +36,9 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     found = elimination.definiteness(_symmetric(M), check)
     if found.negative is None:
         return PIECE if found.zero else POINT
-    return POINT if all(_is_dominant(*part) or _is_definite(*part, check) for part in parts) else ""
+    if data.n <= SMALL or not all(_is_dominant(*part) or _is_definite(*part, check) for part in parts):
+        return ""
+    return POINT
 
 
 def _integers(data: ExactProblem) -> Rows:
@@ -48,11 +51,15 @@ def _integers(data: ExactProblem) -> Rows:
 
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
-    """Whether M, or a scaling of it by rows and columns, is positive definite."""
+    """Whether diag(d) M is positive definite for some d > 0, which is proposed in doubles."""
     if min(M[i][i] for i in range(len(M))) <= 0:
         return False
-    found = (elimination.definiteness(_symmetric(scaled), check) for scaled in (M, _balanced(M, doubles)))
-    return any(each.zero is None and each.negative is None for each in found)
+    proposed = multipliers(doubles, check)
+    if proposed is None:
+        return False
+    d = _whole(proposed)
+    found = elimination.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
+    return found.zero is None and found.negative is None
 
 
 def _symmetric(M: Rows) -> Rows:
@@ -60,26 +67,23 @@ def _symmetric(M: Rows) -> Rows:
     return [[M[i][j] + M[j][i] for j in range(len(M))] for i in range(len(M))]
 
 
-def _balanced(M: Rows, doubles: Vector) -> Rows:
-    """M with rows and columns multiplied by powers of two to entries near 1, and all by one number."""
-    rows, columns = (np.rint(np.log2(scales)).astype(int) for scales in equilibrate(doubles, np.zeros(len(M))))
-    powers = rows[:, None] + columns
-    shifts = (powers - powers.min()).tolist()
-    return [[a << k for a, k in zip(row, own, strict=True)] for row, own in zip(M, shifts, strict=True)]
-
-
 def _is_dominant(M: Rows, doubles: Vector) -> bool:
     """Whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
     if min(M[i][i] for i in range(len(M))) <= 0:
         return False
     try:
-        proposed = np.linalg.solve(matrices.comparison(doubles), np.ones(len(M)))
+        proposed = np.asarray(np.linalg.solve(matrices.comparison(doubles), np.ones(len(M))), dtype=float)
     except np.linalg.LinAlgError:
         return False
     if not (np.isfinite(proposed).all() and proposed.min() > 0):
         return False
-    d = [int(value) for value in np.ldexp(proposed / proposed.min(), DIGITS).tolist()]
+    d = _whole(proposed)
     return all(2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True)) for i, row in enumerate(M))
+
+
+def _whole(d: Vector) -> list[int]:
+    """Positive numbers times one number, rounded to integers."""
+    return [int(value) for value in np.ldexp(d / d.min(), DIGITS).tolist()]
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
