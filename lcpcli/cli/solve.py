@@ -10,9 +10,10 @@ from lcpcli.cli import candidates, session
 from lcpcli.cli.command import Command, option
 from lcpcli.cli.methods import MethodChoice
 from lcpcli.cli.options import EXITS, numeric, problem_files, solving
+from lcpcli.errors import OptionError
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
-from lcpcli.options import JOBS
+from lcpcli.options import JOBS, MAX_SOLUTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
     help="Solution method, one of those listed below.",
 )
 @option("Proof", "--exact", is_flag=True, help="Prove the result in rational arithmetic, decimals taken as written.")
+@option("All solutions", "--all", "all_of_them", is_flag=True, help="List every solution; see lcp help solutions.")
+@numeric("All solutions", MAX_SOLUTIONS)
 @numeric("Many problems", JOBS)
 @option(
     "Many problems",
@@ -62,8 +65,14 @@ if TYPE_CHECKING:
     help="Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
 )
 @solving
-def solve(files: tuple[str, ...], method: Variant, exact: bool, **given: Any) -> int:
+def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
+    if all_of_them:
+        from lcpcli.cli import all_solutions
+
+        return all_solutions.run(files, method, given, exact)
+    if given[MAX_SOLUTIONS.name] is not None:
+        raise OptionError("--max-solutions", "has no effect without --all", "add --all")
 
     def many(works: Iterator[Work], output: Output) -> int:
         from lcpcli.cli import many

@@ -9,7 +9,7 @@ Economic Theory 42 (2010) 9-37).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
 
@@ -64,6 +64,14 @@ class Equilibria:
     components: tuple[tuple[int, ...], ...]
     is_degenerate: bool | None
     complete: bool
+
+    def first(self, number: int) -> Equilibria:
+        """So many of the subsets, with their equilibria."""
+        subsets = self.subsets[:number]
+        kept = sorted({k for subset in subsets for k in subset.extreme})
+        renumbered = tuple(replace(each, extreme=tuple(map(kept.index, each.extreme))) for each in subsets)
+        extreme = tuple(self.extreme[k] for k in kept)
+        return Equilibria(extreme, renumbered, components(renumbered), self.is_degenerate, complete=False)
 
 
 def equilibria(A: Payoffs, B: Payoffs, check: Callable[[], None]) -> Equilibria:

@@ -87,6 +87,9 @@ def _whole(d: Vector) -> list[int]:
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
+    """The unknowns of the strongly connected parts of M; of a small problem, for which scipy is not loaded, all."""
+    if data.n <= SMALL:
+        return [range(data.n)]
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.report import advice, answers, numbers, outcome, provenance, summary
 from lcpcli.report.numbers import ELLIPSIS
+from lcpcli.report.result_table import ResultTable
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import TraceRow
 from lcpcli.typing import Indices
@@ -22,28 +23,6 @@ from lcpcli.verify.certificate import Certificate
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12
-LEFT = ("method", "status")  # left-aligned columns
-
-
-@dataclass(frozen=True)
-class IterationTable:
-    """Cells of text. `header` names the columns; `groups` has a list of rows per method, `summary` a row per method.
-
-    leaders : the best cells of the summary, by row and column.
-    verdict, facts : of a single result, shown above its iterates; "" and none for a comparison.
-    provenance : the program's version, the limits and the options in force.
-    """
-
-    title: str
-    header: list[str]
-    groups: list[list[list[str]]]
-    summary_header: list[str]
-    summary: list[list[str]]
-    leaders: set[tuple[int, int]]
-    verdict: str
-    facts: list[str]
-    remarks: list[str]
-    provenance: str
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -54,7 +33,7 @@ def shown_components(n: int, width: int | None) -> Indices | None:
     return np.append(np.arange(room - 2 if room > 2 else room - 1), n - 1)
 
 
-def build(results: Sequence[Result], width: int | None, compared: bool, whole: bool) -> IterationTable:
+def build(results: Sequence[Result], width: int | None, compared: bool, whole: bool) -> ResultTable:
     """The table of several methods' results on one problem, whose traces hold the same components of z.
 
     width : of the terminal; None if there is none.
@@ -85,8 +64,9 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     disproof = _disproof(results)
     title = _title(replace(problem, verdict="") if disproof else problem)
     remarks = [*disproof, *_remarks(results, compared, elided)]
-    made_by = provenance.line(results)
-    return IterationTable(title, header, groups, *lines, summary.leaders(results), head, facts, remarks, made_by)
+    made_by, leaders = provenance.line(results), summary.leaders(results)
+    settled = not compared and results[0].solved
+    return ResultTable(title, header, groups, head, facts, remarks, made_by, settled, *lines, leaders)
 
 
 def _column(problem: Problem, i: int) -> str:

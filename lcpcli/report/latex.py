@@ -6,8 +6,8 @@ import itertools
 import re
 from collections.abc import Collection, Sequence
 
-from lcpcli.report.iterations import LEFT, IterationTable
 from lcpcli.report.numbers import ELLIPSIS
+from lcpcli.report.result_table import LEFT, ResultTable
 
 SPECIAL = {
     "\\": r"\textbackslash{}",
@@ -23,7 +23,7 @@ NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}"
 FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # shrinks a wide table, enlarges none
 
 
-def render(tables: Sequence[IterationTable]) -> str:
+def render(tables: Sequence[ResultTable]) -> str:
     """One table environment per problem, ready to be \\input."""
     names = labels([table.title.split(":")[0] for table in tables])
     return "\n".join([NEEDED, *(_environment(table, name) for table, name in zip(tables, names, strict=True))])
@@ -39,10 +39,10 @@ def labels(names: Sequence[str]) -> list[str]:
     return found
 
 
-def _environment(table: IterationTable, label: str) -> str:
+def _environment(table: ResultTable, label: str) -> str:
     caption = f"{table.title}. {table.provenance}."
     above = [text for text in (table.verdict, *table.facts) if text]
-    tables = [tabular(table.header, table.groups, LEFT)]
+    tables = [tabular(table.header, table.groups, LEFT)] if table.groups else []
     if table.summary:
         tables.append(tabular(table.summary_header, [table.summary], LEFT))
     return float_of(caption, label, tables, [*above, *table.remarks]) + "\n"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from lcpcli.files.source import Source
+    from lcpcli.report.result_table import ResultTable
     from lcpcli.solving.result import Result
 
 
@@ -51,7 +52,11 @@ def render(
         return trace_csv.render(results) if iterates else answer_csv.render(results, compared)
     from lcpcli.report import iterations
 
-    tables = [iterations.build(run, width, compared, whole) for run in runs]
+    return typeset([iterations.build(run, width, compared, whole) for run in runs], form, width, color)
+
+
+def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:
+    """Tables as text in a format."""
     if form == "markdown":
         from lcpcli.report import markdown
 

@@ -11,7 +11,7 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from lcpcli.report.iterations import LEFT, IterationTable
+from lcpcli.report.result_table import LEFT, ResultTable
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000
@@ -22,7 +22,7 @@ UNSOLVED = "red"
 REMARK = "magenta"
 
 
-def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> str:
+def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str:
     """The tables as text for a terminal of that width; None for a pipe. Numbers are never truncated or broken."""
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
@@ -32,7 +32,8 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
         _print_lines(console, [table.title], width, "bold")
         if table.verdict:
             _print_outcome(console, table, width)
-        console.print(grid(table.header, [_label_down(group) for group in table.groups], width, LEFT))
+        if table.groups:
+            console.print(grid(table.header, [_label_down(group) for group in table.groups], width, LEFT))
         if not table.verdict:
             console.print(grid(table.summary_header, [table.summary], width, LEFT, table.leaders))
             _print_lines(console, table.remarks, width, REMARK)
@@ -40,9 +41,9 @@ def render(tables: Sequence[IterationTable], width: int | None, color: bool) -> 
     return trimmed(out)
 
 
-def _print_outcome(console: Console, table: IterationTable, width: int | None) -> None:
+def _print_outcome(console: Console, table: ResultTable, width: int | None) -> None:
     """The result first: the verdict, the main numbers, remarks, and a blank line."""
-    style = STYLES["solved"] if table.verdict.startswith("solved") else UNSOLVED
+    style = STYLES["solved"] if table.settled else UNSOLVED
     _print_lines(console, [table.verdict], width, f"bold {style}")
     _print_lines(console, table.facts, width, "")
     _print_lines(console, table.remarks, width, REMARK)

@@ -1,0 +1,130 @@
+"""lcp solve --all from parsed options to an exit code: search, show what was found."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from lcpcli import options
+from lcpcli.cli import exit_codes, problems, threads
+from lcpcli.cli.options import STARTS
+from lcpcli.cli.output import HERE, Output, emit, terminal
+from lcpcli.cli.session import refuse_clashes
+from lcpcli.errors import OptionError
+from lcpcli.files.keys import BOUNDS
+from lcpcli.methods.registry import ADDITIONS, OPTIONS
+from lcpcli.options import MAX_ITERATIONS, MAX_SOLUTIONS, TIME_LIMIT, TOL, flag
+
+if TYPE_CHECKING:
+    from lcpcli.enumeration.solution_set import SolutionSet
+    from lcpcli.files.source import Source
+    from lcpcli.methods.variants import Variant
+    from lcpcli.rational.problem import ExactProblem
+
+OF_ONE = (
+    *OPTIONS,
+    *ADDITIONS,
+    *STARTS,
+    TOL.name,
+    MAX_ITERATIONS.name,
+    "trace",
+    "every",
+    "bound",
+    "jobs",
+    "cluster",
+    "resume",
+)
+
+
+def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bool) -> int:
+    """Find all solutions of the problem in the files; show them; return the exit code."""
+    _refuse_without_effect(variant, given)
+    threads.settle(files, given["threads"])
+    options.check((TIME_LIMIT, MAX_SOLUTIONS), given)
+    output = Output(
+        given["form"], None, None, given["output"], given["quiet"], bound=False, exact=False, compared=False
+    )
+    of_z = {name: given[name] for name in BOUNDS}
+    refuse_clashes(problems.inputs(files, of_z), {"--output": output.path, "--plot": given["plot"]})
+    data, source = _read(files, of_z, given["quiet"])
+    found = _found(data, given)
+    _show(found, source, output, exact)
+    return exit_code(found)
+
+
+def exit_code(found: SolutionSet) -> int:
+    """0 if the list is complete or as long as was asked for, 1 if it may not be complete, 3 if there is no solution."""
+    from lcpcli.enumeration import solution_set as sets
+
+    codes = {sets.TIME_LIMIT: exit_codes.NOT_SOLVED, sets.INTERRUPTED: exit_codes.INTERRUPTED}
+    return {**codes, sets.UNSOLVABLE: exit_codes.NO_SOLUTION}.get(found.status, exit_codes.SOLVED)
+
+
+def _refuse_without_effect(variant: Variant, given: Mapping[str, Any]) -> None:
+    """Raise OptionError for an option that is for a single solution."""
+    if variant.method != "auto":
+        hint = "leave out --method, or --all"
+        raise OptionError("--all", f"has a method of its own, and {variant} finds one solution at most", hint)
+    for name in OF_ONE:
+        if given[name] not in (None, False):
+            raise OptionError(flag(name), "has no effect with --all", "leave it out")
+    if given["plot"] == HERE:
+        raise OptionError("--plot -", "has no effect with --all", "name a file for the picture")
+
+
+def _read(files: Sequence[str], bounds: problems.Given, quiet: bool) -> tuple[ExactProblem, Source]:
+    """The problem in the files, with decimals as written, and where it is."""
+    works, several = problems.works(files)
+    if several:
+        raise OptionError("--all", "takes one problem", "give the others to another run")
+    work = next(works)
+    (held,) = problems.held(work, bounds, exact=True)
+    for fault in [] if quiet else held.faults:
+        problems.tell(fault)
+    assert held.data is not None
+    return held.data, work.sources[0]
+
+
+def _found(data: ExactProblem, given: Mapping[str, Any]) -> SolutionSet:
+    """What the search finds, until it ends or is ended."""
+    from lcpcli.enumeration import solution_set as sets
+    from lcpcli.enumeration.search import solutions
+
+    began = time.perf_counter()
+    search = solutions(data, time_limit=given[TIME_LIMIT.name], max_solutions=given[MAX_SOLUTIONS.name])
+    ended = sets.TIME_LIMIT
+    try:
+        for _ in search:
+            continue
+    except KeyboardInterrupt:
+        ended = sets.INTERRUPTED
+    if ended == sets.TIME_LIMIT and len(search.pieces) == given[MAX_SOLUTIONS.name]:
+        ended = sets.ENOUGH
+    return sets.SolutionSet.of(search, ended, time.perf_counter() - began)
+
+
+def _show(found: SolutionSet, source: Source, output: Output, exact: bool) -> None:
+    """Print what was found, or write it to the output file."""
+    if output.silent:
+        return
+    from lcpcli.files import atomic_write
+
+    width, color = (None, False) if output.path else terminal()
+    text = _text(found, source, output.form, exact, width, color)
+    if output.path is None:
+        emit(text, color)
+    else:
+        atomic_write.write_whole(output.path, text)
+
+
+def _text(found: SolutionSet, source: Source, form: str, exact: bool, width: int | None, color: bool) -> str:
+    if form in ("json", "csv"):
+        from lcpcli.report import solution_records
+
+        return (
+            solution_records.in_json(found, source, exact) if form == "json" else solution_records.in_csv(found, exact)
+        )
+    from lcpcli.report import render, solution_table
+
+    return render.typeset([solution_table.build(found, exact)], form, width, color)

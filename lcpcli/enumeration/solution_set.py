@@ -1,0 +1,93 @@
+"""The set of all solutions as far as it was found, and what is known about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lcpcli.enumeration.equilibria import Equilibria
+from lcpcli.enumeration.piece import Piece
+from lcpcli.enumeration.search import Solutions
+from lcpcli.errors import count
+from lcpcli.model.reductions.game import Game
+from lcpcli.rational.polyhedra import Point
+from lcpcli.rational.problem import ExactProblem
+
+COMPLETE, UNSOLVABLE = "complete", "unsolvable"  # proved to be all; proved that there are none
+ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"  # what ended the search before
+UNLISTED = {
+    ENOUGH: "as many as were asked for",
+    TIME_LIMIT: "found by the time limit",
+    INTERRUPTED: "found until the search was interrupted",
+}
+
+
+@dataclass(frozen=True)
+class SolutionSet:
+    """The pieces of a solution set.
+
+    data : the problem. pieces : those that were found. equilibria : of a game those of the pieces; else None.
+    status : COMPLETE, UNSOLVABLE or what ended the search. seconds : that it took.
+    """
+
+    data: ExactProblem
+    pieces: tuple[Piece, ...]
+    equilibria: Equilibria | None
+    status: str
+    seconds: float
+
+    @classmethod
+    def of(cls, search: Solutions, ended: str, seconds: float) -> SolutionSet:
+        """What a search has found; `ended` is what ended it if it is not complete."""
+        pieces, held = tuple(search.pieces), search.equilibria
+        status = (COMPLETE if pieces else UNSOLVABLE) if search.complete else ended
+        if held is not None and len(pieces) < len(held.subsets):
+            held = held.first(len(pieces))
+        return cls(search.problem, pieces, held, status, seconds)
+
+    @property
+    def complete(self) -> bool:
+        """Whether these are proved to be all solutions."""
+        return self.status in (COMPLETE, UNSOLVABLE)
+
+    @property
+    def points(self) -> list[Point]:
+        """Each isolated solution, and each vertex of a piece, once; of a game in the order of the equilibria."""
+        vertices = {vertex: None for piece in self.pieces for vertex in piece.vertices}
+        if self.equilibria is None:
+            return list(vertices)
+        places = (k for subset in self.equilibria.subsets for k in subset.extreme)
+        own = (vertex for piece in self.pieces for vertex in piece.vertices)
+        return [vertex for _, vertex in sorted(dict(zip(places, own, strict=True)).items())]
+
+    @property
+    def game(self) -> Game | None:
+        """The game whose equilibria are the solutions."""
+        origin = self.data.problem.origin
+        return origin if isinstance(origin, Game) else None
+
+    @property
+    def message(self) -> str:
+        """The whole in one sentence."""
+        if self.status == UNSOLVABLE:
+            return "no solution: every choice of states is excluded in rational arithmetic"
+        found = self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
+        if not self.complete:
+            return f"{found}, {UNLISTED[self.status]}; there may be others"
+        isolated = all(piece.is_point for piece in self.pieces)
+        if isolated and len(self.pieces) == 1:
+            return f"{found}, proved to be the only one"
+        return f"{found}{', all isolated' * isolated}, proved to be all"
+
+    def _solutions(self) -> str:
+        points = sum(piece.is_point for piece in self.pieces)
+        faces = len(self.pieces) - points
+        if not faces:
+            return count(points, "solution")
+        return f"infinitely many solutions: {f'{points} isolated and ' * bool(points)}{count(faces, 'face')}"
+
+    def _equilibria(self, held: Equilibria) -> str:
+        extreme = len(held.extreme)
+        if all(piece.is_point for piece in self.pieces):
+            return f"{extreme} {'equilibrium' if extreme == 1 else 'equilibria'}"
+        parts = f"{count(len(held.subsets), 'maximal Nash subset')} in {count(len(held.components), 'component')}"
+        return f"infinitely many equilibria: {extreme} extreme ones, {parts}"

@@ -1,0 +1,94 @@
+"""All solutions of a problem as JSON and as CSV."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from lcpcli import __version__
+from lcpcli.enumeration.minimizers import objective
+from lcpcli.enumeration.solution_set import SolutionSet
+from lcpcli.files.source import Source
+from lcpcli.model.reductions.program import Program
+from lcpcli.rational.numbers import rounded, text
+from lcpcli.rational.polyhedra import Point
+from lcpcli.report import answer_csv
+from lcpcli.report.numbers import finite
+
+HEADER = ("piece", "kind", "number", "component", "z", "w")
+
+
+def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
+    """One object in one line; numbers are texts of fractions if they are to be exact."""
+    data, points = found.data, found.points
+    place = {point: k for k, point in enumerate(points)}
+    vector = _exactly if exact else _rounded
+    held = {
+        "version": __version__,
+        "file": source.file,
+        "item": source.item,
+        "problem": data.problem.name,
+        "n": data.n,
+        "status": found.status,
+        "message": found.message,
+        "complete": found.complete,
+        "solutions": [_solution(found, k, point, vector) for k, point in enumerate(points)],
+        "pieces": [
+            {
+                "vertices": [place[vertex] for vertex in piece.vertices],
+                "rays": [vector(ray) for ray in piece.rays],
+                "lines": [vector(line) for line in piece.lines],
+                "states": [list(states) for states in piece.states],
+            }
+            for piece in found.pieces
+        ],
+        "components": None if found.equilibria is None else [list(part) for part in found.equilibria.components],
+        "degenerate": None if found.equilibria is None else found.equilibria.is_degenerate,
+        "seconds": found.seconds,
+    }
+    return json.dumps(held, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _solution(found: SolutionSet, k: int, z: Point, vector: Any) -> dict[str, Any]:
+    """A solution, and what it is for the program or the game."""
+    told: dict[str, Any] = {"z": vector(z), "w": vector(found.data.w(z)), "objective": None, "equilibrium": None}
+    origin = found.data.problem.origin
+    if isinstance(origin, Program):
+        (told["objective"],) = vector([objective(found.data, origin, z)])
+    if found.equilibria is not None:
+        each = found.equilibria.extreme[k]
+        told["equilibrium"] = {
+            "row": vector(each.row),
+            "column": vector(each.column),
+            "payoffs": vector(each.payoffs),
+            "pure": each.is_pure,
+            "index": each.index,
+        }
+    return told
+
+
+def in_csv(found: SolutionSet, exact: bool) -> str:
+    """A line for each component of each vertex, ray and line: z, and w or for directions its change."""
+    data, vector = found.data, _exactly if exact else _rounded
+    constant = data.w([Fraction(0)] * data.n)
+    rows: list[list[Any]] = []
+    for number, piece in enumerate(found.pieces, 1):
+        parts = [("vertex", z, data.w(z)) for z in piece.vertices]
+        for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
+            changes = ([a - b for a, b in zip(data.w(each), constant, strict=True)] for each in directions)
+            parts += [(kind, each, change) for each, change in zip(directions, changes, strict=True)]
+        for k, (kind, z, w) in enumerate(parts, 1):
+            for i, pair in enumerate(zip(vector(z), vector(w), strict=True), 1):
+                rows.append([number, kind, k, i, *pair])
+    head = [found.data.problem.name, found.message]
+    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text([HEADER, *rows])
+
+
+def _rounded(values: Sequence[Fraction]) -> list[float | None]:
+    return [finite(value) for value in rounded(values).tolist()]
+
+
+def _exactly(values: Sequence[Fraction]) -> list[str]:
+    return [text(value) for value in values]

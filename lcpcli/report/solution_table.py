@@ -1,0 +1,123 @@
+"""All solutions of a problem as a table: the pieces of the set, each by its vertices, rays and lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+
+from lcpcli.enumeration.equilibria import Equilibria
+from lcpcli.enumeration.minimizers import objective
+from lcpcli.enumeration.piece import Piece
+from lcpcli.enumeration.solution_set import SolutionSet
+from lcpcli.model.reductions.program import Program
+from lcpcli.rational import numbers as rationals
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.report import numbers, provenance
+from lcpcli.report.result_table import ResultTable
+
+Cell = Callable[[Fraction], str]
+MOST_NAME = 11  # characters of a name above a column
+
+
+def build(found: SolutionSet, exact: bool) -> ResultTable:
+    """The table of a solution set, exact in fractions; of a game, that of its equilibria."""
+    cell = cell_of(exact)
+    header, groups, remarks = (
+        _pieces(found, cell) if found.equilibria is None else _equilibria(found, found.equilibria, cell)
+    )
+    problem = found.data.problem
+    title = f"{numbers.title(problem) or 'problem'}: {numbers.size(problem)}"
+    made_by = f"{provenance.PROGRAM}, in exact arithmetic, {numbers.duration(found.seconds)}"
+    return ResultTable(title, header, groups, found.message, [], remarks, made_by, settled=found.complete)
+
+
+def cell_of(exact: bool) -> Cell:
+    """How a number is shown: as a fraction, or to seven digits."""
+    return rationals.brief if exact else (lambda value: f"{float(rationals.rounded([value])[0]):.7g}")
+
+
+def _pieces(found: SolutionSet, cell: Cell) -> tuple[list[str], list[list[list[str]]], list[str]]:
+    """A row for each vertex, ray and line, z and then w; the isolated solutions are one group, each face is another."""
+    data = found.data
+    program = data.problem.origin if isinstance(data.problem.origin, Program) else None
+    header = ["piece", "", *_names(data), *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
+    points: list[list[str]] = []
+    faces: list[list[list[str]]] = []
+    for number, piece in enumerate(found.pieces, 1):
+        rows = _rows(data, piece, program, cell)
+        rows[0][0] = str(number)
+        if piece.is_point:
+            points += rows
+        else:
+            faces.append(rows)
+    return header, [*([points] if points else []), *faces], _remarks(found)
+
+
+def _rows(data: ExactProblem, piece: Piece, program: Program | None, cell: Cell) -> list[list[str]]:
+    constant = data.w([Fraction(0)] * data.n)
+    word = "point" if piece.is_point else "vertex"
+    rows = []
+    for vertex in piece.vertices:
+        value = [cell(objective(data, program, vertex))] if program else []
+        rows.append(["", word, *map(cell, vertex), *map(cell, data.w(vertex)), *value])
+    for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
+        for direction in directions:
+            slope = [a - b for a, b in zip(data.w(direction), constant, strict=True)]
+            rows.append(["", kind, *map(cell, direction), *map(cell, slope), *[""] * bool(program)])
+    return rows
+
+
+def _remarks(found: SolutionSet) -> list[str]:
+    if all(piece.is_point for piece in found.pieces):
+        return []
+    told = "the solutions of a face are the averages of its vertices"
+    if any(piece.rays or piece.lines for piece in found.pieces):
+        told += ", plus any positive multiples of its rays and any multiples of its lines"
+    return [told]
+
+
+def _names(data: ExactProblem) -> list[str]:
+    """The names of the unknowns that fit above a column, else their places."""
+    return [name if 0 < len(name) < MOST_NAME else f"z{i}" for i, name in enumerate(data.problem.names, 1)]
+
+
+def _equilibria(found: SolutionSet, held: Equilibria, cell: Cell) -> tuple[list[str], list[list[list[str]]], list[str]]:
+    """A row for each extreme equilibrium, those of a component as a group."""
+    game = found.game
+    assert game is not None
+    rows_, columns_ = (
+        [name if 0 < len(name) < MOST_NAME else f"{letter}{i}" for i, name in enumerate(names, 1)]
+        for letter, names in (("x", game.rows or [""] * game.A.shape[0]), ("y", game.columns or [""] * game.A.shape[1]))
+    )
+    indexed = any(each.index is not None for each in held.extreme)
+    header = ["", *rows_, *columns_, "row gets", "column gets", *["index"] * indexed, "pure"]
+    lines = [
+        [
+            str(number),
+            *map(cell, each.row),
+            *map(cell, each.column),
+            *map(cell, each.payoffs),
+            *([f"{each.index:+d}" if each.index is not None else ""] if indexed else []),
+            "pure" * each.is_pure,
+        ]
+        for number, each in enumerate(held.extreme, 1)
+    ]
+    if held.is_degenerate is False:
+        indices = [each.index or 0 for each in held.extreme]
+        told = [f"the indices sum to {sum(indices)}"] if found.complete and all(indices) and len(lines) > 1 else []
+        return header, [lines] if lines else [], told
+    groups = [
+        [lines[k] for k in sorted({k for s in part for k in held.subsets[s].extreme})] for part in held.components
+    ]
+    remarks = [
+        f"{_listed(subset.extreme)} span a Nash subset: "
+        "any averages of their row and of their column strategies are an equilibrium"
+        for subset in held.subsets
+        if len(subset.extreme) > 1
+    ]
+    return header, groups, remarks
+
+
+def _listed(places: Sequence[int]) -> str:
+    words = [str(place + 1) for place in places]
+    return f"{', '.join(words[:-1])} and {words[-1]}"
