@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 from math import lcm
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,21 +36,21 @@ class Vertices:
     is_simple : whether no vertex so far has more labels than strategies.
     """
 
-    def __init__(self, payoffs: Payoffs, own: Sequence[int], others: Sequence[int]) -> None:
+    def __init__(self, payoffs: Payoffs, own: Sequence[int], others: Sequence[int], check: Callable[[], None]) -> None:
         rows = {}
         for label, column in zip(others, zip(*payoffs, strict=True), strict=True):
             common = lcm(*(value.denominator for value in column))
             rows[label] = [common, *(-value.numerator * (common // value.denominator) for value in column)]
-        self._start = Dictionary(rows, list(own), [*own, *others])
+        self._start = Dictionary(rows, list(own), [*own, *others], check)
         self._own, self._labels = own, sorted([*own, *others])
         self.strategies: list[Point] = []
         self.is_simple = True
         self._unlabelled: list[list[bool]] = []
 
-    def found(self, check: Callable[[], None]) -> Iterator[None]:
+    def found(self) -> Iterator[None]:
         """Take up one vertex after another."""
         known = set()
-        for here, _ in bases(self._start, check):
+        for here, _ in bases(self._start):
             nonzero = tuple(here.value(label) != 0 for label in self._labels)
             if nonzero in known:
                 continue
@@ -66,24 +67,37 @@ class Vertices:
         return np.array(self._unlabelled, dtype=float).reshape(-1, len(self._labels))
 
 
-def extreme_equilibria(
-    A: Payoffs, B: Payoffs, check: Callable[[], None]
-) -> tuple[Vertices, Vertices, list[tuple[int, int]], bool]:
-    """The vertices of both players, the pairs of them that are equilibria, and whether that is proved to be all.
+class Matched(NamedTuple):
+    """What was found of both polytopes.
 
-    A, B : positive payoffs of the row and the column player. `check` may raise TimeIsUp.
+    rows, columns : the strategies of the vertices. pairs : which of them, counted from 0, are extreme equilibria.
+    is_simple : whether all vertices are. complete : whether these are proved to be all.
+    """
+
+    rows: list[Point]
+    columns: list[Point]
+    pairs: list[tuple[int, int]]
+    is_simple: bool
+    complete: bool
+
+
+def extreme_equilibria(A: Payoffs, B: Payoffs, check: Callable[[], None]) -> Matched:
+    """The extreme equilibria for positive payoffs A of the row and B of the column player.
+
+    `check` is called before each pivot; if it raises TimeIsUp, what was found by then is returned.
     """
     m, k = len(A), len(A[0])
     rows, columns = range(m), range(m, m + k)
-    one = Vertices(B, rows, columns)
-    other = Vertices([list(column) for column in zip(*A, strict=True)], columns, rows)
+    one = Vertices(B, rows, columns, check)
+    other = Vertices([list(column) for column in zip(*A, strict=True)], columns, rows, check)
     complete = True
     try:
-        for _ in zip_longest(one.found(check), other.found(check)):
+        for _ in zip_longest(one.found(), other.found()):
             pass
     except TimeIsUp:
         complete = False
-    return one, other, list(_matched(one.unlabelled(), other.unlabelled())), complete
+    pairs = list(_matched(one.unlabelled(), other.unlabelled()))
+    return Matched(one.strategies, other.strategies, pairs, one.is_simple and other.is_simple, complete)
 
 
 def _matched(unlabelled: Vector, others: Vector) -> Iterator[tuple[int, int]]:

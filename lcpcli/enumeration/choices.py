@@ -6,7 +6,7 @@ opposite sign; a free one is y_i. The forms of a dictionary are y_i, w_i and, of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
@@ -22,11 +22,11 @@ class Unknowns:
     """The unknowns of a problem.
 
     base, side : z = base + side y. boxes : those with two bounds. choices : the states that each may have; none if it
-    is fixed.
+    is fixed. check : called before each pivot; it may raise.
     """
 
-    def __init__(self, data: ExactProblem) -> None:
-        self.data, self.n = data, data.n
+    def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
+        self.data, self.n, self.check = data, data.n, check
         bounds = list(zip(data.lower, data.upper, strict=True))
         self.base = [low if low is not None else high if high is not None else Fraction(0) for low, high in bounds]
         self.side = [-1 if low is None and high is not None else 1 for low, high in bounds]
@@ -68,7 +68,7 @@ class Unknowns:
             unit = [-width.denominator if j == k else 0 for j in kept]
             rows[self.zero(k, UPPER)] = [width.numerator, *unit]
         bounded = [k for k in kept if len(self.choices[k]) > 1]
-        node = Node(Dictionary(rows, list(kept), bounded), [None] * self.n)
+        node = Node(Dictionary(rows, list(kept), bounded, self.check), [None] * self.n)
         node.dictionary.signed |= {self.zero(k, UPPER) for k in self.boxes}
         signed = (node.dictionary.require(self.w(k)) for k in bounded if k not in self.boxes)
         free = (self.choose(node, k, BASIC) for k in kept if self.choices[k] == (BASIC,))

@@ -77,18 +77,16 @@ class Equilibria:
 def equilibria(A: Payoffs, B: Payoffs, check: Callable[[], None]) -> Equilibria:
     """All equilibria of the game with the payoffs A of the row and B of the column player, in exact arithmetic.
 
-    `check` is called before each step; if it raises TimeIsUp, what was found by then is returned.
+    `check` is called before each pivot; if it raises TimeIsUp, what was found by then is returned.
     """
     positive = _shifted(A), _shifted(B)
-    one, other, pairs, complete = extreme_equilibria(*positive, check)
-    is_simple = one.is_simple and other.is_simple
-    extreme = tuple(
-        _verified(A, B, one.strategies[i], other.strategies[j], positive if complete and is_simple else None)
-        for i, j in sorted(pairs, key=lambda pair: (one.strategies[pair[0]], other.strategies[pair[1]]), reverse=True)
-    )
+    found = extreme_equilibria(*positive, check)
+    counted = positive if found.complete and found.is_simple else None
+    pairs = sorted(((found.rows[i], found.columns[j]) for i, j in found.pairs), reverse=True)
+    extreme = tuple(_verified(A, B, x, y, counted) for x, y in pairs)
     subsets = nash_subsets(extreme)
-    is_degenerate = None if is_simple and not complete else not is_simple
-    return Equilibria(extreme, subsets, components(subsets), is_degenerate, complete)
+    is_degenerate = None if found.is_simple and not found.complete else not found.is_simple
+    return Equilibria(extreme, subsets, components(subsets), is_degenerate, found.complete)
 
 
 def nash_subsets(extreme: Sequence[Equilibrium]) -> tuple[NashSubset, ...]:

@@ -29,23 +29,23 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     if z is not None and shape == theorems.POINT:
         yield Piece.of(data, Generators([tuple(z)], [], []))
         return
-    unknowns = Unknowns(data)
+    unknowns = Unknowns(data, check)
     start = unknowns.root()
     if start is None:
         return
     if z is not None:
         _choose_common(unknowns, start, common_states(data, [tuple(z)]))
     found: list[int] = []
-    for leaf in leaves(unknowns, start, found, check):
-        piece = Piece.of(data, unknowns.z(generators(leaf.dictionary, range(data.n), check)))
+    for leaf in leaves(unknowns, start, found):
+        piece = Piece.of(data, unknowns.z(generators(leaf.dictionary, range(data.n))))
         found.append(_bits(piece.states))
-        if _is_maximal(unknowns, piece.states, check):
+        if _is_maximal(unknowns, piece.states):
             yield piece
             if shape:
                 return
 
 
-def _is_maximal(unknowns: Unknowns, states: States, check: Callable[[], None]) -> bool:
+def _is_maximal(unknowns: Unknowns, states: States) -> bool:
     """Whether no other choice among the states that hold in a piece gives a larger one.
 
     All nodes with those states contain the piece, so that any leaf that does not lie in it is larger.
@@ -56,7 +56,7 @@ def _is_maximal(unknowns: Unknowns, states: States, check: Callable[[], None]) -
     assert start is not None
     _choose_common(unknowns, start, states)
     held = unknowns.restricted([[NAMES.index(name) for name in names if name in NAMES] for names in states])
-    return next(leaves(held, start, [_bits(states)], check), None) is None
+    return next(leaves(held, start, [_bits(states)]), None) is None
 
 
 def _choose_common(unknowns: Unknowns, node: Node, states: States) -> None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from lcpcli.enumeration.choices import STATES, Node, Unknowns
 
 
-def leaves(unknowns: Unknowns, start: Node, found: Sequence[int], check: Callable[[], None]) -> Iterator[Node]:
+def leaves(unknowns: Unknowns, start: Node, found: Sequence[int]) -> Iterator[Node]:
     """The nodes below a node all of whose points are solutions, but for those that lie in pieces found before.
 
     found : pieces as bits, one for the state of each unknown; it may grow in the meantime. A node's states are chosen
@@ -15,7 +15,6 @@ def leaves(unknowns: Unknowns, start: Node, found: Sequence[int], check: Callabl
     """
     pending = [start]
     while pending:
-        check()
         node = pending.pop()
         bits = unknowns.satisfied(node)
         if any(piece & ~bits == 0 and contains(unknowns, piece, node) for piece in found):

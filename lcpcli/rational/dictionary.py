@@ -9,7 +9,7 @@ ties are broken by R. G. Bland, New finite pivoting rules for the simplex method
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from copy import copy
 from math import gcd
 
@@ -24,10 +24,13 @@ class Dictionary:
     rows : for each basic form its constant and its coefficients of the cobasic forms, all times `divisor` > 0.
     cobasic : the form of each column, the constant's apart. Forms in neither are 0 throughout.
     signed : the forms that are required to be nonnegative; others may have any sign.
+    check : called before each pivot; it may raise.
     """
 
-    def __init__(self, rows: dict[int, list[int]], cobasic: list[int], signed: Iterable[int]) -> None:
-        self.rows, self.cobasic, self.signed, self.divisor = rows, cobasic, set(signed), 1
+    def __init__(
+        self, rows: dict[int, list[int]], cobasic: list[int], signed: Iterable[int], check: Callable[[], None]
+    ) -> None:
+        self.rows, self.cobasic, self.signed, self.divisor, self.check = rows, cobasic, set(signed), 1, check
         longest = max((abs(value).bit_length() for row in rows.values() for value in row), default=0)
         if longest * len(cobasic) > LONG and (long := long_integer()):
             self.rows = {form: [long(value) for value in row] for form, row in rows.items()}
@@ -111,6 +114,7 @@ class Dictionary:
 
     def pivot(self, leaving: int, k: int) -> None:
         """Exchange a basic form for the cobasic one of column k, counted from 1."""
+        self.check()
         top, old = self.rows.pop(leaving), self.divisor
         sign = 1 if top[k] > 0 else -1
         new = sign * top[k]

@@ -9,7 +9,7 @@ bases are remembered, so that each is visited once.)
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -31,26 +31,23 @@ class Generators(NamedTuple):
     lines: list[Direction]
 
 
-def generators(start: Dictionary, forms: Sequence[int], check: Callable[[], None]) -> Generators:
-    """The generators of a polyhedron from a feasible dictionary, as values of the forms, which tell points apart.
-
-    `check` is called before each basis and may raise.
-    """
+def generators(start: Dictionary, forms: Sequence[int]) -> Generators:
+    """The generators of a polyhedron from a feasible dictionary, as values of the forms, which tell points apart."""
     start = start.copy()
     lines = _without_lines(start, forms)
     vertices: dict[Point, None] = {}
     rays: dict[Direction, None] = {}
-    for here, unbounded in bases(start, check):
+    for here, unbounded in bases(start):
         vertices[tuple(Fraction(here.value(form), int(here.divisor)) for form in forms)] = None
         rays.update((_direction(here, k, forms), None) for k in unbounded)
     return Generators(list(vertices), list(rays), lines)
 
 
-def bases(here: Dictionary, check: Callable[[], None]) -> Iterator[tuple[Dictionary, list[int]]]:
+def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
     """The bases at all vertices, each vertex at least once, with the columns of unbounded edges, counted from 1.
 
     here : a feasible dictionary whose cobasic forms are signed. It is pivoted from basis to basis, depth first and back
-    again, so that no other one is kept. `check` is called before each and may raise.
+    again, so that no other one is kept.
     """
     order = [form for form in here.rows if form in here.signed]
     basis = sum(1 << form for form in here.cobasic)
@@ -58,7 +55,6 @@ def bases(here: Dictionary, check: Callable[[], None]) -> Iterator[tuple[Diction
     moves: list[list[tuple[int, int]]] = []  # of each basis on the way, those that have not been tried
     back: list[tuple[int, int, int]] = []
     while True:
-        check()
         edges = [(k, _leaving(here, k, order)) for k in range(1, len(here.cobasic) + 1)]
         yield here, [k for k, leaving in edges if leaving is None]
         moves.append([(k, leaving) for k, leaving in edges if leaving is not None])
