@@ -11,7 +11,7 @@ from lcpcli.cli import exit_codes, problems, threads
 from lcpcli.cli.options import STARTS
 from lcpcli.cli.output import HERE, Output, emit, terminal
 from lcpcli.cli.session import refuse_clashes
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.keys import BOUNDS
 from lcpcli.methods.registry import ADDITIONS, OPTIONS
 from lcpcli.options import MAX_ITERATIONS, MAX_SOLUTIONS, TIME_LIMIT, TOL, flag
@@ -48,7 +48,10 @@ def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bo
     of_z = {name: given[name] for name in BOUNDS}
     refuse_clashes(problems.inputs(files, of_z), {"--output": output.path, "--plot": given["plot"]})
     data, source = _read(files, of_z, given["quiet"])
-    found = _found(data, given)
+    try:
+        found = _found(data, given)
+    except ProblemError as fault:
+        raise fault.inside(str(source)) from None
     _show(found, source, output, exact)
     return exit_code(found)
 

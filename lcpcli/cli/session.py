@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -77,6 +78,8 @@ def run(
     results, interrupted = runs.finished(each, data, bounds, given["bound"])
     if not output.silent:
         results = [_concluded(own, compared=bool(levels)) for own in results]
+        if many is not None and not interrupted:
+            results = [[_among_others(result) for result in own] for own in results]
     _write_trace(results, output.trace_path)
     _show(results, sources, faults, output, screen, compared=bool(levels))
     plot.show(results)
@@ -89,6 +92,17 @@ def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
     from lcpcli.solving.conclusions import concluded, verified
 
     return [verified(result) if compared else result for result in concluded(results)]
+
+
+def _among_others(result: Result) -> Result:
+    """The result with whether the problem has other solutions; what is said of a program covers that."""
+    from lcpcli.model.reductions.program import Program
+
+    if not result.solved or isinstance(result.problem.origin, Program):
+        return result
+    from lcpcli.enumeration.others import has_others
+
+    return replace(result, others=has_others(result.problem))
 
 
 def _refuse_amiss(files: Sequence[str], output: Output, plot: Plot, resumed: str | None) -> None:

@@ -16,8 +16,8 @@ COMPLETE, UNSOLVABLE = "complete", "unsolvable"  # proved to be all; proved that
 ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"  # what ended the search before
 UNLISTED = {
     ENOUGH: "as many as were asked for",
-    TIME_LIMIT: "found by the time limit",
-    INTERRUPTED: "found until the search was interrupted",
+    TIME_LIMIT: "by the time limit",
+    INTERRUPTED: "before the search was interrupted",
 }
 
 
@@ -72,7 +72,7 @@ class SolutionSet:
             return "no solution: every choice of states is excluded in rational arithmetic"
         found = self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
         if not self.complete:
-            return f"{found}, {UNLISTED[self.status]}; there may be others"
+            return f"{found if self.pieces else 'no solution was found'}, {UNLISTED[self.status]}; there may be others"
         isolated = all(piece.is_point for piece in self.pieces)
         if isolated and len(self.pieces) == 1:
             return f"{found}, proved to be the only one"

@@ -49,6 +49,7 @@ class Record(TypedDict):
     certificate: dict[str, Any] | None
     exact: dict[str, Any] | None
     answer: dict[str, Any] | None
+    others: bool | None
     tol: float | None
     max_iterations: int | None
     time_limit: float | None
@@ -110,6 +111,7 @@ def data(result: Result, source: Source = NOWHERE) -> Record:
         "certificate": _certificate(result),
         "exact": _exact(result),
         "answer": answers.data(result),
+        "others": result.others,
         "tol": made_by["tol"],
         "max_iterations": made_by["max_iterations"],
         "time_limit": made_by["time_limit"],

@@ -19,6 +19,7 @@ SPECIAL = {
     "[": "{[}",
     **{mark: "\\" + mark for mark in "&%$#_{}"},
 }
+VARIABLES = ("z", "w", "x", "y")
 NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}"
 FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # shrinks a wide table, enlarges none
 
@@ -75,8 +76,8 @@ def _row(cells: list[str]) -> str:
 
 
 def _heading(name: str) -> str:
-    if name[0] == "z" and name[1:].isdigit():
-        return f"$z_{{{name[1:]}}}$"
+    if name[:1] in VARIABLES and name[1:].isdigit():
+        return f"${name[0]}_{{{name[1:]}}}$"
     return f"${name}$" if name == "k" else _cell(name)
 
 

@@ -14,6 +14,7 @@ from lcpcli.solving.result import Result
 
 PAGE = 80
 DIGITS = 7
+OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 SETTLED = ("infeasible", "unsolvable")  # without a z of interest
 
 
@@ -21,7 +22,7 @@ def verdict(result: Result) -> str:
     """One line: how the run ended, and by which methods."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
-        return f"{result.status.word} {by}: {_work(result)}"
+        return f"{result.status.word} {by}: {_work(result)}{OTHERS[result.others]}"
     return f"{summary.name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
 
 

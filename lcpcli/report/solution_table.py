@@ -109,15 +109,6 @@ def _equilibria(found: SolutionSet, held: Equilibria, cell: Cell) -> tuple[list[
     groups = [
         [lines[k] for k in sorted({k for s in part for k in held.subsets[s].extreme})] for part in held.components
     ]
-    remarks = [
-        f"{_listed(subset.extreme)} span a Nash subset: "
-        "any averages of their row and of their column strategies are an equilibrium"
-        for subset in held.subsets
-        if len(subset.extreme) > 1
-    ]
-    return header, groups, remarks
-
-
-def _listed(places: Sequence[int]) -> str:
-    words = [str(place + 1) for place in places]
-    return f"{', '.join(words[:-1])} and {words[-1]}"
+    subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets]
+    told = f"maximal Nash subsets {', '.join(subsets)}: any averages of the row and of the column strategies of one "
+    return header, groups, [f"{told}are an equilibrium"]

@@ -121,6 +121,7 @@ class Result:
     answer : what it means for the quadratic program or the game that the problem comes from; None if from neither.
     verified : whether a claim to have solved the problem holds when the residual is recomputed from the original
         data; None if there is no such claim, or if not requested.
+    others : whether the problem has other solutions too; None if that is not known, or if not requested.
 
     to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`.
 
@@ -156,6 +157,7 @@ class Result:
     suggestions: Suggestions = NONE
     answer: Answer | None = None
     verified: bool | None = None
+    others: bool | None = None
 
     if TYPE_CHECKING:  # `lcpcli` gives them to the class, from report/
 

@@ -1,0 +1,21 @@
+"""Whether a solution is the only one, as far as a short search can tell."""
+
+from __future__ import annotations
+
+from lcpcli.enumeration.search import solutions
+from lcpcli.model.problem import Problem
+from lcpcli.rational.problem import ExactProblem
+
+SECONDS = 0.05
+MOST = 50  # unknowns; the search for more has steps that take longer
+
+
+def has_others(problem: Problem) -> bool | None:
+    """Whether a problem that has a solution has others too, proved for its decimals; None if that is not found out."""
+    if problem.n > MOST:
+        return None
+    search = solutions(ExactProblem.of_decimals(problem), time_limit=SECONDS, max_solutions=2)
+    pieces = list(search)
+    if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
+        return True
+    return False if search.complete and pieces else None
