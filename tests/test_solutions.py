@@ -142,6 +142,12 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
     problem = Problem(-np.eye(12) + 0.01, np.ones(12))
     found = lcpcli.solutions(problem, max_solutions=3)
     assert (len(list(found)), len(found.points), found.complete) == (3, 3, False)
+    stopped = lcpcli.solutions(problem)
+    next(stopped)
+    stopped.stop()
+    assert (list(stopped), len(stopped.pieces), stopped.complete) == ([], 1, False)
+    segments = lcpcli.solutions(Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.2)
+    assert (list(segments), segments.complete) == ([], False)  # one piece with 2^40 vertices
     late = lcpcli.solutions(problem, time_limit=1e-9)
     assert (list(late), late.complete) == ([], False)
     assert (next(late, None), late.complete) == (None, False)

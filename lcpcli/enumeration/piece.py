@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -68,11 +68,15 @@ def common_states(
     return tuple(states)
 
 
-def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int) -> Piece:
-    """The product of pieces of independent blocks, whose unknowns are at these places among n."""
+def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
+    """The product of pieces of independent blocks, whose unknowns are at these places among n.
+
+    `check` is called before each vertex and may raise: there are as many as combinations of theirs.
+    """
     zero = [Fraction(0)] * n
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Fraction]]]) -> Point:
+        check()
         z = list(zero)
         for indices, part in parts:
             for i, value in zip(indices, part, strict=True):

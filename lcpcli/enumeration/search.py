@@ -80,11 +80,11 @@ class Solutions(Iterator[Piece]):
         self.pieces: list[Piece] = []
         self.complete = False
         self.equilibria: Equilibria | None = None
-        self._time_limit, self._most, self._deadline = time_limit, most, 0.0
+        self._time_limit, self._most, self._deadline, self._stopped = time_limit, most, 0.0, False
         self._search = self._started()
 
     def __next__(self) -> Piece:
-        if len(self.pieces) == self._most:
+        if self._stopped or len(self.pieces) == self._most:
             raise StopIteration
         try:
             piece = next(self._search)
@@ -92,6 +92,10 @@ class Solutions(Iterator[Piece]):
             raise StopIteration from None
         self.pieces.append(piece)
         return piece
+
+    def stop(self) -> None:
+        """End the search at the next pivot, as after the time limit; signal handlers may call it at any time."""
+        self._stopped = True
 
     @property
     def points(self) -> list[Point]:
@@ -119,10 +123,10 @@ class Solutions(Iterator[Piece]):
         last = data if not found else restricted(data, parts[-1])
         for piece in pieces(last, self._check, self._deadline):
             for others in product(*found):
-                yield combined([*others, piece], parts, data.n) if others else piece
+                yield combined([*others, piece], parts, data.n, self._check) if others else piece
 
     def _check(self) -> None:
-        if time.perf_counter() > self._deadline:
+        if self._stopped or time.perf_counter() > self._deadline:
             raise TimeIsUp
 
 

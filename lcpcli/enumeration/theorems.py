@@ -21,7 +21,7 @@ from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 
 POINT, PIECE = "a point", "a piece"
-SMALL = 10  # unknowns up to which the tree is faster than the search for multipliers
+SMALL = 10  # unknowns up to which the tree is faster than looking for parts and multipliers
 DIGITS = 30  # binary ones of the smallest component of d
 
 Rows = list[list[int]]
@@ -30,7 +30,8 @@ Rows = list[list[int]]
 def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     """What the solutions are proved to be at most: POINT, PIECE or, if nothing is proved, ""."""
     M, doubles = _integers(data), matrices.dense(data.problem.M)
-    parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in _strong_parts(data)]
+    indices = _strong_parts(data) if data.n > SMALL else [range(data.n)]
+    parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
     if all(_is_dominant(*part) for part in parts):
         return POINT
     found = elimination.definiteness(_symmetric(M), check)
