@@ -48,8 +48,8 @@ def texts(found: Equilibria) -> list[tuple[str, str]]:
 
 
 def test_a_game_with_three_extreme_equilibria_in_two_subsets_and_one_component() -> None:
-    """As in section 2 of D. Avis, G. Rosenberg, R. Savani and B. von Stengel, Enumeration of Nash equilibria for
-    two-player games, Economic Theory 42 (2010) 9-37, what is isolated and what is connected."""
+    """In the terms of D. Avis, G. Rosenberg, R. Savani and B. von Stengel, Enumeration of Nash equilibria for
+    two-player games, Economic Theory 42 (2010) 9-37."""
     found = all_of([[2, 2], [2, 1]], [[2, 2], [2, 1]])
     assert texts(found) == [("1 0", "1 0"), ("1 0", "0 1"), ("0 1", "1 0")]
     assert [subset.extreme for subset in found.subsets] == [(0, 1), (0, 2)]

@@ -22,7 +22,7 @@ def shown(points: tuple[tuple[Fraction, ...], ...]) -> set[str]:
 KNOWN = {
     # K. G. Murty, Linear Complementarity, Linear and Nonlinear Programming, Heldermann 1988, chapter 1
     "one of a P-matrix": ([[2, 1], [1, 2]], [-5, -6], (0, np.inf), [({"4/3 7/3"}, set(), set())]),
-    # R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, SIAM 2009: section 1.4, where q lies
+    # R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, SIAM 2009: section 1.3, where q lies
     # in no complementary cone; 3.1, semidefinite M, where the solutions are a polyhedron
     "none although feasible": ([[0, 1], [1, 0]], [-1, 1], (0, np.inf), []),
     "none and infeasible": ([[0, -1], [1, 0]], [-1, -1], (0, np.inf), []),
