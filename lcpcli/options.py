@@ -112,9 +112,9 @@ MAX_SOLUTIONS = Option(
     "max_solutions",
     int,
     None,
-    "integers >= 1",
+    "whole number >= 1",
     lambda count: count >= 1,
-    "Stop after this many pieces of the set of all solutions.",
+    "List no more than this many pieces of the set of solutions; by default all of them.",
 )
 LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
 THREADS = Option(

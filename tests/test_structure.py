@@ -31,9 +31,9 @@ ROOMS = {
     "files": "linalg model rational",
     "gallery": "model",
     "peers": "linalg model",
-    "report": "linalg model rational classes verify solving diagnosis files",
+    "report": "linalg model rational classes verify solving enumeration diagnosis files",
     "bench": "linalg model verify methods solving diagnosis files gallery peers report",
-    "cli": "linalg rational bounds verify methods solving diagnosis files gallery peers report bench",
+    "cli": "linalg rational bounds verify methods solving enumeration diagnosis files gallery peers report bench",
 }
 # Libraries that only some rooms import.
 LIBRARIES = {

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
@@ -17,6 +19,7 @@ from lcpcli.methods.registry import ADDITIONS, OPTIONS
 from lcpcli.options import MAX_ITERATIONS, MAX_SOLUTIONS, TIME_LIMIT, TOL, flag
 
 if TYPE_CHECKING:
+    from lcpcli.enumeration.search import Solutions
     from lcpcli.enumeration.solution_set import SolutionSet
     from lcpcli.files.source import Source
     from lcpcli.methods.variants import Variant
@@ -47,7 +50,7 @@ def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bo
     )
     of_z = {name: given[name] for name in BOUNDS}
     refuse_clashes(problems.inputs(files, of_z), {"--output": output.path, "--plot": given["plot"]})
-    data, source = _read(files, of_z, given["quiet"])
+    data, source = _read(files, of_z, given)
     try:
         found = _found(data, given)
     except ProblemError as fault:
@@ -76,14 +79,14 @@ def _refuse_without_effect(variant: Variant, given: Mapping[str, Any]) -> None:
         raise OptionError("--plot -", "has no effect with --all", "name a file for the picture")
 
 
-def _read(files: Sequence[str], bounds: problems.Given, quiet: bool) -> tuple[ExactProblem, Source]:
+def _read(files: Sequence[str], bounds: problems.Given, given: Mapping[str, Any]) -> tuple[ExactProblem, Source]:
     """The problem in the files, with decimals as written, and where it is."""
-    works, several = problems.works(files)
+    works, several = problems.works(files, given["game"])
     if several:
         raise OptionError("--all", "takes one problem", "give the others to another run")
     work = next(works)
     (held,) = problems.held(work, bounds, exact=True)
-    for fault in [] if quiet else held.faults:
+    for fault in [] if given["quiet"] else held.faults:
         problems.tell(fault)
     assert held.data is not None
     return held.data, work.sources[0]
@@ -96,15 +99,30 @@ def _found(data: ExactProblem, given: Mapping[str, Any]) -> SolutionSet:
 
     began = time.perf_counter()
     search = solutions(data, time_limit=given[TIME_LIMIT.name], max_solutions=given[MAX_SOLUTIONS.name])
-    ended = sets.TIME_LIMIT
-    try:
+    with _stopped_by_interrupts(search) as interrupts:
         for _ in search:
             continue
-    except KeyboardInterrupt:
-        ended = sets.INTERRUPTED
-    if ended == sets.TIME_LIMIT and len(search.pieces) == given[MAX_SOLUTIONS.name]:
-        ended = sets.ENOUGH
+    enough = len(search.pieces) == given[MAX_SOLUTIONS.name]
+    ended = sets.INTERRUPTED if interrupts else sets.ENOUGH if enough else sets.TIME_LIMIT
     return sets.SolutionSet.of(search, ended, time.perf_counter() - began)
+
+
+@contextmanager
+def _stopped_by_interrupts(search: Solutions) -> Iterator[list[int]]:
+    """A context in which Ctrl-C ends the search with what it has found, and a second one as usual; the signals."""
+    received: list[int] = []
+    usual = signal.getsignal(signal.SIGINT)
+
+    def stop(number: int, _: object) -> None:
+        received.append(number)
+        search.stop()
+        signal.signal(signal.SIGINT, usual)
+
+    signal.signal(signal.SIGINT, stop)
+    try:
+        yield received
+    finally:
+        signal.signal(signal.SIGINT, usual)
 
 
 def _show(found: SolutionSet, source: Source, output: Output, exact: bool) -> None:

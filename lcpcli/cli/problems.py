@@ -37,10 +37,15 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
     return data
 
 
-def works(files: Sequence[str]) -> tuple[Iterator[Work], bool]:
-    """What is in the files, and whether there may be several problems in them."""
+def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], bool]:
+    """What is in the files, and whether there may be several problems in them; game is whether they are the payoffs of
+    one."""
     from lcpcli.files.inputs import Columns, inputs
 
+    if game:
+        from lcpcli.files.game_tables import game_in
+
+        return iter([game_in(files)]), False
     each = inputs(files)
     first = list(islice(each, 2))
     return chain(first, each), len(first) > 1 or isinstance(first[0], Columns)

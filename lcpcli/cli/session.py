@@ -59,7 +59,7 @@ def run(
     of_z = {name: given[name] for name in BOUNDS}
     _refuse_amiss(problems_in.inputs(files, of_z), output, plot, given.get("resume"))
     bounds = limits(given)
-    works, several = problems_in.works(files)
+    works, several = problems_in.works(files, given.get("game", False))
     if many is not None and (several or _is_for_many(given, output)):
         return many(works, output)
     held, sources, faults = _read(works, of_z, exact, given["quiet"])
@@ -95,10 +95,8 @@ def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
 
 
 def _among_others(result: Result) -> Result:
-    """The result with whether the problem has other solutions; what is said of a program covers that."""
-    from lcpcli.model.reductions.program import Program
-
-    if not result.solved or isinstance(result.problem.origin, Program):
+    """The result with whether the problem has other solutions."""
+    if not result.solved:
         return result
     from lcpcli.enumeration.others import has_others
 

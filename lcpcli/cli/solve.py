@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     exits=EXITS,
 )
 @problem_files
+@option("Problem", "--game", is_flag=True, help="Two FILEs have the payoffs A and B of a game as tables.")
 @option(
     "Method",
     "--method",
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     help="Solution method, one of those listed below.",
 )
 @option("Proof", "--exact", is_flag=True, help="Prove the result in rational arithmetic, decimals taken as written.")
+@solving
 @option("All solutions", "--all", "all_of_them", is_flag=True, help="List every solution; see lcp help solutions.")
 @numeric("All solutions", MAX_SOLUTIONS)
 @numeric("Many problems", JOBS)
@@ -64,7 +66,6 @@ if TYPE_CHECKING:
     shell_complete=candidates.files(".jsonl"),
     help="Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
 )
-@solving
 def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
     if all_of_them:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lcpcli.enumeration.search import solutions
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.program import Program
 from lcpcli.rational.problem import ExactProblem
 
 SECONDS = 0.05
@@ -11,8 +12,9 @@ MOST = 50  # unknowns; the search for more has steps that take longer
 
 
 def has_others(problem: Problem) -> bool | None:
-    """Whether a problem that has a solution has others too, proved for its decimals; None if that is not found out."""
-    if problem.n > MOST:
+    """Whether a problem that has a solution has others too, proved for its decimals; None if that is not found out, or
+    for the conditions of a program, of which only x counts."""
+    if problem.n > MOST or isinstance(problem.origin, Program):
         return None
     search = solutions(ExactProblem.of_decimals(problem), time_limit=SECONDS, max_solutions=2)
     pieces = list(search)

@@ -25,6 +25,7 @@ from lcpcli.linalg import matrices
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
+from lcpcli.rational.numbers import RATIO
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -81,6 +82,11 @@ def parse_columns(content: bytes) -> tuple[list[list[float]], list[str]]:
     """The rows of a table of numbers, and the names that its header gives the columns, if it has one."""
     rows, _, header = _table(decode(content))
     return rows, header
+
+
+def parse_payoffs(content: bytes) -> list[list[str]]:
+    """The rows of a table of numbers as they are written, fractions among them."""
+    return _table(decode(content), str)[0]
 
 
 def parse_bound(field: str, content: bytes, number_of: Callable[[str], Any]) -> list[Any]:
@@ -200,6 +206,8 @@ def _places(line: int, header: list[str]) -> dict[str, int]:
 
 
 def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any]) -> Any:
+    if number_of is str and RATIO.fullmatch(entry.strip()):
+        return entry.strip()
     return number_of(_numeric(entry, line, column, commas))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 
 from lcpcli.enumeration.equilibria import Equilibria
@@ -109,6 +109,6 @@ def _equilibria(found: SolutionSet, held: Equilibria, cell: Cell) -> tuple[list[
     groups = [
         [lines[k] for k in sorted({k for s in part for k in held.subsets[s].extreme})] for part in held.components
     ]
-    subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets]
-    told = f"maximal Nash subsets {', '.join(subsets)}: any averages of the row and of the column strategies of one "
-    return header, groups, [f"{told}are an equilibrium"]
+    subsets = ", ".join(f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets)
+    means = "any averages of the row and of the column strategies of one are an equilibrium"
+    return header, groups, [f"maximal Nash subsets {subsets}: {means}"]
