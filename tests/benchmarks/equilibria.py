@@ -1,0 +1,79 @@
+"""All equilibria of games, by lcpcli.solutions and by the three algorithms of Nashpy: equilibria.py [seconds]
+
+For each game the number of equilibria that each finds and the seconds that it takes, in processes of their own that
+are stopped after so many seconds, 60 by default. Nashpy's equilibria are counted once each, to nine digits.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+import time
+import warnings
+from typing import Any
+
+import nashpy
+import numpy as np
+
+import lcpcli
+from lcpcli.files import shipped
+
+ALGORITHMS = ("support_enumeration", "vertex_enumeration", "lemke_howson_enumeration")
+WIDTH = 26
+
+
+def games() -> dict[str, tuple[Any, Any]]:
+    """Payoffs by name."""
+    found: dict[str, tuple[Any, Any]] = {}
+    for name in ("coordination-4", "winkels", "von-stengel-75"):
+        origin: Any = lcpcli.read(shipped.path(f"games/{name}.nfg")).origin
+        found[name] = origin.A, origin.B
+    for n in (6, 8, 10):
+        A, B = np.random.default_rng(n).integers(-50, 51, (2, n, n)).astype(float)
+        found[f"random {n} x {n}"] = A, B
+    return found
+
+
+def ours(A: Any, B: Any) -> tuple[int, str]:
+    found = lcpcli.solutions(lcpcli.from_game(A, B))
+    for _ in found:
+        continue
+    assert found.equilibria is not None
+    return len(found.equilibria.extreme), "" if found.complete else " incomplete"
+
+
+def theirs(A: Any, B: Any, algorithm: str) -> tuple[int, str]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about degenerate games
+        all_of_them = list(getattr(nashpy.Game(A, B), algorithm)())
+    once = {
+        tuple(np.round(np.concatenate(each), 9) + 0.0) for each in all_of_them if np.isfinite(np.hstack(each)).all()
+    }
+    return len(once), f" of {len(all_of_them)}" if len(all_of_them) > len(once) else ""
+
+
+def timed(function: Any, arguments: tuple[Any, ...], results: Any) -> None:
+    began = time.perf_counter()
+    number, remark = function(*arguments)
+    results.put((number, remark, time.perf_counter() - began))
+
+
+def told(function: Any, arguments: tuple[Any, ...], limit: float) -> str:
+    results = multiprocessing.Queue()
+    process = multiprocessing.Process(target=timed, args=(function, arguments, results))
+    process.start()
+    process.join(limit)
+    if process.is_alive():
+        process.kill()
+        process.join()
+        return f"over {limit:g} s"
+    number, remark, seconds = results.get()
+    return f"{number}{remark} in {seconds:.3g} s"
+
+
+if __name__ == "__main__":
+    limit = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
+    print("".join(f"{name:{WIDTH}}" for name in ("game", "lcpcli.solutions", *ALGORITHMS)).rstrip())
+    for name, payoffs in games().items():
+        cells = [told(ours, payoffs, limit), *(told(theirs, (*payoffs, each), limit) for each in ALGORITHMS)]
+        print("".join(f"{cell:{WIDTH}}" for cell in (name, *cells)).rstrip(), flush=True)

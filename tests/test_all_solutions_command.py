@@ -1,0 +1,207 @@
+"""lcp solve --all: every solution in every format, whether the list is complete, and the exit code."""
+
+from __future__ import annotations
+
+import json
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli.enumeration import others
+from lcpcli.enumeration.search import Solutions
+from lcpcli.files import shipped
+from lcpcli.gallery import families
+
+Lcp = Callable[..., Any]
+PROBLEMS = {  # with the vertices, rays and lines of each piece
+    "murty": ('{"M": [[1, 2], [2, 1]], "q": [-1, -1]}', [(["0 1"], [], []), (["1 0"], [], []), (["1/3 1/3"], [], [])]),
+    "faces": ('{"M": [[0, 1], [0, 0]], "q": [-1, 0]}', [(["0 1"], ["0 1"], []), (["0 1"], ["1 0"], [])]),
+    "none": ('{"M": [[0, -1], [1, 0]], "q": [-1, -1]}', []),
+    "one": ('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}', [(["4/3 7/3"], [], [])]),
+    "line": ('{"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [null, 0]}', [(["0 1/10"], [], ["1 0"])]),
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    for name, (text, _) in PROBLEMS.items():
+        (tmp_path / f"{name}.json").write_text(text)
+    (tmp_path / "game.json").write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}')
+    (tmp_path / "both.json").write_text('{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]}')
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_pieces_are_listed_in_fractions_and_proved_to_be_all(name: str, lcp: Lcp, folder: Path) -> None:
+    expected = PROBLEMS[name][1]
+    outcome = lcp("solve", f"{name}.json", "--all", "--exact", "--format", "json")
+    assert folder.is_dir()
+    held = json.loads(outcome.out)
+    vertices = [" ".join(each["z"]) for each in held["solutions"]]
+    pieces = [
+        ([vertices[k] for k in piece["vertices"]], *([" ".join(v) for v in piece[kind]] for kind in ("rays", "lines")))
+        for piece in held["pieces"]
+    ]
+    assert sorted(pieces) == sorted(expected)
+    assert (outcome.code, outcome.err) == (0 if expected else 3, "")
+    assert (held["complete"], held["status"]) == (True, "complete" if expected else "unsolvable")
+    assert len(set(vertices)) == len(vertices)
+
+
+@pytest.mark.parametrize("form", ["table", "json", "csv", "markdown", "latex"])
+@pytest.mark.parametrize("name", [*PROBLEMS, "game", "both"])
+def test_every_format_holds_the_same_solutions(name: str, form: str, lcp: Lcp, folder: Path) -> None:
+    exact = json.loads(lcp("solve", f"{name}.json", "--all", "--exact", "--format", "json").out)
+    outcome = lcp("solve", f"{name}.json", "--all", "--format", form, "-o", "out.txt")
+    text = (folder / "out.txt").read_text()
+    assert outcome.out == ""
+    if form == "json":
+        held = json.loads(text)
+        for ours, theirs in zip(held["solutions"], exact["solutions"], strict=True):
+            assert ours["z"] == [float(Fraction(value)) for value in theirs["z"]]
+            assert ours["w"] == [float(Fraction(value)) for value in theirs["w"]]
+    elif form == "csv":
+        rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")]
+        assert rows[0] == ["piece", "kind", "number", "component", "z", "w"]
+        vertices = sum(len(piece["vertices"]) for piece in exact["pieces"])
+        assert sum(row[1] == "vertex" for row in rows) == vertices * exact["n"]
+    else:
+        assert exact["message"] in text.replace(r"\{", "{")
+
+
+def test_equilibria_have_payoffs_indices_subsets_and_components(lcp: Lcp, folder: Path) -> None:
+    assert folder.is_dir()
+    game = json.loads(lcp("solve", "game.json", "--all", "--exact", "--format", "json").out)
+    told = [each["equilibrium"] for each in game["solutions"]]
+    assert [(each["row"], each["column"]) for each in told] == [
+        (["1", "0"], ["1", "0"]),
+        (["3/5", "2/5"], ["2/5", "3/5"]),
+        (["0", "1"], ["0", "1"]),
+    ]
+    assert [each["payoffs"] for each in told] == [["3", "2"], ["6/5", "6/5"], ["2", "3"]]
+    assert [each["pure"] for each in told] == [True, False, True]
+    assert sum(each["index"] for each in told) == 1
+    assert (game["degenerate"], game["components"]) == (False, [[0], [1], [2]])
+    both = json.loads(lcp("solve", "both.json", "--all", "--format", "json").out)
+    assert (both["degenerate"], both["components"]) == (True, [[0, 1]])
+    assert [piece["vertices"] for piece in both["pieces"]] == [[0, 1], [0, 2]]
+
+
+@pytest.mark.parametrize(("name", "extreme"), [("coordination-4", 15), ("von-stengel-75", 75), ("winkels", 12)])
+def test_shipped_games_have_the_published_numbers_of_equilibria(name: str, extreme: int, lcp: Lcp) -> None:
+    outcome = lcp("solve", shipped.path(f"games/{name}.nfg"), "--all", "--format", "json")
+    held = json.loads(outcome.out)
+    assert (outcome.code, held["complete"], len(held["solutions"])) == (0, True, extreme)
+
+
+def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp, folder: Path) -> None:
+    (folder / "A.csv").write_text("3,0\n0,1/2\n")
+    (folder / "B.csv").write_text("2;0\n0;0,1\n")
+    outcome = lcp("solve", "A.csv", "B.csv", "--game", "--all", "--exact", "--format", "json")
+    told = [each["equilibrium"]["payoffs"] for each in json.loads(outcome.out)["solutions"]]
+    assert told == [["3", "2"], ["3/7", "2/21"], ["1/2", "1/10"]]
+    assert "row = " in lcp("solve", "A.csv", "B.csv", "--game").out
+    assert lcp("solve", "A.csv", "--game").err.startswith("lcp: --game: takes two files, not 1")
+    (folder / "C.csv").write_text("1,2,3\n")
+    assert "make them agree" in lcp("solve", "A.csv", "C.csv", "--game").err
+
+
+def test_program_has_its_objective(lcp: Lcp) -> None:
+    held = json.loads(lcp("solve", shipped.path("programs/transport.json"), "--all", "--format", "json").out)
+    assert {each["objective"] for each in held["solutions"]} == {153.675}
+    assert (len(held["solutions"]), len(held["pieces"]), held["complete"]) == (2, 1, True)
+
+
+def test_list_that_is_stopped_says_that_there_may_be_others(lcp: Lcp, folder: Path) -> None:
+    assert folder.is_dir()
+    enough = lcp("solve", "murty.json", "--all", "--max-solutions", "2", "--format", "json")
+    held = json.loads(enough.out)
+    assert (enough.code, held["status"], held["complete"], len(held["pieces"])) == (0, "max_solutions", False, 2)
+    assert "there may be others" in held["message"]
+    late = lcp("solve", "murty.json", "--all", "--time-limit", "1e-9", "--format", "json")
+    held = json.loads(late.out)
+    assert (late.code, held["status"], held["complete"]) == (1, "time_limit", False)
+    game = json.loads(lcp("solve", "game.json", "--all", "--max-solutions", "1", "--format", "json").out)
+    assert (len(game["pieces"]), len(game["solutions"]), game["components"]) == (1, 1, [[0]])
+
+
+def test_interrupt_shows_what_was_found(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(search: Solutions) -> Any:
+        piece = usual(search)
+        if len(search.pieces) == 2:
+            signal.raise_signal(signal.SIGINT)
+        return piece
+
+    assert threading.current_thread() is threading.main_thread()
+    usual = Solutions.__next__
+    monkeypatch.setattr(Solutions, "__next__", interrupted)
+    outcome = lcp("solve", "murty.json", "--all", "--format", "json")
+    held = json.loads(outcome.out)
+    assert folder.is_dir()
+    assert (outcome.code, held["status"], len(held["pieces"])) == (130, "interrupted", 2)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("murty.json --all --method shi", ["--all", "shi", "leave out --method"]),
+        ("murty.json --all --p 3", ["--p", "no effect with --all"]),
+        ("murty.json --all --z0 1,1", ["--z0", "no effect with --all"]),
+        ("murty.json --all --tol 1e-8", ["--tol", "no effect with --all"]),
+        ("murty.json --all --trace", ["--trace", "no effect with --all"]),
+        ("murty.json --all --bound", ["--bound", "no effect with --all"]),
+        ("murty.json --all --jobs 2", ["--jobs", "no effect with --all"]),
+        ("murty.json one.json --all", ["--all", "takes one problem"]),
+        ("murty.json --all --max-solutions 0", ["--max-solutions", "out of range", ">= 1"]),
+        ("murty.json --max-solutions 3", ["--max-solutions", "without --all", "add --all"]),
+        ("murty.json --all --plot -", ["--plot -", "name a file"]),
+        ("murty.json --all -o murty.json", ["murty.json", "holds the problem"]),
+        ("large.npz --all", ["large.npz", "99856 unknowns", "lcp solve finds one"]),
+        ("nowhere.json --all", ["nowhere.json", "no such file"]),
+    ],
+)
+def test_what_does_not_go_with_all_is_refused_in_a_line(
+    arguments: str, words: Sequence[str], lcp: Lcp, folder: Path
+) -> None:
+    if "large" in arguments:
+        assert lcp("make", "obstacle", "-n", "100000", "-o", str(folder / "large.npz")).code == 0
+    outcome = lcp("solve", *arguments.split())
+    assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1), outcome.err
+    assert all(word in outcome.err for word in words), outcome.err
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("murty", "; one of several: --all lists them"),
+        ("faces", "; one of several: --all lists them"),
+        ("one", "; the only solution"),
+        ("game", "; one of several: --all lists them"),
+    ],
+)
+def test_single_solve_says_whether_there_are_others(name: str, told: str, lcp: Lcp, folder: Path) -> None:
+    assert folder.is_dir()
+    assert lcp("solve", f"{name}.json").out.splitlines()[1].endswith(told)
+    assert json.loads(lcp("solve", f"{name}.json", "--format", "json").out)["others"] is told.startswith("; one of")
+
+
+def test_single_solve_says_nothing_where_nothing_is_known(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(others, "SECONDS", 1e-9)
+    assert folder.is_dir()
+    assert "solution" not in lcp("solve", "murty.json").out.splitlines()[1]
+    assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None
+
+
+def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns() -> None:
+    assert others.has_others(families.make("infeasible", 5, 0)) is None
+    assert others.has_others(families.make("tridiagonal", others.MOST + 1, 0)) is None
+    assert others.has_others(families.make("tridiagonal", 10, 0)) is False
