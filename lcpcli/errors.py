@@ -45,9 +45,9 @@ def refuse_unknown(
 
     meant : other words for known keys, in lower case.
     """
-    folded = {name.casefold(): name for name in known} | dict(meant or {})
     for key in given:
         if key not in known:
+            folded = {name.casefold(): name for name in known} | dict(meant or {})
             shown = key if len(key) <= SHOWN else f"{key[:SHOWN]}..."
             from difflib import get_close_matches
 
