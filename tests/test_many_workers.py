@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -17,7 +18,7 @@ from typing import IO, Any
 import numpy as np
 import pytest
 
-from lcpcli.cli import workers
+from lcpcli.cli import pools, workers
 from lcpcli.cli.records import Record
 from lcpcli.files.inputs import Input
 
@@ -122,6 +123,30 @@ def test_interrupt_leaves_what_is_solved_and_no_process(jobs: str, tmp_path: Pat
     assert told.decode().endswith(f"interrupted; go on with --resume {log}\n")
     until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in others))
     assert items(log) == list(range(1, len(items(log)) + 1))
+
+
+def torn() -> None:
+    """End the process that calls this in the middle of handing over a result."""
+    results = sys._getframe(1).f_locals["result_queue"]
+    os.write(results._writer.fileno(), b"\0\0\1\0 and no more")
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.parametrize("is_seen", [True, False])
+def test_process_that_dies_while_it_hands_over_a_result_holds_up_nothing(is_seen: bool) -> None:
+    pool = pools.Local(2)
+    first, idle = pool.executor.submit(os.getpid), pool.executor.submit(time.sleep, PATIENCE)
+    assert first.result(PATIENCE)
+    future = pool.executor.submit(torn)
+    if is_seen:
+        assert isinstance(future.exception(PATIENCE), BrokenExecutor)
+        assert isinstance(idle.exception(PATIENCE), BrokenExecutor)
+        pool.renew()
+        assert pool.executor.submit(os.getpid).result(PATIENCE)
+    else:
+        until(lambda: len(multiprocessing.active_children()) < pool.size)
+    pool.close()
+    assert not multiprocessing.active_children()
 
 
 class Deadly:

@@ -6,14 +6,15 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from lcpcli.errors import OptionError
 
 SECONDS_TO_CONNECT, SECONDS_KNOWN = 10, 5.0  # to a scheduler, and between two looks at its workers
+SECONDS_TORN = 1.0  # between two looks at the processes of this machine
 
 
 class Pool(Protocol):
@@ -50,22 +51,46 @@ class Local:
         self.executor = self._started()
 
     def renew(self) -> None:
-        self.close()
+        self._end()
         self.executor = self._started()
 
     def close(self) -> None:
-        from multiprocessing import active_children
-
-        for process in active_children():
-            process.terminate()
-        self.executor.shutdown(cancel_futures=True)
+        self._end()
         del self.executor  # with its semaphores, which a program that ends at once would leave behind
 
     def _started(self) -> Executor:
         from concurrent.futures import ProcessPoolExecutor
         from multiprocessing import get_context
 
-        return ProcessPoolExecutor(self.size, get_context("spawn"), _begin)
+        executor: Any = ProcessPoolExecutor(self.size, get_context("spawn"), _begin)
+        self._over = threading.Event()
+        self._processes, self._results = executor._processes, executor._result_queue._writer
+        watch = threading.Thread(target=_watch, args=(self._over, self._processes, self._results), daemon=True)
+        watch.start()
+        return cast(Executor, executor)
+
+    def _end(self) -> None:
+        self._over.set()
+        _kill(self._processes, self._results)
+        self.executor.shutdown(cancel_futures=True)
+
+
+def _watch(over: threading.Event, processes: Mapping[int, Any], results: Any) -> None:
+    """Kill all processes of an executor once one has died, which it may not see: if that was in the middle of handing
+    over a result, it waits for the rest for ever."""
+    from multiprocessing.connection import wait
+
+    while not over.wait(SECONDS_TORN):
+        if wait([process.sentinel for process in list(processes.values())], 0):
+            _kill(processes, results)
+            return
+
+
+def _kill(processes: Mapping[int, Any], results: Any) -> None:
+    """Kill processes, and close their pipe for results here too, so that waiting for the rest of one ends."""
+    for process in list(processes.values()):
+        process.terminate()
+    results.close()
 
 
 class Cluster:
