@@ -211,6 +211,24 @@ def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy() -> None:
     assert len(read) < 1000
 
 
+def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> None:
+    slow: Future[Any] = Future()
+    sizes: list[int] = []
+
+    class Slow(Deadly):
+        def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+            sizes.append(len(works))
+            if sum(sizes) == 500:
+                slow.set_result(([Record("1", "solved", 0)], 1.0))
+            return slow if works[0].line == 1 else super().submit(_, works)
+
+    pool: Any = Slow(set(), set())
+    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 501)]
+    texts = [record.text for record in workers.elsewhere(pool, works, pool)]
+    assert texts == [str(k) for k in range(1, 501)]
+    assert len(sizes) < 50
+
+
 def scheduler_and_workers(folder: Path) -> list[subprocess.Popen[bytes]]:
     """A Dask scheduler, whose address is in a file, and two workers."""
     python, file = sys.executable, str(folder / "scheduler.json")

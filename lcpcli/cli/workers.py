@@ -45,27 +45,40 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool) -> Iterator[Record]
 def _handed_over(task: Task, works: Iterable[Work], pool: Pool) -> Iterator[Record]:
     """The same. Only so many inputs are taken as are needed to keep the processes busy."""
     news = Event()
-    inputs, waiting = Ahead(works, news), deque[_Piece]()
-    size = 1
+    inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()
+    size, held = 1, 0
     while True:
         news.clear()
-        unfinished = sum(not piece.future.done() for piece in waiting)
-        while unfinished < FOR_EACH * pool.size and sum(piece.bytes for piece in waiting) < HELD:
+        ended = [piece.future for piece in running if piece.future.done()]
+        running = [piece for piece in running if not piece.future.done()]
+        for future in ended:
+            size = _size_after(future, size)
+        while len(running) < FOR_EACH * pool.size and held < HELD:
             piece = inputs.take(size)
             if not piece:
                 break
-            waiting.append(_Piece(piece, _submitted(task, piece, pool, news)))
-            unfinished += 1
+            running.append(_Piece(piece, _submitted(task, piece, pool, news)))
+            waiting.append(running[-1])
+            held += running[-1].bytes
         if waiting and waiting[0].future.done():
             if _is_lost(waiting[0].future, pool):
                 _try_again(task, waiting, pool, news)
-            records, seconds = waiting.popleft().future.result()
-            size = max(1, min(MOST, 2 * size, int(SECONDS * len(records) / max(seconds, 1e-6))))
-            yield from records
+                running = [*waiting]
+            first = waiting.popleft()
+            held -= first.bytes
+            yield from first.future.result()[0]
         elif waiting or not inputs.ended:
             news.wait()
         else:
             return
+
+
+def _size_after(future: Outcome, size: int) -> int:
+    """How many problems to hand over at once, for what so many have taken."""
+    if future.cancelled() or future.exception() is not None:
+        return size
+    records, seconds = future.result()
+    return max(1, min(MOST, 2 * size, int(SECONDS * len(records) / max(seconds, 1e-6))))
 
 
 @dataclass
