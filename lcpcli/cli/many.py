@@ -47,7 +47,8 @@ def run(
 ) -> int:
     """Solve the problems in the inputs, which come from these files; write each result; return the exit code."""
     _refuse_without_effect(output, given)
-    log_path = given["resume"] or (output.path if (output.path or "").casefold().endswith(LINES) else None)
+    is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
+    log_path = given["resume"] or (output.path if is_log else None)
     form = "json" if given["resume"] else "" if output.silent else output.form
     task = Task(
         variant, given, exact, form, rows.width_of(files), (given["every"] or 1) if output.with_iterates else None
@@ -173,8 +174,11 @@ def _left(works: Iterator[Work], done: Iterator[Mapping[str, Any]], task: Task, 
         source = Source(record["file"], record["item"])
         if not places or source != places[at]:
             raise OptionError("--resume", f"has a result of {source}, which does not come next", "give the same files")
-        _refuse_other_options(record, task)
-        tally.add(_logged(record))
+        try:
+            _refuse_other_options(record, task)
+            tally.add(_logged(record))
+        except (KeyError, TypeError, AttributeError):
+            raise OptionError("--resume", f"has a record of {source} that is damaged", "begin a new log") from None
         at += 1
     return chain([rest.part(at, len(places))], works) if isinstance(rest, Columns) and at < len(places) else works
 

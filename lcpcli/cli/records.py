@@ -66,39 +66,38 @@ class Task:
     def records(self, work: Work) -> Iterator[Record]:
         """Those of an input, one for each problem, in order."""
         alone = self.exact or self.given["bound"] or self.every
-        return self._together(work) if isinstance(work, Columns) and not alone else self._each(work)
+        made = self._together(work) if isinstance(work, Columns) and not alone else self._each(work)
+        number = 0
+        try:
+            for source, (result, faults) in zip(work.sources, made, strict=False):
+                yield self._written(result, source, faults)
+                number += 1
+        except LCPError as fault:
+            yield from (self._bad(source, fault) for source in work.sources[number:])
+        except MemoryError:
+            yield from self.lost(work, NO_MEMORY)[number:]
 
     def lost(self, work: Work, message: str) -> list[Record]:
         """Those of an input from which no result came."""
-        return [self._without_result(source, LOST, message, exit_codes.NOT_SOLVED) for source in work.sources]
+        return [self._without_result(at, LOST, f"{at}: {message}", exit_codes.NOT_SOLVED) for at in work.sources]
 
-    def _each(self, work: Work) -> Iterator[Record]:
-        """The records of problems that are solved one by one."""
-        sources = iter(work.sources)
-        try:
-            for problem, data, faults in problems.held(work, self._bounds, self.exact):
-                yield self._written(self._solved(problem, data), next(sources), faults)
-        except LCPError as fault:
-            yield from (self._bad(source, fault) for source in sources)
-        except MemoryError:
-            yield from (self._without_result(source, LOST, NO_MEMORY, exit_codes.NOT_SOLVED) for source in sources)
+    def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
+        """The results for problems that are solved one by one, with what is wrong with their known solutions."""
+        for problem, data, faults in problems.held(work, self._bounds, self.exact):
+            yield self._solved(problem, data), faults
 
-    def _together(self, work: Columns) -> Iterator[Record]:
-        """The records of problems with one M, solved together."""
+    def _together(self, work: Columns) -> Iterator[tuple[Result, list[str]]]:
+        """Those for problems with one M, solved together."""
         from lcpcli.solving.many import solve_many
 
-        try:
-            first = problems.first_of(work, self._bounds)
-            (options,) = for_methods(self.given, [self.variant], first)
-            chosen = {limit.name: self.given[limit.name] for limit in LIMITS} | options
-            bounds = {"lower": first.lower, "upper": first.upper}
-            method = cast("MethodName", self.variant.method)
-            results = solve_many(first.M, work.Q, method=method, **bounds, **chosen)
-        except LCPError as fault:
-            yield from (self._bad(source, fault) for source in work.sources)
-            return
-        for source, name, result in zip(work.sources, work.names, results, strict=False):
-            yield self._written(replace(result, problem=result.problem.named(name)), source)
+        first = problems.first_of(work, self._bounds)
+        (options,) = for_methods(self.given, [self.variant], first)
+        chosen = {limit.name: self.given[limit.name] for limit in LIMITS} | options
+        bounds = {"lower": first.lower, "upper": first.upper}
+        method = cast("MethodName", self.variant.method)
+        results = solve_many(first.M, work.Q, method=method, **bounds, **chosen)
+        for name, result in zip(work.names, results, strict=True):
+            yield replace(result, problem=result.problem.named(name)), []
 
     def _solved(self, problem: Problem, data: ExactProblem | None) -> Result:
         from lcpcli.solving import run as driver
@@ -121,7 +120,8 @@ class Task:
         return Record(text, result.status.word, result.exit_code, tuple(faults), result.interrupted)
 
     def _bad(self, source: Source, fault: LCPError) -> Record:
-        return self._without_result(source, BAD_INPUT, str(fault), exit_codes.BAD_INPUT)
+        message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
+        return self._without_result(source, BAD_INPUT, message, exit_codes.BAD_INPUT)
 
     def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> Record:
         text = rows.without_result(source, word, message, self.form, self.width) if self.form else ""

@@ -23,15 +23,18 @@ def appended(path: str, anew: bool) -> Iterator[Callable[[str], None]]:
     anew : whether the file is empty at first.
     """
     with telling_of(path):
-        file = Path(path).open("w" if anew else "a", encoding="utf-8", newline="")  # noqa: SIM115
-    with file:
+        file = Path(path).open("wb" if anew else "ab")  # noqa: SIM115
 
-        def add(text: str) -> None:
-            with telling_of(path):
-                file.write(text)
-                file.flush()
+    def add(text: str) -> None:
+        with telling_of(path):
+            file.write(text.encode("utf-8", errors="backslashreplace"))
+            file.flush()
 
+    try:
         yield add
+    finally:
+        with telling_of(path):
+            file.close()  # which tries again to write what could not be written
 
 
 def records(path: str) -> Iterator[Mapping[str, Any]]:

@@ -1,0 +1,76 @@
+"""What a log of many problems says when it is written, or gone on with, where something is wrong."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Lcp = Callable[..., Any]
+GOOD, INFEASIBLE = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}', '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}'
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "good.json").write_text(GOOD)
+    (tmp_path / "none.json").write_text(INFEASIBLE)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes"),
+    [
+        ('"status": "solved"', '"status": "fine"'),
+        ('"status": "solved"', '"status": null'),
+        ('"exact": null', '"exact": {}'),
+        ('"tol": 1e-10, ', ""),
+    ],
+)
+def test_a_log_that_was_edited_is_refused_in_a_line_and_kept(was: str, becomes: str, lcp: Lcp, folder: Path) -> None:
+    lcp("solve", "good.json", "none.json", "-o", "log.jsonl")
+    log = folder / "log.jsonl"
+    log.write_text(log.read_text().replace(was, becomes, 1))
+    before = log.read_text()
+    outcome = lcp("solve", "good.json", "none.json", "--resume", "log.jsonl")
+    assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
+    assert "good.json that is damaged" in outcome.err
+    assert log.read_text() == before
+
+
+def test_a_log_has_files_of_any_name_and_goes_on_after_them(lcp: Lcp, folder: Path) -> None:
+    name = os.fsdecode(b"odd\xff.json")
+    try:
+        (folder / name).write_text(GOOD)
+    except OSError:
+        pytest.skip("no such names on this system")
+    assert lcp("solve", name, "good.json", "-o", "log.jsonl").code == 0
+    assert lcp("solve", name, "good.json", "none.json", "--resume", "log.jsonl").code == 3
+    files = [json.loads(line)["file"] for line in (folder / "log.jsonl").read_text().splitlines()]
+    assert files == [name, "good.json", "none.json"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full disk of Linux")
+def test_a_full_disk_is_told_of_the_log(lcp: Lcp, folder: Path) -> None:
+    (folder / "log.jsonl").symlink_to("/dev/full")
+    outcome = lcp("solve", "good.json", "none.json", "-o", "log.jsonl")
+    assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
+    assert outcome.err.startswith("lcp: log.jsonl: cannot be written (No space left on device)")
+
+
+def test_only_json_is_a_log(lcp: Lcp, folder: Path) -> None:
+    assert lcp("solve", "good.json", "none.json", "-o", "out.jsonl", "--format", "csv").code == 3
+    assert (folder / "out.jsonl").read_text().startswith("problem,component,")
+
+
+def test_each_problem_that_an_option_does_not_fit_is_named(lcp: Lcp, folder: Path) -> None:
+    (folder / "one.jsonl").write_text('{"M": [[2]], "q": [-5]}\n')
+    outcome = lcp("solve", "good.json", "one.jsonl", "--z0", "1,2", "-q")
+    assert (outcome.code, outcome.err) == (
+        2,
+        "lcp: one.jsonl:1: --z0: has 2 entries for 1 unknown; make them agree\n",
+    )
