@@ -1,4 +1,4 @@
-"""What is drawn: curves of runs, growth of times, performance profiles."""
+"""What is drawn: curves of runs, growth of times, performance profiles, complementary cones."""
 
 from __future__ import annotations
 
@@ -80,3 +80,23 @@ class Profile:
     name: str
     label: str
     ratios: Sequence[float]
+
+
+@dataclass(frozen=True)
+class Cones:
+    """An LCP with two unknowns: which of its complementary cones hold q.
+
+    M : two rows of two. q : two.
+    holding : whether q lies in the cone of each set of unknowns that may be positive: none, first, second, both.
+    count : how many solutions there are, in words.
+    names : of the unknowns; "" for one that has none.
+    provenance : lines on what was solved, and how, for the file's metadata.
+    """
+
+    title: str
+    M: Sequence[Sequence[float]]
+    q: Sequence[float]
+    holding: Sequence[bool]
+    count: str
+    names: Sequence[str] = ("", "")
+    provenance: Sequence[str] = ()

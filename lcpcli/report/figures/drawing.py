@@ -3,7 +3,8 @@
 Nothing is read or written here, and neither package is imported before a figure is asked for.
 
 The performance profile is that of E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance
-profiles, Math. Program. 91 (2002) 201-213.
+profiles, Math. Program. 91 (2002) 201-213. Complementary cones are those of K. G. Murty, On the number of solutions to
+the complementarity problem and spanning properties of complementary cones, Linear Algebra Appl. 5 (1972) 65-108.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from importlib.util import find_spec
 from pathlib import PurePath
 
 from lcpcli.errors import ParameterError
-from lcpcli.report.figures.data import GrowthPanel, Panel, Profile
+from lcpcli.report.figures.data import Cones, GrowthPanel, Panel, Profile
 
 FORMS = ("png", "svg", "pdf")
 MOST_PANELS = 7  # rows of axes on a page
@@ -52,6 +53,18 @@ def bench(
 
     with style.context():
         return style.save(bench_figure.draw(profiles, panels, growth_panels), form, "Benchmark", provenance)
+
+
+def cones(picture: Cones, form: str) -> bytes:
+    """A picture of the complementary cones of an LCP with two unknowns, and of q, in whose cones the solutions are.
+
+    form : one of FORMS. Raises OptionError where matplotlib is missing.
+    """
+    require()
+    from lcpcli.report.figures import cones_figure, style
+
+    with style.context():
+        return style.save(cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
 
 
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
