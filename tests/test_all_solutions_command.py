@@ -16,6 +16,8 @@ from lcpcli.enumeration import others
 from lcpcli.enumeration.search import Solutions
 from lcpcli.files import shipped
 from lcpcli.gallery import families
+from lcpcli.report.figures import drawing
+from lcpcli.report.figures.data import Cones
 
 Lcp = Callable[..., Any]
 PROBLEMS = {  # with the vertices, rays and lines of each piece
@@ -131,6 +133,34 @@ def test_list_that_is_stopped_says_that_there_may_be_others(lcp: Lcp, folder: Pa
     assert (len(game["pieces"]), len(game["solutions"]), game["components"]) == (1, 1, [[0]])
 
 
+@pytest.mark.parametrize(
+    ("name", "holding"),
+    [
+        ("murty", [False, True, True, True]),
+        ("faces", [False, False, True, True]),
+        ("none", [False, False, False, False]),
+        ("one", [False, False, False, True]),
+    ],
+)
+def test_picture_marks_the_cones_that_hold_q(
+    name: str, holding: list[bool], lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("matplotlib")
+    drawn: list[Cones] = []
+    usual = drawing.cones
+
+    def kept(picture: Cones, form: str) -> bytes:
+        drawn.append(picture)
+        return usual(picture, form)
+
+    monkeypatch.setattr(drawing, "cones", kept)
+    lcp("solve", f"{name}.json", "--all", "--plot", "cones.svg")
+    (picture,) = drawn
+    assert (folder / "cones.svg").read_text().startswith("<?xml")
+    assert picture.holding == holding
+    assert not any(holding) or picture.count in lcp("solve", f"{name}.json", "--all").out
+
+
 def test_interrupt_shows_what_was_found(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(search: Solutions) -> Any:
         piece = usual(search)
@@ -162,6 +192,9 @@ def test_interrupt_shows_what_was_found(lcp: Lcp, folder: Path, monkeypatch: pyt
         ("murty.json --all --max-solutions 0", ["--max-solutions", "out of range", ">= 1"]),
         ("murty.json --max-solutions 3", ["--max-solutions", "without --all", "add --all"]),
         ("murty.json --all --plot -", ["--plot -", "name a file"]),
+        ("murty.json --all --plot cones.doc", ["--plot", "cones.doc", ".svg"]),
+        ("game.json --all --plot cones.svg", ["--plot", "two unknowns", "n = 4"]),
+        ("line.json --all --plot cones.svg", ["--plot", "two unknowns", "1 free"]),
         ("murty.json --all -o murty.json", ["murty.json", "holds the problem"]),
         ("large.npz --all", ["large.npz", "99856 unknowns", "lcp solve finds one"]),
         ("nowhere.json --all", ["nowhere.json", "no such file"]),
@@ -195,7 +228,7 @@ def test_single_solve_says_whether_there_are_others(name: str, told: str, lcp: L
 def test_single_solve_says_nothing_where_nothing_is_known(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(others, "SECONDS", 1e-9)
+    monkeypatch.setattr(others, "SECONDS_SMALL", 1e-9)
     assert folder.is_dir()
     assert "solution" not in lcp("solve", "murty.json").out.splitlines()[1]
     assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None

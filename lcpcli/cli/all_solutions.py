@@ -50,12 +50,21 @@ def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bo
     )
     of_z = {name: given[name] for name in BOUNDS}
     refuse_clashes(problems.inputs(files, of_z), {"--output": output.path, "--plot": given["plot"]})
+    picture = given["plot"]
+    if picture is not None:
+        _require_picture(picture)
     data, source = _read(files, of_z, given)
+    if picture is not None:
+        from lcpcli.report import solution_cones
+
+        solution_cones.require(data.problem)
     try:
         found = _found(data, given)
     except ProblemError as fault:
         raise fault.inside(str(source)) from None
     _show(found, source, output, exact)
+    if picture is not None:
+        _draw(found, picture)
     return exit_code(found)
 
 
@@ -137,6 +146,25 @@ def _show(found: SolutionSet, source: Source, output: Output, exact: bool) -> No
         emit(text, color)
     else:
         atomic_write.write_whole(output.path, text)
+
+
+def _require_picture(path: str) -> None:
+    """Refuse a picture that could not be drawn or written."""
+    from lcpcli.files.atomic_write import refuse_unwritable
+    from lcpcli.report.figures import drawing
+
+    drawing.require()
+    drawing.form_of(path)
+    refuse_unwritable(path)
+
+
+def _draw(found: SolutionSet, path: str) -> None:
+    """Write the picture of the complementary cones."""
+    from lcpcli.files import atomic_write
+    from lcpcli.report.figures import drawing
+    from lcpcli.report.solution_cones import cones
+
+    atomic_write.write_whole(path, drawing.cones(cones(found), drawing.form_of(path)))
 
 
 def _text(found: SolutionSet, source: Source, form: str, exact: bool, width: int | None, color: bool) -> str:

@@ -7,6 +7,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.program import Program
 from lcpcli.rational.problem import ExactProblem
 
+SMALL, SECONDS_SMALL = 10, 0.5  # a search among so few unknowns takes milliseconds, if the machine is not busy
 SECONDS = 0.05
 MOST = 50  # unknowns; the search for more has steps that take longer
 
@@ -16,7 +17,8 @@ def has_others(problem: Problem) -> bool | None:
     for the conditions of a program, of which only x counts."""
     if problem.n > MOST or isinstance(problem.origin, Program):
         return None
-    search = solutions(ExactProblem.of_decimals(problem), time_limit=SECONDS, max_solutions=2)
+    seconds = SECONDS_SMALL if problem.n <= SMALL else SECONDS
+    search = solutions(ExactProblem.of_decimals(problem), time_limit=seconds, max_solutions=2)
     pieces = list(search)
     if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
         return True

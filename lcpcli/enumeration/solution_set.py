@@ -66,11 +66,16 @@ class SolutionSet:
         return origin if isinstance(origin, Game) else None
 
     @property
+    def count(self) -> str:
+        """How many solutions there are, or equilibria, in words."""
+        return self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
+
+    @property
     def message(self) -> str:
         """The whole in one sentence."""
         if self.status == UNSOLVABLE:
             return "no solution: every choice of states is excluded in rational arithmetic"
-        found = self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
+        found = self.count
         if not self.complete:
             return f"{found if self.pieces else 'no solution was found'}, {UNLISTED[self.status]}; there may be others"
         isolated = all(piece.is_point for piece in self.pieces)
