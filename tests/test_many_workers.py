@@ -269,9 +269,11 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path: Path)
             each.wait()
 
 
-def test_cluster_that_is_not_there_is_told_in_a_line() -> None:
+@pytest.mark.parametrize("address", ["nonsense://1", "scheduler.json", "tcp://127.0.0.1:1x"])
+def test_cluster_that_cannot_be_there_is_told_in_a_line(address: str) -> None:
     pytest.importorskip("distributed")
-    with solving("--cluster", "nonsense://1", "--jobs", "1") as (process, _):
-        _, told = process.communicate(b"", timeout=PATIENCE)
+    with solving("--cluster", address) as (process, _):
+        _, told = process.communicate(lines(1)[0].encode(), timeout=PATIENCE)
     assert process.returncode == 2
+    assert told.decode().startswith(f"lcp: --cluster: {address} is not reached")
     assert len(told.splitlines()) == 1

@@ -104,11 +104,13 @@ class Cluster:
         logging.disable(logging.ERROR)  # distributed tells of every worker that comes or goes
         try:
             from distributed import Client
+            from distributed.comm.addressing import get_address_host_port
             from distributed.scheduler import KilledWorker
         except ImportError:
             hint = "pip install 'linear-complementarity[cluster]'"
             raise OptionError("--cluster", "needs distributed", hint) from None
         try:
+            get_address_host_port(address)  # a client for none of this form would take long to end
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
         except (OSError, ValueError) as error:
             fault = f"{address} is not reached ({' '.join(str(error).split())})"
