@@ -134,6 +134,9 @@ def test_lines_come_from_standard_input(lcp: Lcp, folder: Path, monkeypatch: pyt
     ]
     assert [record["problem"] for record in records[:1]] == ["standard input:2"]
     assert outcome.code == 3
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    heading, *rows = lcp("solve", "-").out.splitlines()
+    assert {row[heading.index("status") :].split()[0] for row in rows} == {"solved", "infeasible"}
 
 
 def test_a_problem_in_json_over_several_lines_is_one_problem(lcp: Lcp, folder: Path) -> None:

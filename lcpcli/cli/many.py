@@ -23,6 +23,7 @@ from lcpcli.files import log
 from lcpcli.files.atomic_write import written_gradually
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Columns, Work
+from lcpcli.files.reading import place
 from lcpcli.files.source import Source
 from lcpcli.options import JOBS, LIMITS
 from lcpcli.report import rows
@@ -50,9 +51,11 @@ def run(
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = given["resume"] or (output.path if is_log else None)
     form = "json" if given["resume"] else "" if output.silent else output.form
-    task = Task(
-        variant, given, exact, form, rows.width_of(files), (given["every"] or 1) if output.with_iterates else None
+    width, every = (
+        rows.width_of([place(file) for file in files]),
+        (given["every"] or 1) if output.with_iterates else None,
     )
+    task = Task(variant, given, exact, form, width, every)
     tally = _Tally()
     if given["resume"]:
         works = _left(works, log.records(given["resume"]), task, tally)
