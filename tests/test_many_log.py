@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from lcpcli.files import log
 
 Lcp = Callable[..., Any]
 GOOD, INFEASIBLE = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}', '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}'
@@ -33,13 +36,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 )
 def test_a_log_that_was_edited_is_refused_in_a_line_and_kept(was: str, becomes: str, lcp: Lcp, folder: Path) -> None:
     lcp("solve", "good.json", "none.json", "-o", "log.jsonl")
-    log = folder / "log.jsonl"
-    log.write_text(log.read_text().replace(was, becomes, 1))
-    before = log.read_text()
+    path = folder / "log.jsonl"
+    path.write_text(path.read_text().replace(was, becomes, 1))
+    before = path.read_text()
     outcome = lcp("solve", "good.json", "none.json", "--resume", "log.jsonl")
     assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
     assert "good.json that is damaged" in outcome.err
-    assert log.read_text() == before
+    assert path.read_text() == before
 
 
 def test_a_log_has_files_of_any_name_and_goes_on_after_them(lcp: Lcp, folder: Path) -> None:
@@ -74,3 +77,15 @@ def test_each_problem_that_an_option_does_not_fit_is_named(lcp: Lcp, folder: Pat
         2,
         "lcp: one.jsonl:1: --z0: has 2 entries for 1 unknown; make them agree\n",
     )
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
+@pytest.mark.parametrize("option", ["--output", "--resume"])
+def test_a_log_that_another_run_writes_is_left_to_it(option: str, lcp: Lcp, folder: Path) -> None:
+    lcp("solve", "good.json", "none.json", "-o", "log.jsonl")
+    before = (folder / "log.jsonl").read_text()
+    with log.appended("log.jsonl", anew=False):
+        outcome = lcp("solve", "good.json", "none.json", option, "log.jsonl")
+    assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
+    assert "log.jsonl: is being written by another run" in outcome.err
+    assert (folder / "log.jsonl").read_text() == before

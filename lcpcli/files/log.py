@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from lcpcli.errors import OptionError
 from lcpcli.files.atomic_write import telling_of
@@ -23,7 +23,7 @@ def appended(path: str, anew: bool) -> Iterator[Callable[[str], None]]:
     anew : whether the file is empty at first.
     """
     with telling_of(path):
-        file = Path(path).open("wb" if anew else "ab")  # noqa: SIM115
+        file = Path(path).open("ab")  # noqa: SIM115
 
     def add(text: str) -> None:
         with telling_of(path):
@@ -31,6 +31,10 @@ def appended(path: str, anew: bool) -> Iterator[Callable[[str], None]]:
             file.flush()
 
     try:
+        _lock(path, file)
+        if anew and Path(path).is_file():
+            with telling_of(path):
+                file.truncate(0)
         yield add
     finally:
         with telling_of(path):
@@ -45,6 +49,7 @@ def records(path: str) -> Iterator[Mapping[str, Any]]:
     finished = 0
     try:
         with Path(path).open("r+b") as file:
+            _lock(path, file)
             for number, line in enumerate(file, 1):
                 record = None if _is_torn(line) else _record(path, number, line)
                 if record is None or record["status"] == UNFINISHED:
@@ -56,6 +61,20 @@ def records(path: str) -> Iterator[Mapping[str, Any]]:
         raise OptionError(path, "no such file", EXPECTED) from None
     except OSError as error:
         raise OptionError(path, f"cannot be read ({error.strerror})", "make it readable and writable") from None
+
+
+def _lock(path: str, file: IO[bytes]) -> None:
+    """Have a file for oneself as long as it is open, where the system can; OptionError if another run has it."""
+    try:
+        import fcntl
+    except ImportError:
+        return
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise OptionError(path, "is being written by another run", "wait for its end, or name another file") from None
+    except OSError:  # a system of files without locks
+        return
 
 
 def _is_torn(line: bytes) -> bool:
