@@ -280,6 +280,7 @@ def test_a_log_counts_what_it_had(lcp: Lcp, folder: Path) -> None:
         (["good.json"], ["--resume", "none.json", "does not come next"]),
         (["good.json", "none.json", "--tol", "1e-8"], ["--resume", "tol 1e-10", "1e-08", "same options"]),
         (["good.json", "none.json", "--method", "lemke"], ["--resume", "method auto", "lemke"]),
+        (["good.json", "none.json", "--exact"], ["--resume", "exact False", "True"]),
     ],
 )
 def test_a_log_of_something_else_is_refused_and_kept(

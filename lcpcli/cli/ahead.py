@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from threading import Condition, Event, Thread
 
 from lcpcli import interrupts
-from lcpcli.files.inputs import Columns, Work
+from lcpcli.files.inputs import QColumns, Work
 
 HELD = 2**25  # bytes of inputs that wait for something
 READ = 512  # inputs that are read ahead
@@ -17,7 +17,7 @@ COLUMNS_FOR_ONE = 16  # of one M, which are solved together, for one problem
 
 def size_of(work: Work) -> int:
     """The bytes of an input."""
-    return work.Q.nbytes if isinstance(work, Columns) else sum(map(len, work.contents))
+    return work.Q.nbytes if isinstance(work, QColumns) else sum(map(len, work.contents))
 
 
 class Ahead:
@@ -53,7 +53,7 @@ class Ahead:
         with self._room:
             while self._read and len(taken) < number and total < AT_ONCE:
                 work = self._read[0]
-                if isinstance(work, Columns):
+                if isinstance(work, QColumns):
                     return taken or [self._part(work, COLUMNS_FOR_ONE * number)]
                 taken.append(self._read.popleft())
                 total += size_of(work)
@@ -61,7 +61,7 @@ class Ahead:
             self._room.notify()
         return taken
 
-    def _part(self, work: Columns, size: int) -> Work:
+    def _part(self, work: QColumns, size: int) -> Work:
         """The first columns, which are taken."""
         self._bytes -= size_of(self._read.popleft())
         if size >= len(work.names):

@@ -22,9 +22,10 @@ from lcpcli.errors import OptionError, count
 from lcpcli.files import log
 from lcpcli.files.atomic_write import written_gradually
 from lcpcli.files.formats import LINES
-from lcpcli.files.inputs import Columns, Work
+from lcpcli.files.inputs import QColumns, Work
 from lcpcli.files.reading import place
 from lcpcli.files.source import Source
+from lcpcli.methods.registry import OPTIONS
 from lcpcli.options import JOBS, LIMITS
 from lcpcli.report import rows
 from lcpcli.report.numbers import finite
@@ -183,20 +184,22 @@ def _left(works: Iterator[Work], done: Iterator[Mapping[str, Any]], task: Task, 
         except (KeyError, TypeError, AttributeError):
             raise OptionError("--resume", f"has a record of {source} that is damaged", "begin a new log") from None
         at += 1
-    return chain([rest.part(at, len(places))], works) if isinstance(rest, Columns) and at < len(places) else works
+    return chain([rest.part(at, len(places))], works) if isinstance(rest, QColumns) and at < len(places) else works
 
 
 def _refuse_other_options(record: Mapping[str, Any], task: Task) -> None:
     """Raise OptionError if a record was made by another method or with other limits."""
     if record.get("method") is None:  # it was not solved
         return
-    now: dict[str, Any] = {"method": task.variant.method}
+    then = {**record, **record["options"], "exact": record["exact"] is not None}
+    now: dict[str, Any] = {"method": task.variant.method, "exact": task.exact}
+    now |= {name: task.given[name] for name in OPTIONS if task.given[name] is not None} | task.variant.options
     for limit in LIMITS:
         value = limit.default if task.given[limit.name] is None else task.given[limit.name]
         now[limit.name] = finite(value)
     for name, value in now.items():
-        if record[name] != value:
-            fault = f"was written with {name.replace('_', ' ')} {record[name]}, here it is {value}"
+        if then.get(name) != value:
+            fault = f"was written with {name.replace('_', ' ')} {then.get(name)}, here it is {value}"
             raise OptionError("--resume", fault, "give the same options, or begin a new log")
 
 

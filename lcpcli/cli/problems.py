@@ -13,7 +13,7 @@ from lcpcli.cli.output import emit
 from lcpcli.files.formats import COMPLETE
 
 if TYPE_CHECKING:
-    from lcpcli.files.inputs import Columns, Input, Work
+    from lcpcli.files.inputs import Input, QColumns, Work
     from lcpcli.model.problem import Problem
     from lcpcli.rational.problem import ExactProblem
 
@@ -40,7 +40,7 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
 def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], bool]:
     """What is in the files, and whether there may be several problems in them; game is whether they are the payoffs of
     one."""
-    from lcpcli.files.inputs import Columns, inputs
+    from lcpcli.files.inputs import QColumns, inputs
 
     if game:
         from lcpcli.files.game_tables import game_in
@@ -48,7 +48,7 @@ def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], boo
         return iter([game_in(files)]), False
     each = inputs(files)
     first = list(islice(each, 2))
-    return chain(first, each), len(first) > 1 or isinstance(first[0], Columns)
+    return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
 
 class Held(NamedTuple):
@@ -62,9 +62,9 @@ class Held(NamedTuple):
 
 def held(work: Work, given: Given, exact: bool) -> Iterator[Held]:
     """The problems of an input, with the bounds given as options."""
-    from lcpcli.files.inputs import Columns
+    from lcpcli.files.inputs import QColumns
 
-    return _columns(work, given, exact) if isinstance(work, Columns) else iter([_single(work, given, exact)])
+    return _columns(work, given, exact) if isinstance(work, QColumns) else iter([_single(work, given, exact)])
 
 
 def _single(work: Input, given: Given, exact: bool) -> Held:
@@ -78,7 +78,7 @@ def _single(work: Input, given: Given, exact: bool) -> Held:
     return Held(vetted, data, faults)
 
 
-def _columns(work: Columns, given: Given, exact: bool) -> Iterator[Held]:
+def _columns(work: QColumns, given: Given, exact: bool) -> Iterator[Held]:
     from lcpcli.rational.problem import ExactProblem
 
     first = first_of(work, given)
@@ -87,7 +87,7 @@ def _columns(work: Columns, given: Given, exact: bool) -> Iterator[Held]:
         yield Held(problem, ExactProblem.of_decimals(problem) if exact else None, [])
 
 
-def first_of(work: Columns, given: Given) -> Problem:
+def first_of(work: QColumns, given: Given) -> Problem:
     """The problem of the first of several q for one M."""
     from lcpcli.files import bounds
 

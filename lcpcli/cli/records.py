@@ -11,7 +11,7 @@ from lcpcli.cli import exit_codes, problems, runs
 from lcpcli.cli.methods import for_methods
 from lcpcli.cli.options import limits
 from lcpcli.errors import LCPError
-from lcpcli.files.inputs import Columns, Work
+from lcpcli.files.inputs import QColumns, Work
 from lcpcli.files.keys import BOUNDS
 from lcpcli.files.source import Source
 from lcpcli.options import LIMITS
@@ -66,7 +66,7 @@ class Task:
     def records(self, work: Work) -> Iterator[Record]:
         """Those of an input, one for each problem, in order."""
         alone = self.exact or self.given["bound"] or self.every
-        made = self._together(work) if isinstance(work, Columns) and not alone else self._each(work)
+        made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
         try:
             for source, (result, faults) in zip(work.sources, made, strict=False):
@@ -86,7 +86,7 @@ class Task:
         for problem, data, faults in problems.held(work, self._bounds, self.exact):
             yield self._solved(problem, data), faults
 
-    def _together(self, work: Columns) -> Iterator[tuple[Result, list[str]]]:
+    def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
         """Those for problems with one M, solved together."""
         from lcpcli.solving.many import solve_many
 

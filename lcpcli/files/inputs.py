@@ -73,7 +73,7 @@ class Input:
 
 
 @dataclass(frozen=True)
-class Columns:
+class QColumns:
     """Several problems with one M: Q of shape (n, k) has a q in each column, with their names; `first` is the number of
     the first of them in the file, from 1. paths are the files of M and of Q."""
 
@@ -95,13 +95,13 @@ class Columns:
         except ProblemError as error:
             raise error.inside(reading.place(self.paths[0])) from None
 
-    def part(self, begin: int, end: int) -> Columns:
+    def part(self, begin: int, end: int) -> QColumns:
         """Those from begin up to end, counted from 0."""
         return replace(self, Q=self.Q[:, begin:end], names=self.names[begin:end], first=self.first + begin)
 
 
 FIRST_BYTES = 1024  # of a file, in which its first character that is not blank is sought
-Work: TypeAlias = Input | Columns
+Work: TypeAlias = Input | QColumns
 
 
 def inputs(paths: Sequence[str]) -> Iterator[Work]:
@@ -166,7 +166,7 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
     columns = None if held is None or isinstance(held, Problem) else columns_of(q_path, q_content, held.shape[0])
     if columns is None:
         return Input((path, q_path), (content, q_content))
-    return Columns((path, q_path), held, *columns)
+    return QColumns((path, q_path), held, *columns)
 
 
 def _opens_an_object(content: bytes) -> bool:

@@ -13,7 +13,7 @@ from lcpcli.report.numbers import finite
 from lcpcli.solving.result import Result
 
 
-class Record(TypedDict):
+class ResultDict(TypedDict):
     """The keys of a result; `lcp help json` has their meanings."""
 
     version: str
@@ -62,19 +62,19 @@ def render(results: Sequence[Result], source: Source) -> str:
     return "".join(line(data(result, source)) for result in results)
 
 
-def line(record: Record) -> str:
+def line(record: ResultDict) -> str:
     """The object in a line."""
     return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def without_result(source: Source, status: str, message: str) -> Record:
+def without_result(source: Source, status: str, message: str) -> ResultDict:
     """What is said of a problem that could not be read, or whose result was lost."""
-    held: Any = dict.fromkeys(Record.__annotations__)
+    held: Any = dict.fromkeys(ResultDict.__annotations__)
     held |= {"version": __version__, **source._asdict(), "status": status, "message": message, "solved": False}
-    return cast(Record, held)
+    return cast(ResultDict, held)
 
 
-def data(result: Result, source: Source = NOWHERE) -> Record:
+def data(result: Result, source: Source = NOWHERE) -> ResultDict:
     """A result as the object of its line."""
     made_by = provenance.data(result)
     return {
