@@ -179,8 +179,9 @@ def _left(works: Iterator[Work], done: Iterator[Mapping[str, Any]], task: Task, 
         if not places or source != places[at]:
             raise OptionError("--resume", f"has a result of {source}, which does not come next", "give the same files")
         try:
+            logged = _logged(record)
             _refuse_other_options(record, task)
-            tally.add(_logged(record))
+            tally.add(logged)
         except (KeyError, TypeError, AttributeError):
             raise OptionError("--resume", f"has a record of {source} that is damaged", "begin a new log") from None
         at += 1
@@ -198,8 +199,8 @@ def _refuse_other_options(record: Mapping[str, Any], task: Task) -> None:
         value = limit.default if task.given[limit.name] is None else task.given[limit.name]
         now[limit.name] = finite(value)
     for name, value in now.items():
-        if then.get(name) != value:
-            fault = f"was written with {name.replace('_', ' ')} {then.get(name)}, here it is {value}"
+        if then[name] != value:
+            fault = f"was written with {name.replace('_', ' ')} {then[name]}, here it is {value}"
             raise OptionError("--resume", fault, "give the same options, or begin a new log")
 
 

@@ -90,7 +90,8 @@ def _kill(processes: Mapping[int, Any], results: Any) -> None:
     """Kill processes, and close their pipe for results here too, so that waiting for the rest of one ends."""
     for process in list(processes.values()):
         process.terminate()
-    results.close()
+    with suppress(OSError):  # another thread has closed it at the same time
+        results.close()
 
 
 class Cluster:
