@@ -129,3 +129,13 @@ def test_a_game_whose_time_is_up_has_those_that_were_found() -> None:
     assert (list(found), found.complete) == ([], False)
     assert found.equilibria is not None
     assert (found.equilibria.extreme, found.equilibria.is_degenerate) == ((), None)
+
+
+def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed() -> None:
+    found = lcpcli.solutions(lcpcli.from_game(*2 * [1 - np.eye(20)]), time_limit=0.2)  # more than 2^20
+    pieces = list(found)
+    assert (len(pieces) > 1, found.complete) == (True, False)
+    assert found.equilibria is not None
+    assert {k for subset in found.equilibria.subsets for k in subset.extreme} == set(
+        range(len(found.equilibria.extreme))
+    )

@@ -70,13 +70,14 @@ class Vertices:
 class Matched(NamedTuple):
     """What was found of both polytopes.
 
-    rows, columns : the strategies of the vertices. pairs : which of them, counted from 0, are extreme equilibria.
+    rows, columns : the strategies of the vertices. pairs : which of them, counted from 0, are extreme equilibria, to be
+    taken once.
     is_simple : whether all vertices are. complete : whether these are proved to be all.
     """
 
     rows: list[Point]
     columns: list[Point]
-    pairs: list[tuple[int, int]]
+    pairs: Iterator[tuple[int, int]]
     is_simple: bool
     complete: bool
 
@@ -96,7 +97,7 @@ def extreme_equilibria(A: Payoffs, B: Payoffs, check: Callable[[], None]) -> Mat
             pass
     except TimeIsUp:
         complete = False
-    pairs = list(_matched(one.unlabelled(), other.unlabelled()))
+    pairs = _matched(one.unlabelled(), other.unlabelled())
     return Matched(one.strategies, other.strategies, pairs, one.is_simple and other.is_simple, complete)
 
 

@@ -7,26 +7,14 @@ from fractions import Fraction
 
 import numpy as np
 
+from lcpcli.enumeration.graphs import connected
 from lcpcli.model.problem import Problem
 from lcpcli.rational.problem import ExactProblem
 
 
 def blocks(data: ExactProblem) -> list[list[int]]:
     """The unknowns of each block, for M block diagonal after a permutation: connected components of its pattern."""
-    part = list(range(data.n))
-
-    def root(i: int) -> int:
-        while part[i] != i:
-            part[i] = i = part[part[i]]
-        return i
-
-    for i, row in enumerate(data.rows):
-        for j in row:
-            part[root(j)] = root(i)
-    found: dict[int, list[int]] = {}
-    for i in range(data.n):
-        found.setdefault(root(i), []).append(i)
-    return list(found.values())
+    return connected(data.n, ((i, j) for i, row in enumerate(data.rows) for j in row))
 
 
 def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:

@@ -22,7 +22,7 @@ class Unknowns:
     """The unknowns of a problem.
 
     base, side : z = base + side y. boxes : those with two bounds. choices : the states that each may have; none if it
-    is fixed. check : called before each pivot; it may raise.
+    is fixed. check : called before each node and pivot; it may raise.
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:

@@ -14,8 +14,14 @@ from fractions import Fraction
 from math import lcm
 
 from lcpcli.enumeration.best_replies import Payoffs, extreme_equilibria
+from lcpcli.enumeration.graphs import bicliques, connected
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.rational import elimination
 from lcpcli.rational.polyhedra import Point
+from lcpcli.rational.sums import over_one_denominator
+
+Rows = list[list[int]]
+Scaled = tuple[Rows, int]  # rows of integers, and what they are to be divided by
 
 
 @dataclass(frozen=True)
@@ -69,7 +75,8 @@ class Equilibria:
         """So many of the subsets, with their equilibria."""
         subsets = self.subsets[:number]
         kept = sorted({k for subset in subsets for k in subset.extreme})
-        renumbered = tuple(replace(each, extreme=tuple(map(kept.index, each.extreme))) for each in subsets)
+        place = {k: number for number, k in enumerate(kept)}
+        renumbered = tuple(replace(each, extreme=tuple(place[k] for k in each.extreme)) for each in subsets)
         extreme = tuple(self.extreme[k] for k in kept)
         return Equilibria(extreme, renumbered, components(renumbered), self.is_degenerate, complete=False)
 
@@ -77,45 +84,52 @@ class Equilibria:
 def equilibria(A: Payoffs, B: Payoffs, check: Callable[[], None]) -> Equilibria:
     """All equilibria of the game with the payoffs A of the row and B of the column player, in exact arithmetic.
 
-    `check` is called before each pivot; if it raises TimeIsUp, what was found by then is returned.
+    `check` is called before each step; if it raises TimeIsUp, what was found by then is put together and returned, for
+    which it is called on.
     """
     positive = _shifted(A), _shifted(B)
     found = extreme_equilibria(*positive, check)
-    counted = positive if found.complete and found.is_simple else None
-    pairs = sorted(((found.rows[i], found.columns[j]) for i, j in found.pairs), reverse=True)
-    extreme = tuple(_verified(A, B, x, y, counted) for x, y in pairs)
-    subsets = nash_subsets(extreme)
+    own = _in_integers(A), _in_integers([list(column) for column in zip(*B, strict=True)])
+    counted = (
+        (_in_integers(positive[0])[0], _in_integers(positive[1])[0]) if found.complete and found.is_simple else None
+    )
+    complete = found.complete
+    extreme: list[Equilibrium] = []
+    try:
+        for i, j in found.pairs:
+            check()
+            extreme.append(_verified(*own, found.rows[i], found.columns[j], counted))
+    except TimeIsUp:
+        complete = False
+    extreme.sort(key=lambda each: (each.row, each.column), reverse=True)
+    subsets, are_all = nash_subsets(extreme, check)
     is_degenerate = None if found.is_simple and not found.complete else not found.is_simple
-    return Equilibria(extreme, subsets, components(subsets), is_degenerate, found.complete)
+    held = Equilibria(tuple(extreme), subsets, components(subsets), is_degenerate, complete and are_all)
+    return held if are_all else held.first(len(subsets))
 
 
-def nash_subsets(extreme: Sequence[Equilibrium]) -> tuple[NashSubset, ...]:
-    """The maximal bicliques: intersections of what goes with each strategy, and all that goes with these."""
-    columns_of: dict[Point, set[Point]] = {}
-    for each in extreme:
-        columns_of.setdefault(each.row, set()).add(each.column)
-    closed: set[frozenset[Point]] = set()
-    for chosen in columns_of.values():
-        closed |= {frozenset(chosen), *(held & chosen for held in closed)}
-    number = {(each.row, each.column): k for k, each in enumerate(extreme)}
-    subsets = []
-    for held in closed - {frozenset()}:
-        rows = sorted((row for row, columns in columns_of.items() if held <= columns), reverse=True)
-        columns = sorted(held, reverse=True)
-        pairs = tuple(sorted(number[row, column] for row in rows for column in columns))
-        subsets.append(NashSubset(tuple(rows), tuple(columns), pairs))
-    return tuple(sorted(subsets, key=lambda subset: subset.extreme))
+def nash_subsets(extreme: Sequence[Equilibrium], check: Callable[[], None]) -> tuple[tuple[NashSubset, ...], bool]:
+    """The maximal bicliques, and whether these are all; `check` as in `bicliques`."""
+    rows, columns = (list(dict.fromkeys(own)) for own in ([e.row for e in extreme], [e.column for e in extreme]))
+    row, column = ({strategy: k for k, strategy in enumerate(own)} for own in (rows, columns))
+    number = {(row[each.row], column[each.column]): k for k, each in enumerate(extreme)}
+    found, are_all = bicliques(list(number), check)
+    subsets = (
+        NashSubset(
+            tuple(rows[i] for i in some),
+            tuple(columns[j] for j in others),
+            tuple(sorted(number[i, j] for i in some for j in others)),
+        )
+        for some, others in found
+    )
+    return tuple(sorted(subsets, key=lambda subset: subset.extreme)), are_all
 
 
 def components(subsets: Sequence[NashSubset]) -> tuple[tuple[int, ...], ...]:
     """Which subsets are connected, through extreme equilibria that they share."""
-    found: list[tuple[set[int], list[int]]] = []
-    for k, subset in enumerate(subsets):
-        shared = [each for each in found if each[0] & set(subset.extreme)]
-        found = [each for each in found if each not in shared]
-        held = [k, *(member for _, members in shared for member in members)]
-        found.append((set(subset.extreme).union(*(extreme for extreme, _ in shared)), sorted(held)))
-    return tuple(sorted(tuple(members) for _, members in found))
+    first: dict[int, int] = {}
+    edges = [(first.setdefault(shared, k), k) for k, subset in enumerate(subsets) for shared in subset.extreme]
+    return tuple(map(tuple, connected(len(subsets), edges)))
 
 
 def _shifted(payoffs: Payoffs) -> Payoffs:
@@ -124,32 +138,37 @@ def _shifted(payoffs: Payoffs) -> Payoffs:
     return [[value - least + 1 for value in row] for row in payoffs]
 
 
-def _verified(A: Payoffs, B: Payoffs, x: Point, y: Point, positive: tuple[Payoffs, Payoffs] | None) -> Equilibrium:
+def _verified(A: Scaled, B: Scaled, x: Point, y: Point, positive: tuple[Rows, Rows] | None) -> Equilibrium:
     """The equilibrium of these strategies, both best replies; ArithmeticError if they are not.
 
-    positive : the payoffs, made positive, of a nondegenerate game.
+    A, B : the payoffs of the strategies of the row and of the column player. positive : both matrices times positive
+    numbers, made positive, of a nondegenerate game.
     """
-    by_row = [_dot(row, y) for row in A]
-    by_column = [_dot(column, x) for column in zip(*B, strict=True)]
-    payoffs = max(by_row), max(by_column)
-    if (_dot(by_row, x), _dot(by_column, y)) != payoffs:
-        raise ArithmeticError("an equilibrium that was found is none")
+    payoffs = _best(A, x, y), _best(B, y, x)
     return Equilibrium(x, y, payoffs, None if positive is None else _index(*positive, x, y))
 
 
-def _index(A: Payoffs, B: Payoffs, x: Point, y: Point) -> int:
+def _best(payoffs: Scaled, own: Point, other: Point) -> Fraction:
+    """What a best reply to the other player's strategy gets, which the own one is; ArithmeticError if it is none."""
+    rows, common = payoffs
+    weights, d = over_one_denominator(other)
+    played = [(j, weight) for j, weight in enumerate(weights) if weight]
+    values = [sum(row[j] * weight for j, weight in played) for row in rows]
+    best = max(values)
+    if any(value < best for value, probability in zip(values, own, strict=True) if probability):
+        raise ArithmeticError("an equilibrium that was found is none")
+    return Fraction(best, common * d)
+
+
+def _index(A: Rows, B: Rows, x: Point, y: Point) -> int:
     """L. S. Shapley, A note on the Lemke-Howson algorithm, Mathematical Programming Study 1 (1974) 175-189: the sign of
     the determinants of the payoffs on the supports, and -1 for each but one strategy in these; 1 for a pure one."""
     rows, columns = ([i for i, value in enumerate(strategy) if value] for strategy in (x, y))
-    signs = [elimination.determinant(_integers([[P[i][j] for j in columns] for i in rows])) > 0 for P in (A, B)]
+    signs = [elimination.determinant([[P[i][j] for j in columns] for i in rows]) > 0 for P in (A, B)]
     return 1 if (len(rows) % 2 == 1) == (signs[0] == signs[1]) else -1
 
 
-def _integers(payoffs: Payoffs) -> list[list[int]]:
-    """Payoffs times one positive number."""
+def _in_integers(payoffs: Payoffs) -> Scaled:
+    """Payoffs times one positive number, and that number."""
     common = lcm(*(value.denominator for row in payoffs for value in row))
-    return [[value.numerator * (common // value.denominator) for value in row] for row in payoffs]
-
-
-def _dot(values: Sequence[Fraction], weights: Sequence[Fraction]) -> Fraction:
-    return sum((a * b for a, b in zip(values, weights, strict=True)), Fraction(0))
+    return [[value.numerator * (common // value.denominator) for value in row] for row in payoffs], common

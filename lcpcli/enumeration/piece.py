@@ -13,6 +13,9 @@ from lcpcli.rational.problem import ExactProblem
 LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
 FIXED = "fixed"
 
+States = tuple[tuple[str, ...], ...]  # of each unknown, those that hold
+Points = tuple[Point, ...]
+
 
 @dataclass(frozen=True)
 class Piece:
@@ -24,10 +27,10 @@ class Piece:
         "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i = u_i).
     """
 
-    vertices: tuple[Point, ...]
-    rays: tuple[Point, ...]
-    lines: tuple[Point, ...]
-    states: tuple[tuple[str, ...], ...]
+    vertices: Points
+    rays: Points
+    lines: Points
+    states: States
 
     @property
     def is_point(self) -> bool:
@@ -39,7 +42,19 @@ class Piece:
         """The piece with these generators, whose states are found from the data; ArithmeticError if it is none."""
         vertices = tuple(generators.vertices)
         rays, lines = (tuple(_fractions(each) for each in given) for given in generators[1:])
-        states = common_states(data, vertices, rays, lines)
+        return cls._verified(vertices, rays, lines, common_states(data, vertices, rays, lines))
+
+    @classmethod
+    def spanned(cls, solutions: Sequence[tuple[Point, States]]) -> Piece:
+        """The bounded piece with these vertices, each with its `common_states`; ArithmeticError if it is none."""
+        vertices, states = zip(*solutions, strict=True)
+        common = (
+            tuple(name for name in held[0] if all(name in each for each in held)) for held in zip(*states, strict=True)
+        )
+        return cls._verified(vertices, (), (), tuple(common))
+
+    @classmethod
+    def _verified(cls, vertices: Points, rays: Points, lines: Points, states: States) -> Piece:
         if not all(states):
             raise ArithmeticError("a piece that was found is not one of solutions")
         return cls(vertices, rays, lines, states)
@@ -47,11 +62,11 @@ class Piece:
 
 def common_states(
     data: ExactProblem, vertices: Sequence[Point], rays: Sequence[Point] = (), lines: Sequence[Point] = ()
-) -> tuple[tuple[str, ...], ...]:
+) -> States:
     """The states that each unknown has in all of the polyhedron with these generators, by M, q and the bounds."""
     w = [data.w(vertex) for vertex in vertices]
-    constant = data.w([Fraction(0)] * data.n)
     directions = [*rays, *lines, *([-value for value in line] for line in lines)]
+    constant = data.w([Fraction(0)] * data.n) if directions else []
     slopes = [[a - b for a, b in zip(data.w(each), constant, strict=True)] for each in directions]
     states = []
     for i, (low, high) in enumerate(zip(data.lower, data.upper, strict=True)):

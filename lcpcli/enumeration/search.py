@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from itertools import product
@@ -21,6 +22,7 @@ from lcpcli.rational.polyhedra import Point
 from lcpcli.rational.problem import ExactProblem, decimal_parts_of
 
 LARGEST = 500  # unknowns of a block
+ENDING = 0.5  # seconds for putting together the equilibria that were found by the time limit, for each of three steps
 
 
 def solutions(
@@ -80,11 +82,11 @@ class Solutions(Iterator[Piece]):
         self.pieces: list[Piece] = []
         self.complete = False
         self.equilibria: Equilibria | None = None
-        self._time_limit, self._most, self._deadline, self._stopped = time_limit, most, 0.0, False
+        self._time_limit, self._most, self._deadline = time_limit, most, math.inf
         self._search = self._started()
 
     def __next__(self) -> Piece:
-        if self._stopped or len(self.pieces) == self._most:
+        if len(self.pieces) == self._most:
             raise StopIteration
         try:
             piece = next(self._search)
@@ -94,8 +96,8 @@ class Solutions(Iterator[Piece]):
         return piece
 
     def stop(self) -> None:
-        """End the search at the next pivot, as after the time limit; signal handlers may call it at any time."""
-        self._stopped = True
+        """End the search at the next step, as after the time limit; signal handlers may call it at any time."""
+        self._deadline = -math.inf
 
     @property
     def points(self) -> list[Point]:
@@ -103,10 +105,10 @@ class Solutions(Iterator[Piece]):
         return list(dict.fromkeys(vertex for piece in self.pieces for vertex in piece.vertices))
 
     def _started(self) -> Iterator[Piece]:
-        self._deadline = time.perf_counter() + self._time_limit
+        self._deadline = min(self._deadline, time.perf_counter() + self._time_limit)
         if self._game is not None:
             self.equilibria = equilibria(*self._game.payoffs(), self._check)
-            yield from pieces_of(self.equilibria, self._game, self.problem)
+            yield from pieces_of(self.equilibria, self._game, self.problem, self._check)
             self.complete = self.equilibria.complete
         else:
             yield from self._products()
@@ -126,7 +128,10 @@ class Solutions(Iterator[Piece]):
                 yield combined([*others, piece], parts, data.n, self._check) if others else piece
 
     def _check(self) -> None:
-        if self._stopped or time.perf_counter() > self._deadline:
+        """Raise TimeIsUp after the deadline, and then once more after the time for putting together what was found."""
+        now = time.perf_counter()
+        if now > self._deadline:
+            self._deadline = now + min(ENDING, self._time_limit)
             raise TimeIsUp
 
 

@@ -15,6 +15,7 @@ def leaves(unknowns: Unknowns, start: Node, found: Sequence[int]) -> Iterator[No
     """
     pending = [start]
     while pending:
+        unknowns.check()
         node = pending.pop()
         bits = unknowns.satisfied(node)
         if any(piece & ~bits == 0 and contains(unknowns, piece, node) for piece in found):

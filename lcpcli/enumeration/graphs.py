@@ -1,0 +1,77 @@
+"""The connected parts of a graph, and the maximal bicliques of a bipartite one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from lcpcli.interrupts import TimeIsUp
+
+Biclique = tuple[list[int], list[int]]
+
+
+def connected(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
+    """The connected parts of the graph with the nodes 0, ..., n - 1, each in order, by their least nodes."""
+    part = list(range(n))
+
+    def root(i: int) -> int:
+        while part[i] != i:
+            part[i] = i = part[part[i]]
+        return i
+
+    for i, j in edges:
+        part[root(j)] = root(i)
+    found: dict[int, list[int]] = {}
+    for i in range(n):
+        found.setdefault(root(i), []).append(i)
+    return list(found.values())
+
+
+def bicliques(edges: Sequence[tuple[int, int]], check: Callable[[], None]) -> tuple[list[Biclique], bool]:
+    """The maximal bicliques of a bipartite graph without isolated nodes, and whether these are all.
+
+    Their second sides are the intersections of neighbourhoods. `check` is called before each step; if it raises
+    TimeIsUp, those that were found are returned, first those of a node and all its neighbours, which have every edge.
+    """
+    of_first, of_second = _neighbourhoods(edges), _neighbourhoods([(j, i) for i, j in edges])
+    stars = [*of_first, *(_common(of_first, firsts) for firsts in of_second)]
+    sides = dict.fromkeys(stars)
+    found: list[Biclique] = []
+    try:
+        for neighbours in of_first:
+            for side in list(sides):
+                check()
+                sides[side & neighbours] = None
+    except TimeIsUp:
+        complete = False
+    else:
+        complete = True
+    try:
+        for side in sides:
+            check()
+            if side:
+                firsts = _common(of_second, side)
+                found.append((_members(firsts), _members(side)))
+    except TimeIsUp:
+        complete = False
+    return found, complete
+
+
+def _neighbourhoods(edges: Iterable[tuple[int, int]]) -> list[int]:
+    """Of each node on the first side its neighbours, as bits."""
+    found: dict[int, int] = {}
+    for i, j in edges:
+        found[i] = found.get(i, 0) | 1 << j
+    return [found[i] for i in range(len(found))]
+
+
+def _common(neighbourhoods: Sequence[int], nodes: int) -> int:
+    """The neighbours that all of some nodes have in common; these are not none."""
+    first, *others = _members(nodes)
+    common = neighbourhoods[first]
+    for i in others:
+        common &= neighbourhoods[i]
+    return common
+
+
+def _members(bits: int) -> list[int]:
+    return [k for k, bit in enumerate(reversed(f"{bits:b}")) if bit == "1"]
