@@ -104,8 +104,9 @@ def equilibria(A: Payoffs, B: Payoffs, check: Callable[[], None]) -> Equilibria:
     extreme.sort(key=lambda each: (each.row, each.column), reverse=True)
     subsets, are_all = nash_subsets(extreme, check)
     is_degenerate = None if found.is_simple and not found.complete else not found.is_simple
-    held = Equilibria(tuple(extreme), subsets, components(subsets), is_degenerate, complete and are_all)
-    return held if are_all else held.first(len(subsets))
+    if are_all:
+        return Equilibria(tuple(extreme), subsets, components(subsets), is_degenerate, complete)
+    return Equilibria(tuple(extreme), subsets, (), is_degenerate, complete=False).first(len(subsets))
 
 
 def nash_subsets(extreme: Sequence[Equilibrium], check: Callable[[], None]) -> tuple[tuple[NashSubset, ...], bool]:
@@ -113,16 +114,16 @@ def nash_subsets(extreme: Sequence[Equilibrium], check: Callable[[], None]) -> t
     rows, columns = (list(dict.fromkeys(own)) for own in ([e.row for e in extreme], [e.column for e in extreme]))
     row, column = ({strategy: k for k, strategy in enumerate(own)} for own in (rows, columns))
     number = {(row[each.row], column[each.column]): k for k, each in enumerate(extreme)}
-    found, are_all = bicliques(list(number), check)
-    subsets = (
-        NashSubset(
-            tuple(rows[i] for i in some),
-            tuple(columns[j] for j in others),
-            tuple(sorted(number[i, j] for i in some for j in others)),
-        )
-        for some, others in found
-    )
-    return tuple(sorted(subsets, key=lambda subset: subset.extreme)), are_all
+    subsets: list[NashSubset] = []
+    try:
+        for some, others in bicliques(list(number), check):
+            strategies = tuple(rows[i] for i in some), tuple(columns[j] for j in others)
+            subsets.append(NashSubset(*strategies, tuple(sorted(number[i, j] for i in some for j in others))))
+    except TimeIsUp:
+        complete = False
+    else:
+        complete = True
+    return tuple(sorted(subsets, key=lambda subset: subset.extreme)), complete
 
 
 def components(subsets: Sequence[NashSubset]) -> tuple[tuple[int, ...], ...]:

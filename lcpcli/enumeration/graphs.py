@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from lcpcli.interrupts import TimeIsUp
 
@@ -26,34 +26,30 @@ def connected(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
     return list(found.values())
 
 
-def bicliques(edges: Sequence[tuple[int, int]], check: Callable[[], None]) -> tuple[list[Biclique], bool]:
-    """The maximal bicliques of a bipartite graph without isolated nodes, and whether these are all.
+def bicliques(edges: Sequence[tuple[int, int]], check: Callable[[], None]) -> Iterator[Biclique]:
+    """The maximal bicliques of a bipartite graph without isolated nodes: intersections of neighbourhoods, and all nodes
+    that have these in common.
 
-    Their second sides are the intersections of neighbourhoods. `check` is called before each step; if it raises
-    TimeIsUp, those that were found are returned, first those of a node and all its neighbours, which have every edge.
+    `check` is called before each step and may raise TimeIsUp. If it does before all intersections are known, it is
+    raised after those bicliques that consist of a node's neighbours and all that these have in common: they have every
+    edge.
     """
     of_first, of_second = _neighbourhoods(edges), _neighbourhoods([(j, i) for i, j in edges])
-    stars = [*of_first, *(_common(of_first, firsts) for firsts in of_second)]
-    sides = dict.fromkeys(stars)
-    found: list[Biclique] = []
+    stars = dict.fromkeys([*of_first, *(_common(of_first, firsts) for firsts in of_second)])
+    sides, late = dict(stars), None
     try:
         for neighbours in of_first:
             for side in list(sides):
                 check()
                 sides[side & neighbours] = None
-    except TimeIsUp:
-        complete = False
-    else:
-        complete = True
-    try:
-        for side in sides:
-            check()
-            if side:
-                firsts = _common(of_second, side)
-                found.append((_members(firsts), _members(side)))
-    except TimeIsUp:
-        complete = False
-    return found, complete
+    except TimeIsUp as error:
+        sides, late = stars, error
+    for side in sides:
+        check()
+        if side:
+            yield _members(_common(of_second, side)), _members(side)
+    if late:
+        raise late
 
 
 def _neighbourhoods(edges: Iterable[tuple[int, int]]) -> list[int]:

@@ -77,7 +77,9 @@ class SolutionSet:
             return "no solution: every choice of states is excluded in rational arithmetic"
         found = self.count
         if not self.complete:
-            return f"{found if self.pieces else 'no solution was found'}, {UNLISTED[self.status]}; there may be others"
+            if not self.pieces:
+                return f"no solution was found {UNLISTED[self.status]}; there may be some"
+            return f"{found}, {UNLISTED[self.status]}; there may be others"
         isolated = all(piece.is_point for piece in self.pieces)
         if isolated and len(self.pieces) == 1:
             return f"{found}, proved to be the only one"

@@ -106,6 +106,8 @@ def _equilibria(found: SolutionSet, held: Equilibria, cell: Cell) -> tuple[list[
         indices = [each.index or 0 for each in held.extreme]
         told = [f"the indices sum to {sum(indices)}"] if found.complete and all(indices) and len(lines) > 1 else []
         return header, [lines] if lines else [], told
+    if all(len(subset.extreme) == 1 for subset in held.subsets):
+        return header, [lines] if lines else [], []
     groups = [
         [lines[k] for k in sorted({k for s in part for k in held.subsets[s].extreme})] for part in held.components
     ]
