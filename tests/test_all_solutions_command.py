@@ -219,7 +219,10 @@ def test_what_does_not_go_with_all_is_refused_in_a_line(
         ("game", "; one of several: --all lists them"),
     ],
 )
-def test_single_solve_says_whether_there_are_others(name: str, told: str, lcp: Lcp, folder: Path) -> None:
+def test_single_solve_says_whether_there_are_others(
+    name: str, told: str, lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(others, "SECONDS", 60)
     assert folder.is_dir()
     assert lcp("solve", f"{name}.json").out.splitlines()[1].endswith(told)
     assert json.loads(lcp("solve", f"{name}.json", "--format", "json").out)["others"] is told.startswith("; one of")
@@ -234,7 +237,10 @@ def test_single_solve_says_nothing_where_nothing_is_known(
     assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None
 
 
-def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns() -> None:
+def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(others, "SECONDS", 60)
     assert others.has_others(families.make("infeasible", 5, 0)) is None
     assert others.has_others(families.make("tridiagonal", others.MOST + 1, 0)) is None
     assert others.has_others(families.make("tridiagonal", 10, 0)) is False

@@ -111,6 +111,11 @@ def test_the_only_solution_is_proved_to_be_the_only_one(kind: str) -> None:
     assert ExactProblem.of_floats(problem).is_solution(piece.vertices[0])
 
 
+def test_multipliers_beyond_the_range_of_doubles_prove_the_only_solution() -> None:
+    found = lcpcli.solutions(Problem([[1e200, -1e-250], [-1e-250, 1e-200]], [-1, -1]))
+    assert ([piece.is_point for piece in found], found.complete) == ([True], True)
+
+
 def test_semidefinite_problems_have_one_piece_which_is_found_whole() -> None:
     """A linear program with an edge of minima: min -x1 - x2, x1 + x2 <= 2, x1 <= 1, x >= 0."""
     M = np.array([[0, 0, 1, 1], [0, 0, 1, 0], [-1, -1, 0, 0], [-1, 0, 0, 0]], dtype=float)

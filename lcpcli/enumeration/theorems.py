@@ -17,7 +17,7 @@ import numpy as np
 from lcpcli.enumeration.stability import multipliers
 from lcpcli.linalg import matrices
 from lcpcli.rational import elimination
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
 
 POINT, PIECE = "a point", "a piece"
@@ -84,7 +84,9 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 def _whole(d: Vector) -> list[int]:
     """Positive numbers times one number, rounded to integers."""
-    return [int(value) for value in np.ldexp(d / d.min(), DIGITS).tolist()]
+    values = fractions_of(d)
+    unit = min(values) / 2**DIGITS
+    return [int(value / unit) for value in values]
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
