@@ -10,10 +10,12 @@ from lcpcli.enumeration import theorems
 from lcpcli.enumeration.choices import STATES, Node, Unknowns
 from lcpcli.enumeration.piece import NAMES, Piece, common_states
 from lcpcli.enumeration.tree import leaves
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.rational.polyhedra import Generators, generators
 from lcpcli.rational.problem import ExactProblem
 
 SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
+METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
 
 States = Sequence[Sequence[str]]  # of each unknown, those that hold
 
@@ -25,7 +27,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     a solution where it is known that all are one piece.
     """
     shape = theorems.shape(data, check)
-    z = _solution(data, deadline) if shape and data.n > SMALL else None
+    z = _solution(data, check, deadline) if shape and data.n > SMALL else None
     if z is not None and shape == theorems.POINT:
         yield Piece.of(data, Generators([tuple(z)], [], []))
         return
@@ -74,19 +76,24 @@ def _bits(states: States) -> int:
     )
 
 
-def _solution(data: ExactProblem, deadline: float) -> list[Fraction] | None:
+def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
     """A solution from the methods of the program, made exact; None if they have none."""
     import time
 
     from lcpcli.solving import exact_lemke, run
     from lcpcli.solving.exact_solution import from_point
     from lcpcli.solving.limits import Limits
+    from lcpcli.solving.result import Status
 
-    seconds = deadline - time.perf_counter()
+    began = time.perf_counter()
+    seconds = min(deadline - began, METHODS if data.n <= exact_lemke.MOST_UNKNOWNS else math.inf)
     if seconds <= 0:
         return None
-    result = run.run(data.problem, "auto", limits=Limits(time_limit=seconds), conclude=False)
+    limits = Limits(time_limit=seconds)
+    result = run.run(data.problem, "auto", limits=limits, conclude=False, observe=lambda *_: check())
     if result.interrupted:
         raise KeyboardInterrupt
+    if result.status is Status.TIME_LIMIT and time.perf_counter() < began + seconds:
+        raise TimeIsUp  # by `check`
     found = from_point(data, result.z, deadline) if result.solved else None
     return found or exact_lemke.solve(data, deadline)
