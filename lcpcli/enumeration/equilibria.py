@@ -111,7 +111,7 @@ def equilibria(A: Payoffs, B: Payoffs, check: Callable[[], None]) -> Equilibria:
 
 def nash_subsets(extreme: Sequence[Equilibrium], check: Callable[[], None]) -> tuple[tuple[NashSubset, ...], bool]:
     """The maximal bicliques, and whether these are all; `check` as in `bicliques`."""
-    rows, columns = (list(dict.fromkeys(own)) for own in ([e.row for e in extreme], [e.column for e in extreme]))
+    rows, columns = (sorted(set(own), reverse=True) for own in ([e.row for e in extreme], [e.column for e in extreme]))
     row, column = ({strategy: k for k, strategy in enumerate(own)} for own in (rows, columns))
     number = {(row[each.row], column[each.column]): k for k, each in enumerate(extreme)}
     subsets: list[NashSubset] = []

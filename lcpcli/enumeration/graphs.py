@@ -35,19 +35,23 @@ def bicliques(edges: Sequence[tuple[int, int]], check: Callable[[], None]) -> It
     edge.
     """
     of_first, of_second = _neighbourhoods(edges), _neighbourhoods([(j, i) for i, j in edges])
-    stars = dict.fromkeys([*of_first, *(_common(of_first, firsts) for firsts in of_second)])
-    sides, late = dict(stars), None
-    try:
-        for neighbours in of_first:
-            for side in list(sides):
-                check()
-                sides[side & neighbours] = None
-    except TimeIsUp as error:
-        sides, late = stars, error
-    for side in sides:
-        check()
-        if side:
-            yield _members(_common(of_second, side)), _members(side)
+    m, late = len(of_first), None
+    for part in connected(m + len(of_second), [(i, m + j) for i, j in edges]):
+        firsts = [i for i in part if i < m]
+        stars = dict.fromkeys([of_first[i] for i in firsts])
+        stars |= dict.fromkeys(_common(of_first, of_second[k - m]) for k in part if k >= m)
+        sides = dict(stars)
+        try:
+            for i in firsts if late is None else ():
+                for side in list(sides):
+                    check()
+                    sides[side & of_first[i]] = None
+        except TimeIsUp as error:
+            sides, late = stars, error
+        for side in sides:
+            check()
+            if side:
+                yield _members(_common(of_second, side)), _members(side)
     if late:
         raise late
 
@@ -70,4 +74,9 @@ def _common(neighbourhoods: Sequence[int], nodes: int) -> int:
 
 
 def _members(bits: int) -> list[int]:
-    return [k for k, bit in enumerate(reversed(f"{bits:b}")) if bit == "1"]
+    members = []
+    while bits:
+        least = bits & -bits
+        members.append(least.bit_length() - 1)
+        bits ^= least
+    return members

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
+from itertools import islice
 
 from lcpcli.enumeration.equilibria import Equilibria
 from lcpcli.enumeration.minimizers import objective
 from lcpcli.enumeration.piece import Piece
 from lcpcli.enumeration.solution_set import SolutionSet
+from lcpcli.errors import count
 from lcpcli.model.reductions.program import Program
 from lcpcli.rational import numbers as rationals
 from lcpcli.rational.problem import ExactProblem
@@ -17,6 +19,8 @@ from lcpcli.report.result_table import ResultTable
 
 Cell = Callable[[Fraction], str]
 MOST_NAME = 11  # characters of a name above a column
+MOST_ROWS = 1000  # of a table; typesetting more takes longer than finding them
+MOST_SUBSETS = 50  # in a remark
 
 
 def build(found: SolutionSet, exact: bool) -> ResultTable:
@@ -41,10 +45,13 @@ def _pieces(found: SolutionSet, cell: Cell) -> tuple[list[str], list[list[list[s
     data = found.data
     program = data.problem.origin if isinstance(data.problem.origin, Program) else None
     header = ["piece", "", *_names(data), *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
-    points: list[list[str]] = []
+    shown, points = 0, list[list[str]]()
     faces: list[list[list[str]]] = []
     for number, piece in enumerate(found.pieces, 1):
-        rows = _rows(data, piece, program, cell)
+        rows = list(islice(_rows(data, piece, program, cell), MOST_ROWS - shown))
+        if not rows:
+            break
+        shown += len(rows)
         rows[0][0] = str(number)
         if piece.is_point:
             points += rows
@@ -53,27 +60,31 @@ def _pieces(found: SolutionSet, cell: Cell) -> tuple[list[str], list[list[list[s
     return header, [*([points] if points else []), *faces], _remarks(found)
 
 
-def _rows(data: ExactProblem, piece: Piece, program: Program | None, cell: Cell) -> list[list[str]]:
+def _rows(data: ExactProblem, piece: Piece, program: Program | None, cell: Cell) -> Iterator[list[str]]:
     constant = data.w([Fraction(0)] * data.n)
     word = "point" if piece.is_point else "vertex"
-    rows = []
     for vertex in piece.vertices:
         value = [cell(objective(data, program, vertex))] if program else []
-        rows.append(["", word, *map(cell, vertex), *map(cell, data.w(vertex)), *value])
+        yield ["", word, *map(cell, vertex), *map(cell, data.w(vertex)), *value]
     for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
         for direction in directions:
             slope = [a - b for a, b in zip(data.w(direction), constant, strict=True)]
-            rows.append(["", kind, *map(cell, direction), *map(cell, slope), *[""] * bool(program)])
-    return rows
+            yield ["", kind, *map(cell, direction), *map(cell, slope), *[""] * bool(program)]
 
 
 def _remarks(found: SolutionSet) -> list[str]:
+    rows = sum(len(piece.vertices) + len(piece.rays) + len(piece.lines) for piece in found.pieces)
     if all(piece.is_point for piece in found.pieces):
-        return []
+        return _left_out(rows)
     told = "the solutions of a face are the averages of its vertices"
     if any(piece.rays or piece.lines for piece in found.pieces):
         told += ", plus any positive multiples of its rays and any multiples of its lines"
-    return [told]
+    return [told, *_left_out(rows)]
+
+
+def _left_out(rows: int) -> list[str]:
+    """A remark where not all rows are shown."""
+    return [f"the first {MOST_ROWS} of {rows} rows; --format json and csv have all of them"] * (rows > MOST_ROWS)
 
 
 def _names(data: ExactProblem) -> list[str]:
@@ -100,17 +111,20 @@ def _equilibria(found: SolutionSet, held: Equilibria, cell: Cell) -> tuple[list[
             *([f"{each.index:+d}" if each.index is not None else ""] if indexed else []),
             "pure" * each.is_pure,
         ]
-        for number, each in enumerate(held.extreme, 1)
+        for number, each in enumerate(held.extreme[:MOST_ROWS], 1)
     ]
+    left_out = _left_out(len(held.extreme))
     if held.is_degenerate is False:
         indices = [each.index or 0 for each in held.extreme]
-        told = [f"the indices sum to {sum(indices)}"] if found.complete and all(indices) and len(lines) > 1 else []
-        return header, [lines] if lines else [], told
+        told = [f"the indices sum to {sum(indices)}"] if found.complete and all(indices) and len(indices) > 1 else []
+        return header, [lines] if lines else [], [*told, *left_out]
     if all(len(subset.extreme) == 1 for subset in held.subsets):
-        return header, [lines] if lines else [], []
-    groups = [
-        [lines[k] for k in sorted({k for s in part for k in held.subsets[s].extreme})] for part in held.components
-    ]
-    subsets = ", ".join(f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets)
+        return header, [lines] if lines else [], left_out
+    members = [sorted({k for s in part for k in held.subsets[s].extreme}) for part in held.components]
+    groups = [[lines[k] for k in part if k < MOST_ROWS] for part in members]
+    subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets[:MOST_SUBSETS]]
+    if len(held.subsets) > MOST_SUBSETS:
+        subsets.append(f"and {count(len(held.subsets) - MOST_SUBSETS, 'other')}")
     means = "any averages of the row and of the column strategies of one are an equilibrium"
-    return header, groups, [f"maximal Nash subsets {subsets}: {means}"]
+    remark = f"maximal Nash subsets {', '.join(subsets)}: {means}"
+    return header, [group for group in groups if group], [remark, *left_out]
