@@ -17,12 +17,9 @@ from lcpcli.enumeration import others
 from lcpcli.enumeration.search import Solutions
 from lcpcli.files import shipped
 from lcpcli.gallery import families
-<<<<<<< HEAD
+from lcpcli.report import solution_table
 from lcpcli.report.figures import drawing
 from lcpcli.report.figures.data import Cones
-=======
-from lcpcli.report import solution_table
->>>>>>> 2f6cabc (Tables of solutions end after 1,000 rows and say so, as 65,536 took minutes to typeset; maximal bicliques by connected parts)
 
 Lcp = Callable[..., Any]
 PROBLEMS = {  # with the vertices, rays and lines of each piece
@@ -138,7 +135,6 @@ def test_list_that_is_stopped_says_that_there_may_be_others(lcp: Lcp, folder: Pa
     assert (len(game["pieces"]), len(game["solutions"]), game["components"]) == (1, 1, [[0]])
 
 
-<<<<<<< HEAD
 @pytest.mark.parametrize(
     ("name", "holding"),
     [
@@ -165,7 +161,8 @@ def test_picture_marks_the_cones_that_hold_q(
     assert (folder / "cones.svg").read_text().startswith("<?xml")
     assert picture.holding == holding
     assert not any(holding) or picture.count in lcp("solve", f"{name}.json", "--all").out
-=======
+
+
 @pytest.mark.parametrize("name", ["murty", "faces", "game", "both"])
 def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert folder.is_dir()
@@ -179,7 +176,6 @@ def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, folder: Path, monkey
     )
     assert shown[1:] == expected[1:3]
     assert ("{1, 2}, and 1 other:" in head) == (name == "both")
->>>>>>> 2f6cabc (Tables of solutions end after 1,000 rows and say so, as 65,536 took minutes to typeset; maximal bicliques by connected parts)
 
 
 def test_interrupt_shows_what_was_found(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
