@@ -72,6 +72,11 @@ def test_every_format_holds_the_same_solutions(name: str, form: str, lcp: Lcp, f
             assert ours["w"] == [float(Fraction(value)) for value in theirs["w"]]
     elif form == "csv":
         rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")]
+        if exact["components"] is not None:
+            expected = [each["equilibrium"][player] for each in exact["solutions"] for player in ("row", "column")]
+            assert rows[0] == ["equilibrium", "player", "strategy", "probability", "payoff"]
+            assert [float(row[3]) for row in rows[1:]] == [float(Fraction(p)) for part in expected for p in part]
+            return
         assert rows[0] == ["piece", "kind", "number", "component", "z", "w"]
         vertices = sum(len(piece["vertices"]) for piece in exact["pieces"])
         assert sum(row[1] == "vertex" for row in rows) == vertices * exact["n"]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 from lcpcli import __version__
+from lcpcli.enumeration.equilibria import Equilibria
 from lcpcli.enumeration.minimizers import objective
 from lcpcli.enumeration.solution_set import SolutionSet
 from lcpcli.files.source import Source
@@ -18,6 +19,9 @@ from lcpcli.report import answer_csv
 from lcpcli.report.numbers import finite
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
+OF_GAMES = ("equilibrium", "player", "strategy", "probability", "payoff")
+Cells: TypeAlias = tuple[Any, ...]
+Numbers: TypeAlias = Callable[[Sequence[Fraction]], Sequence[Any]]
 
 
 def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
@@ -70,10 +74,28 @@ def _solution(found: SolutionSet, k: int, z: Point, vector: Any) -> dict[str, An
 
 
 def in_csv(found: SolutionSet, exact: bool) -> str:
-    """A line for each component of each vertex, ray and line: z, and w or for directions its change."""
-    data, vector = found.data, _exactly if exact else _rounded
+    """A line for each component of each vertex, ray and line: z, and w or for directions its change; of a game one for
+    each strategy in each extreme equilibrium: its probability, and what its player gets in all."""
+    vector = _exactly if exact else _rounded
+    if found.equilibria is None:
+        rows = [HEADER, *_of_pieces(found, vector)]
+    else:
+        rows = [OF_GAMES, *_of_equilibria(found.equilibria, vector)]
+    head = [found.data.problem.name, found.message]
+    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text(rows)
+
+
+def _of_equilibria(held: Equilibria, vector: Numbers) -> Iterator[Cells]:
+    for number, each in enumerate(held.extreme, 1):
+        payoffs = vector(each.payoffs)
+        for player, strategy, payoff in zip(("row", "column"), (each.row, each.column), payoffs, strict=True):
+            for i, probability in enumerate(vector(strategy), 1):
+                yield number, player, i, probability, payoff
+
+
+def _of_pieces(found: SolutionSet, vector: Numbers) -> Iterator[Cells]:
+    data = found.data
     constant = data.w([Fraction(0)] * data.n)
-    rows: list[list[Any]] = []
     for number, piece in enumerate(found.pieces, 1):
         parts = [("vertex", z, data.w(z)) for z in piece.vertices]
         for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
@@ -81,9 +103,7 @@ def in_csv(found: SolutionSet, exact: bool) -> str:
             parts += [(kind, each, change) for each, change in zip(directions, changes, strict=True)]
         for k, (kind, z, w) in enumerate(parts, 1):
             for i, pair in enumerate(zip(vector(z), vector(w), strict=True), 1):
-                rows.append([number, kind, k, i, *pair])
-    head = [found.data.problem.name, found.message]
-    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text([HEADER, *rows])
+                yield number, kind, k, i, *pair
 
 
 def _rounded(values: Sequence[Fraction]) -> list[float | None]:
