@@ -12,7 +12,6 @@ from typing import IO, TYPE_CHECKING, TypeAlias
 
 from lcpcli.errors import ProblemError
 from lcpcli.files import json_format, reading
-from lcpcli.files.columns import columns_of
 from lcpcli.files.content import without_mark
 from lcpcli.files.formats import LINES
 from lcpcli.files.reading import LINE, WHOLE
@@ -161,6 +160,8 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
         held = None if _opens_an_object(content) else reading.held_in(path, lambda *_: content)
     if (held is None or isinstance(held, Problem)) and not _is_vector(left[0]):
         return Input((path,), (content,))
+    from lcpcli.files.columns import columns_of
+
     q_path = left.pop(0)
     q_content = reading.content_of(q_path, LINE)
     columns = None if held is None or isinstance(held, Problem) else columns_of(q_path, q_content, held.shape[0])
