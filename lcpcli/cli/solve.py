@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         "lcp solve problems/paper-example-2.json --exact",
         "lcp solve problems/tridiagonal-100.json --format json -o result.json",
         "lcp solve problems/tridiagonal-100.json --z0 result.json --quiet",
+        "lcp solve problems/bimatrix.json --all",
         "lcp solve problems/bimatrix.json problems/diode-bridge.json --jobs 2",
     ),
     lists={"Methods": meanings()},
