@@ -22,6 +22,7 @@ class TimeIsUp(Exception):
 
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
+reading: list[threading.Thread] = []  # threads that may wait for input for ever; the interpreter exits without them
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by time.monotonic()
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
@@ -146,8 +147,8 @@ def hides_interrupt(error: BaseException | None) -> bool:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with that exit code, at once if an abandoned call is still running."""
-    if any(map(threading.Thread.is_alive, abandoned)):
+    """End the process with that exit code, at once if an abandoned call is still running, or input is waited for."""
+    if any(map(threading.Thread.is_alive, [*abandoned, *reading])):
         _end(code)
     sys.exit(code)
 

@@ -34,7 +34,7 @@ class Ahead:
         self._over = False
         self._fault: BaseException | None = None
         thread = Thread(target=self._run, daemon=True)
-        interrupts.abandoned.append(thread)
+        interrupts.reading.append(thread)
         thread.start()
 
     @property
