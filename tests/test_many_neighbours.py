@@ -80,6 +80,12 @@ def test_a_singular_set_leaves_the_column_to_auto() -> None:
     assert [result.status for result in results] == [result.status for result in alone]
 
 
+def test_numbers_beyond_the_range_of_doubles_are_compared_without_a_word() -> None:
+    M = csr_array(diags_array([np.full(300, 1e200)], offsets=[0]))
+    q = np.full(300, -1e200)
+    assert all(result.solved for result in lcpcli.solve_many(M, np.array([q, q, q, 2 * q]).T))
+
+
 def test_time_limit_and_iteration_limit_are_those_of_each_column() -> None:
     problem = families.make("obstacle", 400, 0)
     results = list(lcpcli.solve_many(problem.M, columns(problem, 0.0, 0.0), max_iterations=0))

@@ -55,6 +55,7 @@ def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -
         yield result
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _states(last: Result, problem: Problem) -> Basis | None:
     """Those of the last solution; None if q has turned far away from that of the last problem, or lies elsewhere."""
     q, before = problem.q, last.problem.q
