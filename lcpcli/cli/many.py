@@ -52,10 +52,8 @@ def run(
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = given["resume"] or (output.path if is_log else None)
     form = "json" if given["resume"] else "" if output.silent else output.form
-    width, every = (
-        rows.width_of([place(file) for file in files]),
-        (given["every"] or 1) if output.with_iterates else None,
-    )
+    width = rows.width_of([place(file) for file in files])
+    every = (given["every"] or 1) if output.with_iterates else None
     task = Task(variant, given, exact, form, width, every)
     tally = _Tally()
     if given["resume"]:
