@@ -67,7 +67,7 @@ def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
 
 def smoothing(problem: Problem) -> Smoothing:
     """The difference between F~ and F with the default p of `shi`, which runs with mid(l, u, 0) moved to 0."""
-    problem = problem if problem.z_there is None else shifted(problem).problem
+    problem = problem if problem.reference_z is None else shifted(problem).problem
     p = default_p(problem)
     return Smoothing(p, smoothing_error(problem, p))
 

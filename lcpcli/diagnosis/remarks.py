@@ -44,7 +44,7 @@ def obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 def _obvious_with_bounds(problem: Problem, classes: dict[str, Verdict]) -> str:
     box, unique = problem.box, classes["p_matrix"].word == YES
     there = box.project(np.zeros(problem.n))
-    if not box.gaps(there, problem.q_there).any():
+    if not box.gaps(there, problem.q_ref).any():
         return f"the z within the bounds nearest to 0 is a solution{', the unique one, as M is a P-matrix' * unique}"
     if unique:
         return "there is exactly one solution, for these and all other bounds and every q, as M is a P-matrix"

@@ -141,7 +141,7 @@ class Block:
         self._fields = {**vars(self.like), "box": box}
         if isinstance(box, Box):
             self._fields["is_mixed"] = True
-            for name in ("z_there", "q_there", "q_error"):
+            for name in ("reference_z", "q_ref", "q_error"):
                 self._fields.pop(name, None)
 
     def part(self, rows: Indices) -> Block:
@@ -180,9 +180,9 @@ class Block:
             if known is not None:
                 moved = bool(known.z[i].any())
                 error = known.error[i] if moved else 0.0
-                fields.update(z_there=known.z[i] if moved else None, q_there=known.q[i], q_error=error)
+                fields.update(reference_z=known.z[i] if moved else None, q_ref=known.q[i], q_error=error)
         else:
-            fields["q_there"] = q
+            fields["q_ref"] = q
         return problem
 
     @cached_property
@@ -204,7 +204,7 @@ class Block:
         error = ROW_ROUNDING * terms
         for i in np.flatnonzero((terms > CANCELLATION * np.abs(w)).any(axis=1) & z.any(axis=1)):
             alone = self.problem(int(i))
-            z[i], w[i], error[i] = alone.reference_point, alone.q_there, alone.q_error
+            z[i], w[i], error[i] = alone.reference_point, alone.q_ref, alone.q_error
         return References(z, w, error)
 
 

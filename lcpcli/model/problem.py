@@ -130,7 +130,7 @@ class Problem:
             box=ORTHANT if bounds is None else Box(*bounds),
         )
         if bounds is None:
-            self.__dict__.update(z_there=None, q_there=vector_q, q_error=0.0)
+            self.__dict__.update(reference_z=None, q_ref=vector_q, q_error=0.0)
         if origin is not None:
             self.__dict__["origin"] = _origin(origin, self)
         if verdict and verdict not in VERDICTS:
@@ -170,7 +170,7 @@ class Problem:
         return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= SMALL_INTEGER for v in numbers)
 
     @cached_property
-    def z_there(self) -> Vector | None:
+    def reference_z(self) -> Vector | None:
         """The reference point: the z within the bounds nearest to 0, or with every z_i at a finite bound, whichever
         leaves the smaller residual; None if that is 0, as it is for an LCP, or if w overflows at both.
 
@@ -181,16 +181,16 @@ class Problem:
     @property
     def reference_point(self) -> Vector:
         """The same, 0 included."""
-        return np.zeros(self.n) if self.z_there is None else self.z_there
+        return np.zeros(self.n) if self.reference_z is None else self.reference_z
 
     @cached_property
-    def q_there(self) -> Vector:
+    def q_ref(self) -> Vector:
         """w = M z + q at the reference point: the scale of the rows, whatever the bounds are shifted by."""
         return self._reference[1]
 
     @cached_property
     def q_error(self) -> Vector | float:
-        """How far rounding may have taken q_there, shape (n,); 0 for an LCP, and at most 1e-11 of it for the others."""
+        """How far rounding may have taken q_ref, shape (n,); 0 for an LCP, and at most 1e-11 of it for the others."""
         return self._reference[2]
 
     @cached_property
@@ -216,12 +216,12 @@ class Problem:
 
     def from_reference(self, z: Vector) -> Vector:
         """z minus the reference point."""
-        return z if self.z_there is None else z - self.z_there
+        return z if self.reference_z is None else z - self.reference_z
 
     def w(self, z: Vector) -> Vector:
         """w = M z + q for z of shape (n,), computed from the reference point."""
-        w = product(self.M, z if self.z_there is None else z - self.z_there)
-        w += self.q_there
+        w = product(self.M, z if self.reference_z is None else z - self.reference_z)
+        w += self.q_ref
         return w
 
 

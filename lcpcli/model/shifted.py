@@ -20,11 +20,11 @@ class Shifted:
 
     def start(self, x: Vector) -> Vector:
         """x of the shifted problem."""
-        return x if self.given.z_there is None else x - self.given.z_there / 2
+        return x if self.given.reference_z is None else x - self.given.reference_z / 2
 
     def back(self, x: Vector) -> Vector:
         """x of the given problem; what is at a bound stays there."""
-        box, given, there = self.problem.box, self.given, self.given.z_there
+        box, given, there = self.problem.box, self.given, self.given.reference_z
         assert there is not None
         z = box.z_of(x)
         inside = np.where(z == self.problem.upper, given.upper, z + there)
@@ -47,8 +47,8 @@ class Shifted:
 
 def shifted(given: Problem) -> Shifted:
     """The problem, where the reference point is not 0; M is shared."""
-    there = given.z_there
+    there = given.reference_z
     assert there is not None
     with np.errstate(over="ignore"):
         bounds = [moved(bound - there, bound) for bound in (given.lower, given.upper)]
-    return Shifted(Problem(given.M, given.q_there, lower=bounds[0], upper=bounds[1]), given)
+    return Shifted(Problem(given.M, given.q_ref, lower=bounds[0], upper=bounds[1]), given)

@@ -77,7 +77,7 @@ def _larger_p(result: Result) -> list[Options]:
     """A p whose smoothing error is within the tolerance, or below rounding, where a small p has ended the run."""
     if shi.SMOOTHING not in result.message:
         return []
-    problem = result.problem if result.problem.z_there is None else shifted(result.problem).problem
+    problem = result.problem if result.problem.reference_z is None else shifted(result.problem).problem
     problem = scaled.scale(problem).problem if result.options.get("scale") else problem
     larger = min(smoothing.p_within(problem, result.tol), shi.default_p(problem))
     return [{"p": _round(larger)}]

@@ -71,7 +71,7 @@ class Loop:
         self.kept = traces
         self.accuracy = Accuracy(problem, limits.tol)
         if problem.is_mixed and self.accuracy.greatest <= 0:  # then no other point has a scale to be measured on
-            x0 = problem.box.x_of(problem.reference_point, problem.q_there)
+            x0 = problem.box.x_of(problem.reference_point, problem.q_ref)
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
         self.last = self.best = x0 if in_range(x0) else np.clip(x0, -LARGEST_X, LARGEST_X)
         self.best_bound = self.first_bound = math.inf

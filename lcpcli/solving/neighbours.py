@@ -59,7 +59,7 @@ def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -
 def _states(last: Result, problem: Problem) -> Basis | None:
     """Those of the last solution; None if q has turned far away from that of the last problem, or lies elsewhere."""
     q, before = problem.q, last.problem.q
-    if problem.z_there is not None or q @ before < CLOSE * norm(q) * norm(before):
+    if problem.reference_z is not None or q @ before < CLOSE * norm(q) * norm(before):
         return None
     return problem.box.basis_of(problem.box.x_of(last.z, last.w))
 

@@ -113,7 +113,7 @@ def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Lim
 def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Transformation]:
     """Those to make before a method runs, one after another."""
     changes: list[Transformation] = []
-    if problem.z_there is not None and method != "auto":  # which does so itself
+    if problem.reference_z is not None and method != "auto":  # which does so itself
         with imports:
             from lcpcli.model.shifted import shifted
         changes.append(shifted(problem))

@@ -136,8 +136,8 @@ class Trace:
         residuals: Sequence[float | None] = [None] * len(waiting)
         rounding = [False] * len(waiting)
         if self.residuals:
-            offsets = Z if problem.z_there is None else Z - problem.z_there
-            W = product(problem.M, offsets.T).T + problem.q_there
+            offsets = Z if problem.reference_z is None else Z - problem.reference_z
+            W = product(problem.M, offsets.T).T + problem.q_ref
             residuals = [accuracy.natural_residual(z, w) for z, w in zip(Z, W, strict=True)]
             rounding = [accuracy.is_rounding(z, w) for z, w in zip(Z, W, strict=True)]
         for pending_row, z, residual, is_rounding in zip(waiting, Z, residuals, rounding, strict=True):

@@ -197,7 +197,7 @@ class Units:
     """
 
     def __init__(self, problem: Problem) -> None:
-        q = problem.q_there
+        q = problem.q_ref
         R, C = equilibrate(problem.M, q, problem.row_maxima)
         row_power, column_power = (np.frexp(diagonal)[1] - 1 for diagonal in (R, C))
         gaps, reach = _at_reference(problem)
@@ -224,7 +224,7 @@ def _greatest(problem: Problem) -> float:
 
 def _at_reference(problem: Problem) -> tuple[Vector, Vector | None]:
     """min(z, w) at the reference point; and the distance to the bound that w points to, None for an LCP."""
-    q = problem.q_there
+    q = problem.q_ref
     if not problem.is_mixed:
         return np.minimum(q, 0.0), None
     z = problem.reference_point

@@ -151,7 +151,7 @@ class Point:
             excess = np.abs(np.minimum(scaled, w[rows] - error))
             excess += np.minimum(scaled, 2 * error)
         scales = np.maximum(
-            np.abs(problem.q_there[rows]), self.accuracy.diagonal[rows] * moved if sizes is None else sizes
+            np.abs(problem.q_ref[rows]), self.accuracy.diagonal[rows] * moved if sizes is None else sizes
         )
         scales = np.minimum(np.maximum(scales, SCALE_FLOOR * known.s), known.s)
         return (~(excess <= known.tol * (1 - SLACK) * scales)).nonzero()[0]

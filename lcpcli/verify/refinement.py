@@ -121,7 +121,7 @@ def rounds_solution(problem: Problem, z: Vector, tol: float) -> bool:
     That point is held as the reference point and a difference from it, which bounds far from 0 need: there z in doubles
     may have a larger residual, wherever it is. False for a problem whose reference point is 0.
     """
-    if problem.z_there is None:
+    if problem.reference_z is None:
         return False
     frame = shifted(problem)
     try:
@@ -129,5 +129,5 @@ def rounds_solution(problem: Problem, z: Vector, tol: float) -> bool:
     except SingularMatrix:
         return False
     point = Point(Accuracy(frame.problem, tol), frame.problem.box.project(found.z))
-    same = np.abs(problem.z_there + point.z - z) <= LAST_DIGITS * np.abs(z)
+    same = np.abs(problem.reference_z + point.z - z) <= LAST_DIGITS * np.abs(z)
     return bool(same.all()) and point.solves()

@@ -64,7 +64,7 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
         return Breakdown("a diagonal entry of M is not positive")
     inverse = 1 / diagonal
     z = box.z_of(x0)
-    gradient = (problem.w(z) if np.count_nonzero(problem.from_reference(z)) else problem.q_there) * inverse
+    gradient = (problem.w(z) if np.count_nonzero(problem.from_reference(z)) else problem.q_ref) * inverse
     first = gradient.dot(gradient)
     basis, t = box.basis_of(0.5 * (z - gradient)), 0.5
     for step in range(1, MOST_STEPS + 1):
@@ -90,4 +90,4 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 
 def _reference(problem: Problem) -> Vector:
     """The x = (z - w) / 2 of the reference point."""
-    return -problem.q / 2 if problem.z_there is None else (problem.z_there - problem.q_there) / 2
+    return -problem.q / 2 if problem.reference_z is None else (problem.reference_z - problem.q_ref) / 2

@@ -60,7 +60,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     -------
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
-    if problem.z_there is None:
+    if problem.reference_z is None:
         turns = Turns(x0)
         ending = yield from _search(problem, turns, time_limit)
     else:
