@@ -1,4 +1,4 @@
-"""Small LCPs whose numbers are anywhere in double range, and an exact measure of what is said of them."""
+"""Small LCPs whose numbers are anywhere in double range."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from numpy.random import Generator
 from scipy import sparse
 
 from lcpcli import Problem
-from lcpcli.linalg.equilibration import equilibrate
 
 from . import exact
 
@@ -103,24 +102,6 @@ def given_as(layout: str, M: np.ndarray) -> Any:
 
 
 LAYOUTS = ("rows", "fortran", "strided", "sparse", "explicit zeros")
-
-
-def relative_residual(problem: Problem, z: np.ndarray) -> Fraction:
-    """The relative residual of `accuracy.Accuracy`, in rational arithmetic but for R and C; -1 where the scale is 0."""
-    M, q = exact._rational(problem)
-    R, C = ([Fraction(value) for value in powers.tolist()] for powers in equilibrate(problem.M, problem.q))
-    exact_z = [Fraction(value) for value in z.tolist()]
-    w = [sum(a * b for a, b in zip(row, exact_z, strict=True)) + value for row, value in zip(M, q, strict=True)]
-    residuals = [abs(min(a / c, r * b)) for a, b, r, c in zip(exact_z, w, R, C, strict=True)]
-    if not any(residuals):
-        return Fraction(0)
-    scaled = [r * value for r, value in zip(R, q, strict=True)]
-    scale = -min(scaled) if min(scaled) < 0 else max(scaled)
-    if not scale:
-        return Fraction(-1)
-    terms = [r * sum(abs(a) * b for a, b in zip(row, exact_z, strict=True)) for r, row in zip(R, M, strict=True)]
-    sizes = [min(max(abs(a), b, scale / 100_000), scale) for a, b in zip(scaled, terms, strict=True)]
-    return max(a / b for a, b in zip(residuals, sizes, strict=True))
 
 
 def is_solution_rounded(problem: Problem, z: np.ndarray) -> bool:

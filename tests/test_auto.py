@@ -90,7 +90,7 @@ def test_hilbert_matrices_are_solved_to_a_small_residual(n: int) -> None:
 def test_solvable_problem_on_which_lemke_ends_on_a_ray() -> None:
     result = answer([[0, 1], [0, 0]], [-1, 0])
     assert result.solved
-    assert result.route[-1] == "milp"
+    assert result.route[-1] == "exact"
 
 
 def test_feasible_problem_without_solution_is_proved_to_have_none() -> None:
@@ -98,7 +98,7 @@ def test_feasible_problem_without_solution_is_proved_to_have_none() -> None:
     assert result.status is Status.UNSOLVABLE
     assert result.certificate is not None
     assert result.certificate.kind == "exhaustion"
-    assert result.route == ("lemke", "milp")
+    assert result.route == ("lemke", "exact")
 
 
 def test_infeasible_problem_comes_with_farkas_vector() -> None:
@@ -241,8 +241,8 @@ def test_time_limit_bounds_the_exponential_methods() -> None:
     ("text", "code", "status", "method"),
     [
         ('{"M": [[0, -1], [1, 0]], "q": [-1, -1]}', 3, "infeasible", "lemke"),
-        ('{"M": [[0, 1], [1, 0]], "q": [-1, 1]}', 3, "unsolvable", "milp"),
-        ('{"M": [[0, 1], [0, 0]], "q": [-1, 0]}', 0, "solved", "milp"),
+        ('{"M": [[0, 1], [1, 0]], "q": [-1, 1]}', 3, "unsolvable", "exact"),
+        ('{"M": [[0, 1], [0, 0]], "q": [-1, 0]}', 0, "solved", "exact"),
     ],
 )
 def test_exit_code_and_certificate_reach_the_shell(

@@ -41,7 +41,7 @@ def test_help_names_everything_public() -> None:
 def test_result_shows_what_matters_in_one_line() -> None:
     result = run(read(shipped.path("paper-example-1.json")), "fixed-point")
     assert repr(result).startswith("<Result: solved by fixed-point, n = 4, residual ")
-    assert ", error 8.2e-11, in " in repr(result)
+    assert ", error 1.2e-10, in " in repr(result)
     assert repr(result).endswith("z = (1, 0, 1, 0)>")
     failed = run(result.problem, "fixed-point", max_iterations=2)
     assert repr(failed).startswith("<Result: iteration limit by fixed-point, ")

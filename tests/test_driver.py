@@ -17,7 +17,7 @@ from lcpcli.solving.limits import Limits
 from lcpcli.solving.run import run
 from lcpcli.solving.trace import PendingRow
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Criterion
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))
 ANSWER = np.array([0.5, -0.5, 0.5, -0.5])
@@ -128,9 +128,9 @@ def test_time_limit_counts_what_it_takes_to_measure_the_iterates(scripted: Calla
     clock = Clock()
 
     class Slow(Trace):
-        def add(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
+        def add(self, pending_row: PendingRow, criterion: Criterion) -> None:
             clock.now += 1.0
-            super().add(pending_row, accuracy)
+            super().add(pending_row, criterion)
 
     def script() -> Iterator[Iterate]:
         while True:

@@ -17,14 +17,14 @@ from hypothesis import strategies as st
 
 from lcpcli import Problem, Result, Status
 from lcpcli.files import shipped, writing
+from lcpcli.rational import exact_lemke
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.solving import exact_lemke
-from lcpcli.solving.exact_solution import from_point
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.proof import prove
 from lcpcli.solving.run import run
 from lcpcli.verify.exact_farkas import exact_proof
+from lcpcli.verify.exact_solution import from_point
 
 from . import exact as oracle
 
@@ -113,8 +113,8 @@ def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles() -> None:
     H = [[Fraction(1, i + j + 1) for j in range(n)] for i in range(n)]
     q = [-sum(row) for row in H]
     problem = Problem([list(map(float, row)) for row in H], list(map(float, q)))
-    lost = run(problem, "newton", limits=Limits(tol=1e-20, max_iterations=20))
-    assert not lost.solved
+    lost = run(problem, "newton", limits=Limits(max_iterations=20))
+    assert np.abs(lost.z - 1).max() > 0.01, "as accurate as the rounded data determine"
     result = prove(ExactProblem(problem, [dict(enumerate(row)) for row in H], q), lost)
     assert result.exact is not None
     assert result.exact.z == [1] * n

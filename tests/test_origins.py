@@ -19,8 +19,7 @@ import lcpcli
 from lcpcli import Problem, Result, Status, from_game, from_qp, read, run, write
 from lcpcli.solving.answer import Equilibrium, Minimum
 from lcpcli.solving.conclusions import concluded
-from lcpcli.verify.accuracy import Accuracy
-from lcpcli.verify.point import Point
+from lcpcli.verify.point import Criterion, Point
 
 PORTFOLIO_Q = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]]
 PORTFOLIO_A, PORTFOLIO_B = [[1, 1, 1], [-1, -1, -1], [0.12, 0.08, 0.04]], [1, -1, 0.07]
@@ -127,7 +126,7 @@ def test_strategies_are_best_responses_to_each_other(data: st.DataObject) -> Non
 
 def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
     result = run(from_game(*BATTLE), "auto")
-    point = Point(Accuracy(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
+    point = Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
     wrong = equilibrium(concluded([replace(result, point=point)])[0])
     assert wrong.payoffs == (0, 0)
     assert wrong.gains == (2, 2)

@@ -11,7 +11,7 @@ from lcpcli.methods.auto.sparse_route import sparse_route
 from lcpcli.methods.iterate import Breakdown, Iterate, Stalled, advance
 from lcpcli.model.box import ORTHANT
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Criterion, Point
 
 TOL = 1e-10
 
@@ -44,11 +44,11 @@ def dominant(n: int) -> Problem:
 
 def solve(problem: Problem, x0: Vector | None = None) -> tuple[Vector, list[str]]:
     """The first z that meets the tolerance by its residual, and the methods of the route."""
-    accuracy, methods = Accuracy(problem), []
+    criterion, methods = Criterion(problem), []
     for k, iterate in enumerate(sparse_route(problem, np.zeros(problem.n) if x0 is None else x0)):
         methods.append(iterate.method)
         z = ORTHANT.z_of(iterate.x)
-        if accuracy.relative_residual(z, problem.w(z)) <= TOL:
+        if Point(criterion, z).relative_residual <= TOL:
             return z, list(dict.fromkeys(methods))
         assert k < 1000
     raise AssertionError("ended without a solution")
@@ -127,8 +127,8 @@ def test_p_matrix_that_is_not_positive_definite() -> None:
     ids=["negative", "zero", "indefinite"],
 )
 def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
-    accuracy = Accuracy(problem := Problem(M, -np.ones(900)))
-    best, stage = np.inf, sparse_route(problem, np.zeros(900))
+    criterion = Criterion(Problem(M, -np.ones(900)))
+    best, stage = np.inf, sparse_route(criterion.problem, np.zeros(900))
     with np.errstate(over="raise", invalid="raise"):
         for _ in range(300):
             step = advance(stage)
@@ -136,5 +136,5 @@ def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
                 assert isinstance(step, (Breakdown, Stalled))
                 break
             z = ORTHANT.z_of(step.x)
-            best = min(best, accuracy.relative_residual(z, problem.w(z)))
+            best = min(best, Point(criterion, z).relative_residual)
     assert best > TOL

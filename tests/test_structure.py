@@ -26,7 +26,7 @@ ROOMS = {
     "verify": "linalg model rational bounds",
     "methods": "linalg model rational verify",
     "solving": "linalg model rational classes verify methods",
-    "enumeration": "linalg model rational solving",
+    "enumeration": "linalg model rational verify solving",
     "diagnosis": "linalg model classes methods",
     "files": "linalg model rational",
     "gallery": "model",

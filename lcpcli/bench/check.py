@@ -11,7 +11,7 @@ from lcpcli.bench.optimality import optimality
 from lcpcli.linalg import products
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.sensitivity import MOST_INVERTED, sensitivity
 
 
@@ -19,7 +19,7 @@ from lcpcli.verify.sensitivity import MOST_INVERTED, sensitivity
 class Check:
     """success : claimed and accepted. false_success : claimed but wrong by every measure. Other claims are inexact.
 
-    residual, scaled_residual, error : as in `accuracy.Accuracy`; None without a z, or without a reference.
+    residual, scaled_residual, error : as in `point.Point`, and from the reference; None without a z, or a reference.
     condition, forward_error, optimality : as in `record.Measurement`.
     """
 
@@ -45,7 +45,7 @@ class Checker:
 
     def __init__(self, problem: Problem, accept: float) -> None:
         self._problem, self._accept = problem, accept
-        self._accuracy = Accuracy(problem)
+        self._criterion = Criterion(problem)
         one = len(problem.solutions) == 1 and problem.n <= MOST_INVERTED
         self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None
 
@@ -57,9 +57,9 @@ class Checker:
             nothing = optimality(self._problem, None)
             return Check(answer.claim == NONE and hopeless, false, None, None, None, optimality=nothing)
         z = np.asarray(answer.z, dtype=np.float64)
-        w = self._accuracy.w(z) if np.isfinite(z).all() else self._problem.w(z)
-        claimed, scaled = answer.claim == SOLUTION, self._accuracy.scaled_residual(z, w)
-        residual, error = self._accuracy.natural_residual(z, w), self._accuracy.error(z)
+        point = Point(self._criterion, z, is_admissible=False)
+        claimed, scaled = answer.claim == SOLUTION, point.scaled_residual
+        residual, error = point.residual, self._problem.error(z)
         success = claimed and scaled <= self._accept and not hopeless
         terms = products.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
         as_said = residual <= self._accept * float(terms.max()) < np.inf and not hopeless
@@ -71,4 +71,4 @@ class Checker:
         """The condition of the solution, and the error in units of the effect of rounding the data."""
         if not self._sensitivity or error is None:
             return None, None
-        return self._sensitivity / self._accuracy.size, error / EPS / self._sensitivity
+        return self._sensitivity / self._problem.size_of_solutions, error / EPS / self._sensitivity

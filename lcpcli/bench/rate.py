@@ -5,7 +5,6 @@ from __future__ import annotations
 from lcpcli.bench.answer import Curve
 from lcpcli.diagnosis.contraction import contraction, measured
 from lcpcli.model.problem import Problem
-from lcpcli.verify.accuracy import size_of_solutions
 
 METHOD = "fixed-point"
 LARGEST_ERROR, SMALLEST_ERROR = 1e-2, 1e-9  # errors, relative to the solution, between which the rate is measured
@@ -19,7 +18,7 @@ def of(problem: Problem, curve: Curve) -> dict[str, float] | None:
     """
     if len(problem.solutions) != 1 or problem.n > MOST:
         return None
-    size, z = size_of_solutions(problem), problem.solutions[0]
+    size, z = problem.size_of_solutions, problem.solutions[0]
     errors = [error if error is not None else 0.0 for _, _, error in curve]
     factor = measured([k for k, _, _ in curve], errors, LARGEST_ERROR * size, SMALLEST_ERROR * size)
     theory = contraction(problem, problem.box.x_of(z, problem.w(z))) if factor is not None else None

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
 from lcpcli.enumeration import theorems
-from lcpcli.enumeration.choices import STATES, Node, Unknowns
 from lcpcli.enumeration.piece import NAMES, Piece, common_states
-from lcpcli.enumeration.tree import leaves
 from lcpcli.interrupts import TimeIsUp
+from lcpcli.rational.choices import STATES, Node, Unknowns
 from lcpcli.rational.polyhedra import Generators, generators
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.tree import leaves
 
 SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
 METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
@@ -80,10 +80,11 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     """A solution from the methods of the program, made exact; None if they have none."""
     import time
 
-    from lcpcli.solving import exact_lemke, run
-    from lcpcli.solving.exact_solution import from_point
+    from lcpcli.rational import exact_lemke
+    from lcpcli.solving import run
     from lcpcli.solving.limits import Limits
     from lcpcli.solving.result import Status
+    from lcpcli.verify.exact_solution import from_point
 
     began = time.perf_counter()
     seconds = min(deadline - began, METHODS if data.n <= exact_lemke.MOST_UNKNOWNS else math.inf)

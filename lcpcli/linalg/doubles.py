@@ -24,6 +24,12 @@ def largest(v: Vector) -> float:
     return max(map(abs, values), default=0.0) if math.isfinite(sum(values)) else float(np.abs(v).max(initial=0.0))
 
 
+def size(v: Vector) -> float:
+    """The largest |v_i|, infinite if an entry is NaN."""
+    value = largest(v)
+    return value if value < math.inf else math.inf
+
+
 def is_finite(v: Vector) -> bool:
     """Whether all entries are finite."""
     return largest(v) < math.inf
@@ -39,5 +45,14 @@ def least(v: Vector) -> float:
 
 def are_moderate(values: Vector) -> bool:
     """Whether no number but 0 is farther from one than FAR."""
-    sizes = np.abs(values)
-    return bool(sizes.max(initial=0.0) <= FAR and sizes.min(where=sizes > 0, initial=1.0) >= 1 / FAR)
+    least, largest = sizes(values)
+    return largest <= FAR and least >= 1 / FAR
+
+
+def sizes(values: Vector) -> tuple[float, float]:
+    """The least |value| but 0, infinite if there is none, and the largest."""
+    if values.size <= SHORT:
+        found = [abs(value) for value in values.ravel().tolist() if value]
+        return (min(found), max(found)) if found else (math.inf, 0.0)
+    positive = np.abs(values)
+    return float(positive.min(where=positive > 0, initial=math.inf)), float(positive.max())

@@ -117,11 +117,14 @@ class Orthant:
         """The nearest admissible z."""
         return np.maximum(z, 0.0)
 
+    def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> Vector:
+        """The nearest admissible z, but 0 where factor times z is less than w."""
+        return np.where(factor * z < w, 0.0, np.maximum(z, 0.0))
+
     def corrections(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
-        """sigma and rho for which z - rho is admissible and w - sigma has the signs that it asks for there, where z is
-        moved to a bound if factor times that distance is less than w."""
+        """sigma and rho for which z - rho is `on_bounds` and w - sigma has the signs that it asks for there."""
         smaller = factor * z < w
-        return np.where(smaller, np.minimum(w, 0.0), w), np.where(smaller, z, np.minimum(z, 0.0))
+        return np.where(smaller, np.minimum(w, 0.0), w), z - self.on_bounds(z, w, factor)
 
     def averaged(self, T: Matrix) -> Orthant:  # noqa: ARG002
         """The bounds of T'z, for a nonnegative T with orthonormal columns."""
@@ -205,13 +208,17 @@ class Box:
         """The nearest admissible z."""
         return np.minimum(np.maximum(z, self.lower), self.upper)
 
-    def corrections(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
-        """sigma and rho for which z - rho is admissible and w - sigma has the signs that it asks for there, where z is
-        moved to a bound if factor times that distance is less than the size of w."""
+    def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> Vector:
+        """The nearest admissible z, but at a bound where factor times the distance from it is less than the size of a w
+        that has the sign for it."""
         at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
-        y = np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
+        return np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
+
+    def corrections(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
+        """sigma and rho for which z - rho is `on_bounds` and w - sigma has the signs that it asks for there."""
+        at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
         sigma = np.where(at_lower, np.minimum(w, 0.0), np.where(at_upper, np.maximum(w, 0.0), w))
-        return np.where(self.fixed, 0.0, sigma), z - y
+        return np.where(self.fixed, 0.0, sigma), z - self.on_bounds(z, w, factor)
 
     def averaged(self, T: Matrix) -> Box:
         """The bounds of T'z, for a nonnegative sparse T with orthonormal columns."""

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.equilibration import common_units
+from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate
 from lcpcli.linalg.factors import SMALL
 from lcpcli.linalg.matrices import dense
 from lcpcli.linalg.principal_many import well_conditioned_inverse
@@ -20,7 +19,7 @@ from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import as_bound, as_columns, as_intervals
 from lcpcli.model.box import Box, Orthant
 from lcpcli.model.problem import CANCELLATION, Problem
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 
 class Columns:
@@ -48,11 +47,6 @@ class Columns:
     def inverse(self) -> Matrix | None:
         """That of M, if it pays: if M is small and well-conditioned, and there are more columns than unknowns."""
         return well_conditioned_inverse(self.M) if self.n < min(self.k, SMALL + 1) else None
-
-    @cached_property
-    def units(self) -> tuple[Vector, Vector] | None:
-        """The R, C of `equilibrate` if they are the same for every q."""
-        return common_units(self.M, self.like.row_maxima)
 
     def block(self, first: int, last: int) -> Block:
         """The problems of columns first to last - 1."""
@@ -138,6 +132,7 @@ class Block:
     def __init__(self, columns: Columns, q: Vector, box: Orthant | Box) -> None:
         self.columns, self.q, self.box = columns, q, box
         self.like, self.M = columns.like, columns.M
+        self.units = self.like.units
         self._fields = {**vars(self.like), "box": box}
         if isinstance(box, Box):
             self._fields["is_mixed"] = True
@@ -167,12 +162,34 @@ class Block:
         w += self.references.q
         return w
 
+    @cached_property
+    def are_moderate(self) -> Mask:
+        """Which of the problems have moderate numbers, as `Problem.is_moderate`; shape (m,)."""
+        sizes = np.abs(self.q)
+        in_range = (sizes <= FAR) & ((sizes >= 1 / FAR) | (sizes == 0))
+        return np.asarray(in_range.all(axis=1) & are_moderate(self.like.row_maxima))
+
+    @property
+    def reference_z(self) -> Vector | None:
+        """The reference points of all problems, shape (m, n); None for LCPs."""
+        return self.references.z
+
+    @property
+    def q_ref(self) -> Vector:
+        """M z + q there, shape (m, n)."""
+        return self.references.q
+
+    @property
+    def q_error(self) -> Vector | float:
+        """How far rounding may have taken it."""
+        return self.references.error
+
     def problem(self, i: int) -> Problem:
         """That of row i; it costs about a microsecond, as nothing is computed or validated."""
         problem, q = Problem.__new__(Problem), self.q[i]
         fields = vars(problem)  # as it is frozen
         fields.update(self._fields)
-        fields["q"] = q
+        fields["q"], fields["is_moderate"] = q, bool(self.are_moderate[i])
         if isinstance(self.box, Box):
             low, high = self.box.lower[i], self.box.upper[i]
             fields.update(lower=low, upper=high, box=Box(low, high))

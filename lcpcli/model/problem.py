@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.accurate import accurate_residual
-from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate, is_finite, largest
+from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate, is_finite, largest, size, sizes
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.units import Units, units
 from lcpcli.model.arrays import as_bounds, as_square, as_vector
 from lcpcli.model.box import ORTHANT, Box, Orthant
 from lcpcli.typing import Matrix, Vector
@@ -53,6 +54,7 @@ class Problem:
     verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or None.
     row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
+    is_moderate : whether no row of M, and no q_i, is so large or small that products of a few over- or underflow.
     is_mixed, box : whether it has other bounds than z >= 0, and the set of admissible z, with what depends on it.
 
     Raises ProblemError, which names the field.
@@ -84,6 +86,7 @@ class Problem:
     box: Orthant | Box = declared(init=False, repr=False)
     row_maxima: Vector = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
+    is_moderate: bool = declared(init=False, repr=False)
 
     def __init__(
         self,
@@ -110,6 +113,7 @@ class Problem:
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
         bounds = as_bounds(lower, upper, n)
+        least_row, largest_entry = sizes(row_maxima)
         self.__dict__.update(  # as it is frozen
             M=matrix,
             q=vector_q,
@@ -123,7 +127,8 @@ class Problem:
             reference=reference,
             origin=None,
             row_maxima=row_maxima,
-            largest=largest(row_maxima),
+            largest=largest_entry,
+            is_moderate=least_row >= 1 / FAR and largest_entry <= FAR and are_moderate(vector_q),
             lower=0.0 if bounds is None else bounds[0],
             upper=math.inf if bounds is None else bounds[1],
             is_mixed=bounds is not None,
@@ -170,6 +175,11 @@ class Problem:
         return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= SMALL_INTEGER for v in numbers)
 
     @cached_property
+    def units(self) -> Units:
+        """The units of rows and columns that M suggests."""
+        return units(self.M)
+
+    @cached_property
     def reference_z(self) -> Vector | None:
         """The reference point: the z within the bounds nearest to 0, or with every z_i at a finite bound, whichever
         leaves the smaller residual; None if that is 0, as it is for an LCP, or if w overflows at both.
@@ -213,6 +223,15 @@ class Problem:
             w[rows] = 0.0 - accurate_residual(M, z, -q)
             terms[rows] = 0.0
         return w, ROW_ROUNDING * terms
+
+    def error(self, z: Vector) -> float | None:
+        """|z - z*|_inf to the nearest of the known solutions, infinite if z is not finite; None if none is known."""
+        return min((size(z - solution) for solution in self.solutions), default=None)
+
+    @cached_property
+    def size_of_solutions(self) -> float:
+        """The largest component of the known solutions, 1 if all are 0: the unit of errors."""
+        return max((size(solution) for solution in self.solutions), default=0.0) or 1.0
 
     def from_reference(self, z: Vector) -> Vector:
         """z minus the reference point."""

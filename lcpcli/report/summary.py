@@ -11,7 +11,6 @@ from lcpcli.report import numbers
 from lcpcli.report.formats import LEVELS
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Milestone
-from lcpcli.verify.accuracy import size_of_solutions
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
 NOT_REACHED = "-"
@@ -52,12 +51,12 @@ def residual(result: Result) -> str:
 
 def error(value: float | None, problem: Problem) -> str:
     """An error, 0 if it is no more than rounding of the solution."""
-    return numbers.short(value, ROW_ROUNDING * size_of_solutions(problem))
+    return numbers.short(value, ROW_ROUNDING * problem.size_of_solutions)
 
 
 def doubt(result: Result) -> str:
     """A warning for a solved run whose z differs from the solution in its leading digits; else ""."""
-    near = result.error is None or result.error <= LEVELS[0] * size_of_solutions(result.problem)
+    near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions
     if near or not result.solved:
         return ""
     return (

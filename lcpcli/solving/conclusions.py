@@ -9,7 +9,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.solving.result import Result
-from lcpcli.verify.refinement import is_rounding
+from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.refinement import is_rounded_solution
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
@@ -35,5 +36,5 @@ def verified(result: Result) -> Result:
     """The result with `verified`: by the relative residual of z, recomputed, or else by exact arithmetic."""
     if not result.solved:
         return result
-    within_tol = result.relative_residual <= result.tol
-    return replace(result, verified=within_tol or is_rounding(result.problem, result.z, result.tol))
+    point = Point(Criterion(result.problem, result.tol), result.z, is_admissible=False)
+    return replace(result, verified=point.solves() or is_rounded_solution(result.problem, result.z))

@@ -30,10 +30,10 @@ from lcpcli.solving.observer import Observer
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import PendingRow, Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import Certificate, proves_infeasible
-from lcpcli.verify.point import Point
-from lcpcli.verify.refinement import is_rounding
+from lcpcli.verify.measure import FEW
+from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.refinement import is_rounded_solution
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 8  # iterations, if the method gives no bound on the residual
@@ -69,8 +69,8 @@ class Loop:
         )
         self.traces = [trace for trace in traces if trace is not None]
         self.kept = traces
-        self.accuracy = Accuracy(problem, limits.tol)
-        if problem.is_mixed and self.accuracy.greatest <= 0:  # then no other point has a scale to be measured on
+        self.criterion = Criterion(problem, limits.tol)
+        if problem.is_mixed and self.criterion.reference_solves:
             x0 = problem.box.x_of(problem.reference_point, problem.q_ref)
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
         self.last = self.best = x0 if in_range(x0) else np.clip(x0, -LARGEST_X, LARGEST_X)
@@ -78,6 +78,7 @@ class Loop:
         self.extra, self.interrupted = 0, False
         self.route: list[str] = []
         self.certificate: Certificate | None = None
+        self.solution: Point | None = None
         self._newest: tuple[Vector | None, Point | None] = None, None
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
@@ -128,8 +129,9 @@ class Loop:
             self.first_bound = bound
         if self.observer:
             self.observer.note(iterate.method or self.method, self.k, bound)
-        if point is not None and (point.solves() if iterate.F is not None else bound <= self.limits.tol):
-            self.best = iterate.x
+        solution = None if point is None else self._solution(iterate, point)
+        if solution is not None:
+            self.best, self.solution = iterate.x, solution
             self.extra += 1
             if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
                 return Status.SOLVED, ""
@@ -138,18 +140,25 @@ class Loop:
     def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
         """A bound on the relative residual, infinite if none is known, and the point if it is worth a closer look.
 
-        That costs a product with M. Without F it is taken at iterates that may be the last, and every few iterations.
-        With F it is if the bound is near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound never
-        decreases although the residual does.
+        That costs two products with M. Without F it is taken at iterates that may be the last, and every few
+        iterations. With F it is if the bound is near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound
+        never decreases although the residual does.
         """
         if iterate.F is not None:
-            bound = self.accuracy.bound(iterate.F)
+            bound = self.criterion.bound(iterate.F)
             worth = bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
             return bound, self._at(iterate.x) if worth else None
         if not iterate.signs_final and self.k % MEASURED_EVERY:
             return math.inf, None
         point = self._at(iterate.x)
-        return self.limits.tol if self._solves(point) else point.relative_residual, point
+        return point.size if self.k and not point.solves() else math.inf, point
+
+    def _solution(self, iterate: Iterate, point: Point) -> Point | None:
+        """The point if it solves the problem, or else one near it that does: of many unknowns, as there is exact
+        arithmetic for few, and not in an iteration, which goes on anyway."""
+        if iterate.F is None and self.k and self.problem.n > FEW:
+            return point.solution()
+        return point if point.solves() else None
 
     def _stopping_rule(self, bound: float) -> tuple[Status, str] | None:
         """The first stopping rule that holds after an iterate with this residual bound, other than that it solves the
@@ -196,7 +205,7 @@ class Loop:
         """The z of x with its measures; the last one is cached."""
         measured, point = self._newest
         if point is None or x is not measured:
-            point = Point(self.accuracy, self.problem.box.z_of(x))
+            point = Point(self.criterion, self.problem.box.z_of(x))
             self._newest = x, point
         return point
 
@@ -205,7 +214,7 @@ class Loop:
         self.stopwatch.count("verify")
         method, seconds = iterate.method or self.method, self.stopwatch.total
         for trace in self.traces:
-            trace.add(PendingRow(max(self.k, 0), iterate.x, seconds, iterate.step, method), self.accuracy)
+            trace.add(PendingRow(max(self.k, 0), iterate.x, seconds, iterate.step, method), self.criterion)
         self.stopwatch.skip()
 
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
@@ -216,7 +225,7 @@ class Loop:
         if self.k < 0 and self.traces:  # interrupted before anything was kept
             self._keep(self.start._replace(x=self.last))
         for trace in self.traces:
-            trace.close(self.accuracy)
+            trace.close(self.criterion)
         return Result(
             problem=self.problem,
             method=self.method,
@@ -238,20 +247,14 @@ class Loop:
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
         """The point to report, with the reason and the status that its residual justifies."""
-        last = best = self._at(self.last)
-        solved = self._solves(last)
-        rounded = not solved and is_rounding(self.problem, last.z, self.limits.tol)
-        if self.best is not self.last and not rounded and not solved:
-            best = min((last, self._at(self.best)), key=lambda point: point.relative_residual)
-        if self._solves(best):
-            return best, "", Status.SOLVED
-        if rounded:
-            left = f"which leaves a relative residual of {best.relative_residual:.1e}"
-            return best, f"{ROUNDED}, {left}", Status.SOLVED
+        last, best = self._at(self.last), self._at(self.best)
+        solution = last.solution() or self.solution or best.solution()
+        if solution is not None:
+            return solution, "", Status.SOLVED
+        if is_rounded_solution(self.problem, last.z):
+            left = f"which leaves a relative residual of {last.relative_residual:.1e}"
+            return last, f"{ROUNDED}, {left}", Status.SOLVED
+        best = min((last, best), key=lambda point: point.relative_residual)
         if best is not last:
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return best, reason, status
-
-    def _solves(self, point: Point) -> bool:
-        """Whether the relative residual is at most the tolerance, by exact sums where they decide."""
-        return point.solves() or point.relative_residual <= self.limits.tol

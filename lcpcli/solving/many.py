@@ -24,15 +24,15 @@ from lcpcli.solving.limits import Limits
 from lcpcli.solving.neighbours import one_after_another
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, MethodName, Vector
-from lcpcli.verify.accuracy import PRECISION, Accuracy
-from lcpcli.verify.columns import Scales, bounds, scales, surely_solve
-from lcpcli.verify.point import Point
+from lcpcli.verify.measure import Measure, Rows
+from lcpcli.verify.point import Criterion, Point
 
 AUTO: MethodName = "auto"
 FEW = 4  # columns: fewer are faster by themselves
 FIRST, GROWTH = 64, 4  # columns of the first block, and how much longer each next one may be
 NUMBERS = 1 << 16  # in each array of a block, so that a few of them stay in the cache
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
+SHARP = 1e-13  # the relative residual from which on a solution is refined, as rounding alone leaves less
 LIMITS = ("tol", "max_iterations", "time_limit")
 
 
@@ -132,50 +132,50 @@ def _solved(
     """What pivoting makes of columns first to last - 1."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
-    known, frame = scales(block), frame_of(block)
-    ready = known.greatest <= 0  # the reference point solves the problem
+    measure, frame = Measure(block), frame_of(block)
+    ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
     stopwatch.count("setup")
-    found = pivoted(
-        frame, ~ready, known.R, known.C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit
-    )
+    R, C = (np.exp2(powers) for powers in (block.units.rows, block.units.columns))
+    found = pivoted(frame, ~ready, R, C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit)
     z = in_given_variables(frame, found.z)
-    w = block.w(z)
     stopwatch.count("solve")
-    solved = ready | (found.ended & surely_solve(_refined(frame, known, found, z, w), limits.tol))
+    rows, surely = _refined(frame, measure, found, z, limits.tol)
+    solved = block.are_moderate & (ready | (found.ended & surely))
     stopwatch.count("verify")
-    solved_block = _Solved(block, limits, z, w, found, solved, known.greatest)
+    solved_block = _Solved(block, limits, z, rows, found, solved)
     solved_block.share.update((part, spent / (last - first)) for part, spent in stopwatch.parts.items())
     return solved_block
 
 
-def _refined(frame: Frame, known: Scales, found: Pivoted, z: Vector, w: Vector) -> Vector:
-    """The bounds for all z, of shape (m, n), after those that are not small beyond doubt have been refined in place."""
-    block = frame.block
-    residuals = bounds(block, known, z, w)
-    rows = (found.ended & ~(residuals <= PRECISION)).nonzero()[0]
+def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> tuple[Rows, Mask]:
+    """w and terms of all z, of shape (m, n), and which of these surely solve their problems, shape (m,), after those
+    whose residual may be more than rounding have been refined in place."""
+    given = measure.rows(z)
+    solved = measure.surely_solves(z, given, tol)
+    rows = (found.ended & ~measure.surely_solves(z, given, min(tol, SHARP))).nonzero()[0]
     if rows.size:
-        part = block.part(rows)
-        better_z = in_given_variables(frame_of(part), refined(frame, found, rows, w[rows]))
-        better_w = part.w(better_z)
-        again = bounds(part, known.part(rows), better_z, better_w)
-        better = again < residuals[rows]
-        rows = rows[better]
-        z[rows], w[rows], residuals[rows] = better_z[better], better_w[better], again[better]
-    return residuals
+        part = frame.block.part(rows)
+        again, better_z = Measure(part), in_given_variables(frame_of(part), refined(frame, found, rows, given.w[rows]))
+        better = again.rows(better_z)
+        before, after = again.largest_ratio(z[rows], given.part(rows)), again.largest_ratio(better_z, better)
+        kept = after < before
+        rows = rows[kept]
+        z[rows], solved[rows] = better_z[kept], after[kept] <= tol
+        for values, others in zip(given, better, strict=True):
+            values[rows] = others[kept]
+    return given, solved
 
 
 class _Solved:
-    """A block with what pivoting has found: z and w of shape (m, n), and which of them are certain to be solutions."""
+    """A block with what pivoting has found: z of shape (m, n), w and its terms, and which z surely are solutions."""
 
-    def __init__(
-        self, block: Block, limits: Limits, z: Vector, w: Vector, found: Pivoted, solved: Mask, greatest: Vector
-    ) -> None:
-        self.block, self.z, self.w, self.tol = block, z, w, limits.tol
+    def __init__(self, block: Block, limits: Limits, z: Vector, rows: Rows, found: Pivoted, solved: Mask) -> None:
+        self.block, self.z, self.rows, self.tol = block, z, rows, limits.tol
         self.share: dict[str, float] = {}
         self._ended, self._solved = found.ended.tolist(), solved.tolist()
         routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1))
         self._routes = [ROUTES[number] for number in routes.tolist()]
-        self._steps, self._greatest = found.steps.tolist(), greatest.tolist()
+        self._steps = found.steps.tolist()
         self._fields: dict[str, Any] = {
             "method": AUTO,
             "status": Status.SOLVED,
@@ -193,12 +193,12 @@ class _Solved:
         """That of row i, if it is solved: by the bounds for the block, or else by those of its point alone."""
         if not self._ended[i] and not self._solved[i]:
             return None
-        problem, greatest = self.block.problem(i), self._greatest[i]
-        accuracy = Accuracy(problem, self.tol, greatest)
+        problem = self.block.problem(i)
+        criterion = Criterion(problem, self.tol)
         if self._solved[i]:
-            point = Point.of_solution(accuracy, self.z[i], self.w[i], is_reference=greatest <= 0)
+            point = Point.of_solution(criterion, self.z[i], Rows(*(values[i] for values in self.rows)))
         else:
-            point = Point(accuracy, self.z[i])
+            point = Point(criterion, self.z[i])
             if not point.solves():
                 return None
         result = Result.__new__(Result)

@@ -27,9 +27,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.solving.call import run
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.point import Point
+from lcpcli.verify.point import Criterion, Point
 
 AUTO = "auto"
 STEPS = 3  # basic solutions that are tried
@@ -87,7 +86,7 @@ def _near(
     if not found.is_solution:
         return None
     stopwatch.count("solve")
-    point = Point(Accuracy(problem, limits.tol), problem.box.z_of(problem.box.x_within(found.z, found.w, basis)))
+    point = Point(Criterion(problem, limits.tol), problem.box.z_of(problem.box.x_within(found.z, found.w, basis)))
     if not point.solves():
         return None
     stopwatch.count("verify")

@@ -13,8 +13,7 @@ from lcpcli.linalg.matrices import stack
 from lcpcli.model.reductions.program import Program, ProgramData
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
-from lcpcli.verify.point import Point
+from lcpcli.verify.point import Criterion, Point
 
 LARGEST = 500  # unknowns: an LP for more would take longer than many a solution
 SECONDS = 0.5  # for each of two LPs
@@ -35,7 +34,7 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
         if other is None or not np.abs(other - x).max() > least:
             continue
         z = program.z_of(other, y, data)
-        if Point(Accuracy(problem), z).relative_residual <= result.tol:
+        if Point(Criterion(problem, result.tol), z).solves():
             return True
     return False
 

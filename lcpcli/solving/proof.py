@@ -18,20 +18,19 @@ from fractions import Fraction
 import numpy as np
 
 from lcpcli.model.problem import Problem, as_problem
+from lcpcli.rational import exact_lemke
 from lcpcli.rational.linear import require
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.solving import exact_lemke
 from lcpcli.solving import run as driver
 from lcpcli.solving.conclusions import concluded
-from lcpcli.solving.exact_solution import from_point
 from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.exact_farkas import exact_proof
-from lcpcli.verify.point import Point
+from lcpcli.verify.exact_solution import from_point
+from lcpcli.verify.point import Criterion, Point
 
 SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
 INFEASIBLE = "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0"
@@ -135,7 +134,7 @@ def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) ->
     )
     if exact.z is None or not np.isfinite(rounded(exact.z)).all():
         return result
-    return replace(result, point=Point(Accuracy(data.problem), rounded(exact.z)))
+    return replace(result, point=Point(Criterion(data.problem), rounded(exact.z)))
 
 
 def _certificate(exact: Exact) -> Certificate | None:

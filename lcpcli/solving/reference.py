@@ -16,7 +16,6 @@ from lcpcli.solving import run as driver
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Status
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.refinement import refined
 
 SECONDS = 10.0  # limit on the search for a solution
@@ -53,10 +52,9 @@ def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
     """An exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's method."""
     if problem.n > MOST_UNKNOWNS:
         return None
-    from lcpcli.rational import numbers
+    from lcpcli.rational import exact_lemke, numbers
     from lcpcli.rational.problem import ExactProblem
-    from lcpcli.solving import exact_lemke
-    from lcpcli.solving.exact_solution import from_point
+    from lcpcli.verify.exact_solution import from_point
 
     data = ExactProblem.of_floats(problem)
     solution = from_point(data, z, deadline, MOST_POSITIVE) or exact_lemke.solve(data, deadline)
@@ -74,4 +72,4 @@ def near(problem: Problem, size: float) -> Vector:
         raise OptionError("--warm", f"{where}no solution was found to start near", "leave it out")
     z = problem.solutions[0]
     noise = np.random.default_rng(0).standard_normal(problem.n)
-    return problem.box.x_of(z, problem.w(z)) + size * Accuracy(problem).size * noise
+    return problem.box.x_of(z, problem.w(z)) + size * problem.size_of_solutions * noise

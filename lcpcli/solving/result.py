@@ -95,8 +95,8 @@ class Result:
     status, message : how it ended, in one word and in one sentence.
     point : the best iterate with its measures, each computed when it is first read:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
-    residual, relative_residual, error : as defined in `accuracy.Accuracy`, recomputed from M and q; error is None
-        if no solution is known.
+    residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; and the distance to the
+        nearest known solution, None if none is known.
     iterations, evaluations : iterations done; evaluations of F, or of its smoothed form, in them.
     seconds : what the user waits for, from the problem in memory (for `solve`, from its arrays) to the verified result;
         neither imports nor what is kept in traces counts. They are the sum of three:
@@ -194,7 +194,7 @@ class Result:
 
     @property
     def error(self) -> float | None:
-        return self.point.error
+        return self.problem.error(self.z)
 
     @property
     def tol(self) -> float:

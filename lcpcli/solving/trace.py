@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lcpcli.linalg.products import product
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Criterion
 
 BLOCK = 1 << 21  # numbers: as many iterates as fit are measured together, so that M is read once for all
 MOST_TOGETHER = 64
@@ -22,7 +21,7 @@ class TraceRow:
     k : its number; the start is 0.
     z : its z = |x| + x, shape (n,), or the components that the trace keeps.
     residual, error : as in Result; None if not requested, or if no solution is known.
-    rounding : whether the residual is at rounding level, as defined by `accuracy.Accuracy.is_rounding`.
+    rounding : whether the residual is at rounding level, as by `measure.Measure.is_rounding`.
     seconds : from the beginning of the run to this iterate, without what is kept or measured for the trace.
     step : the step of the published algorithm that made it; "" if the method has only one.
     method : the method that made it.
@@ -86,9 +85,9 @@ class Trace:
     _last: list[PendingRow] = field(default_factory=list)
     _waiting: list[PendingRow] = field(default_factory=list)
 
-    def add(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
+    def add(self, pending_row: PendingRow, criterion: Criterion) -> None:
         """Add an iterate; one that is no longer among the last three is dropped, or measured and kept."""
-        self._note_milestones(pending_row, accuracy)
+        self._note_milestones(pending_row, criterion)
         self._last.append(pending_row)
         if len(self._last) > 3:
             leaving = self._last.pop(0)
@@ -99,14 +98,14 @@ class Trace:
             self.rows = [row for row in self.rows if self._is_kept(row.k)]
             self._waiting = [waiting for waiting in self._waiting if self._is_kept(waiting.k)]
         if len(self._waiting) >= max(1, min(MOST_TOGETHER, BLOCK // pending_row.x.size)):
-            self._measure(accuracy)
+            self._measure(criterion)
 
-    def close(self, accuracy: Accuracy) -> None:
+    def close(self, criterion: Criterion) -> None:
         """Keep the last three iterates, as the run has ended."""
         self._waiting += self._last
         self._last.clear()
         if self._waiting:
-            self._measure(accuracy)
+            self._measure(criterion)
 
     def selected(self, every: int, most: int | None, components: Indices | None) -> Trace:
         """A trace with the rows and components that one set up like this would have kept of the same run."""
@@ -121,29 +120,27 @@ class Trace:
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
 
-    def _note_milestones(self, pending_row: PendingRow, accuracy: Accuracy) -> None:
+    def _note_milestones(self, pending_row: PendingRow, criterion: Criterion) -> None:
         pending = self.levels[len(self.milestones) :]
-        error = accuracy.error(accuracy.problem.box.z_of(pending_row.x)) if pending else None
+        problem = criterion.problem
+        error = problem.error(problem.box.z_of(pending_row.x)) if pending else None
         if error is not None:
-            reached = [level for level in pending if error <= level * accuracy.size]
+            reached = [level for level in pending if error <= level * problem.size_of_solutions]
             self.milestones += [Milestone(level, pending_row.k, pending_row.seconds) for level in reached]
 
     @np.errstate(over="ignore", invalid="ignore")
-    def _measure(self, accuracy: Accuracy) -> None:
+    def _measure(self, criterion: Criterion) -> None:
         """Turn the pending iterates into rows, measured as requested."""
-        problem, waiting = accuracy.problem, self._waiting
+        problem, waiting = criterion.problem, self._waiting
         Z = np.array([problem.box.z_of(pending_row.x) for pending_row in waiting])
         residuals: Sequence[float | None] = [None] * len(waiting)
         rounding = [False] * len(waiting)
         if self.residuals:
-            offsets = Z if problem.reference_z is None else Z - problem.reference_z
-            W = product(problem.M, offsets.T).T + problem.q_ref
-            residuals = [accuracy.natural_residual(z, w) for z, w in zip(Z, W, strict=True)]
-            rounding = [accuracy.is_rounding(z, w) for z, w in zip(Z, W, strict=True)]
+            residuals, rounding = criterion.residuals(Z)
         for pending_row, z, residual, is_rounding in zip(waiting, Z, residuals, rounding, strict=True):
             kept = z.copy() if self.components is None else z[self.components]
             seconds, step, method = pending_row.seconds, pending_row.step, pending_row.method
             self.rows.append(
-                TraceRow(pending_row.k, kept, residual, accuracy.error(z), seconds, step, method, is_rounding)
+                TraceRow(pending_row.k, kept, residual, problem.error(z), seconds, step, method, is_rounding)
             )
         self._waiting = []

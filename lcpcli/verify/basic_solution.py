@@ -72,7 +72,7 @@ class BasicSolutions:
             residual = w[indices]
             w[indices] = 0.0
             found = self._judged(basis, z, w)
-            if not (refines and found.is_solution) or _is_rounding(residual, own):
+            if not (refines and found.is_solution) or self._is_rounding(residual, z, indices):
                 break
             z[indices] -= solve(residual)
         return found
@@ -85,6 +85,16 @@ class BasicSolutions:
         if not 0 < count <= FEW_WRONG * wrong.size:
             return found
         return found._replace(is_solution=not self.violated(found).any())
+
+    def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
+        """Whether the residual in these rows of w is within the rounding error of their terms, of which q alone is a
+        lower bound."""
+        problem = self._problem
+        size, own = np.abs(residual), np.abs(problem.q[rows])
+        if np.count_nonzero(size <= ROW_ROUNDING * own) == rows.size:
+            return True
+        terms = absolute_product(problem.M, np.abs(z))[rows]
+        return bool(np.count_nonzero(size <= ROW_ROUNDING * (terms + own)) == rows.size)
 
     def violated(self, found: BasicSolution) -> Mask:
         """Where signs are violated beyond rounding."""
@@ -102,8 +112,3 @@ def violation_by_rounding(problem: Problem, z: Vector, basis: Basis, rows: Indic
     with np.errstate(divide="ignore", invalid="ignore"):
         in_z = np.where(terms > 0, terms / problem.row_maxima[rows], 0.0)
     return np.where(basis.basic[rows], in_z, terms)
-
-
-def _is_rounding(residual: Vector, q: Vector) -> bool:
-    """Whether the residual is within the rounding error of these rows of w, of which q alone is a lower bound."""
-    return bool(np.count_nonzero(np.abs(residual) <= ROW_ROUNDING * np.abs(q)) == q.size)

@@ -9,7 +9,7 @@ import numpy as np
 from lcpcli.linalg import products
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
+from lcpcli.verify.point import Criterion, Point
 
 ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
 FEWEST_DIGITS, MOST_DIGITS = 4, 7  # that are attributed to a z: whole numbers are meant exactly, others may be singles
@@ -24,8 +24,8 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     """
     if not problem.solutions:
         return problem, []
-    accuracy = Accuracy(problem)
-    faults = [_fault(accuracy, z) for z in problem.solutions]
+    criterion = Criterion(problem)
+    faults = [_fault(Point(criterion, z, is_admissible=False)) for z in problem.solutions]
     kept = tuple(z for z, fault in zip(problem.solutions, faults, strict=True) if not fault)
     if len(kept) == len(faults):
         return problem, []
@@ -35,24 +35,24 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _fault(accuracy: Accuracy, z: Vector) -> str:
+def _fault(point: Point) -> str:
     """What is wrong with a solution; "" if nothing is."""
-    w = accuracy.w(z)
-    relative = accuracy.relative_residuals(z, w)
+    problem, z, w = point.criterion.problem, point.z, point.w
+    relative = point.relative_residuals
     if (relative <= ROUGH).all():
         return ""
     change = _last_digit(z)
-    change_of_w = products.absolute_product(accuracy.problem.M, change)
-    lower, upper = accuracy.problem.lower, accuracy.problem.upper
+    change_of_w = products.absolute_product(problem.M, change)
+    lower, upper = problem.lower, problem.upper
     wrong = (z < lower - change) | (z > upper + change)
     wrong |= ((w < -change_of_w) & (z < upper - change)) | ((w > change_of_w) & (z > lower + change))
     if not wrong.any():
         return ""
     i = int(np.argmax(np.where(wrong, relative, 0.0)))
     worst = f"{'z' if z[i] < w[i] else 'w'}{i + 1} = {min(z[i], w[i]):.3g}"
-    if accuracy.problem.is_mixed:
+    if problem.is_mixed:
         worst = f"z{i + 1} = {z[i]:.3g} and w{i + 1} = {w[i]:.3g}"
-    return f"is not a solution: its residual is {accuracy.natural_residual(z, w):.2g}, with {worst}; it is ignored"
+    return f"is not a solution: its residual is {point.residual:.2g}, with {worst}; it is ignored"
 
 
 def _last_digit(z: Vector) -> Vector:

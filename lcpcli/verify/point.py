@@ -1,157 +1,240 @@
-"""A point with its measures, and bounds that show it to be a solution before they are computed."""
+"""Whether a point solves a problem, and its residuals, always by the original M and q."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg import products
-from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, least
-from lcpcli.linalg.equilibration import range_of_units
-from lcpcli.linalg.matrices import FEW
+from lcpcli.clock import imports
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import are_moderate, least, size
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model import scaled
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.accuracy import SCALE_FLOOR, Accuracy, Distances
-
-FEW_ROWS = 0.25  # of all: a product with so many is worth a chance to save one with all
-SLACK = 100 * ROW_ROUNDING  # for the rounding of the bounds themselves, and of w in terms of w
+from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
 
 
-class _Known(NamedTuple):
-    """What is known of the units.
+class Criterion:
+    """What a point must satisfy to count as a solution: its relative residual, that of `measure`, is at most tol.
 
-    columns, s : 1 / (R C), at most, and s / R, at least, each of shape (n,) or one number for all rows.
-    tol : the tolerance times the factor by which R is uncertain.
+    A problem with numbers so large or small that products overflow or underflow is measured in other units, powers of
+    two, which changes nothing but that. If none are found, or z is out of range in them, all sums are exact instead.
     """
 
-    columns: Vector | float
-    s: Vector | float
-    tol: float
+    def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
+        self.problem, self.tol = problem, tol
+        units = None if problem.is_moderate or literal else scaled.scale(problem)
+        self._units = units if units is not None and units.is_exact else None
+        self.sums_exactly = not problem.is_moderate and self._units is None
+        self.measure = Measure(problem if self._units is None else self._units.problem)
 
-    def part(self, rows: Indices) -> _Known:
-        """The same for some rows."""
-        columns, s = (v[rows] if isinstance(v, np.ndarray) else v for v in (self.columns, self.s))
-        return _Known(columns, s, self.tol)
+    def for_point(self, z: Vector) -> Criterion:
+        """The criterion to measure a point by, which is this one unless its z is out of range in other units."""
+        if self._units is None or np.array_equal(self.inside(z) * self._units.C, z):
+            return self
+        return Criterion(self.problem, self.tol, literal=True)
+
+    @property
+    def data(self) -> Problem:
+        """The problem in the units that are measured in."""
+        return self.problem if self._units is None else self._units.problem
+
+    def inside(self, z: Vector) -> Vector:
+        """z in these units."""
+        return z if self._units is None else z / self._units.C
+
+    def outside(self, w: Vector) -> Vector:
+        """w in the given units."""
+        return w if self._units is None else w / self._units.R
+
+    def given(self, z: Vector) -> Vector:
+        """z in the given units."""
+        return z if self._units is None else self.problem.box.project(z * self._units.C)
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
+        """The natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
+        inside = self.inside(Z)
+        rows = self.measure.rows(inside)
+        natural = [natural_residual(self.problem, z, w) for z, w in zip(Z, self.outside(rows.w), strict=True)]
+        return natural, self.measure.is_rounding(inside, rows).tolist()
+
+    @cached_property
+    def reference_solves(self) -> bool:
+        """Whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
+        problem = self.problem
+        if not problem.is_mixed:
+            return least(problem.q) >= 0
+        excess = problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error
+        return bool((excess <= 0).all())
+
+    @cached_property
+    def _caps(self) -> Vector:
+        """The caps at the reference point, in the given units."""
+        return self.outside(self.measure.caps(self.data.reference_point))
+
+    @np.errstate(all="ignore")
+    def bound(self, F: Vector) -> float:
+        """The size of F(x) = M z - w' + q, with the z and w' of x, relative to the caps at the reference point.
+
+        min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise; with bounds too,
+        as t -> mid(l, u, t) is nonexpansive. So a small F suggests that z is worth measuring.
+        """
+        return size(F / self._caps) if np.count_nonzero(F) else 0.0
 
 
 class Point:
-    """An admissible z of shape (n,) with its measures, each computed when it is first read."""
+    """A z of shape (n,) with its measures, each computed when it is first read.
 
-    def __init__(self, accuracy: Accuracy, z: Vector) -> None:
-        self.accuracy, self.z = accuracy, z
-        self._plain_w: Vector | None = None
-        self._sizes: Vector | None = None
+    w : M z + q, rounded once in rows where rounding errors decide whether z solves the problem.
+    residual : the natural residual |min(z, w)|_inf in the problem's units, zero exactly at the solutions; with bounds,
+        min(z, w) is z - mid(l, u, z - w) = max(z - u, min(z - l, w)).
+    relative_residual : as defined in `measure`. NaN and overflow count as infinity, and so does a z beyond a bound.
+    is_admissible : whether z is known to lie within its bounds, as iterates do; otherwise that is looked at.
+    """
+
+    def __init__(self, criterion: Criterion, z: Vector, is_admissible: bool = True) -> None:
+        self.criterion, self.z = criterion.for_point(z), z
+        self._inside = self.criterion.inside(z)
+        self._beyond = None if is_admissible else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
         self._solves: bool | None = None
-        moved = accuracy.problem.from_reference(z) if accuracy.problem.is_mixed else z
-        self._is_reference = not np.count_nonzero(moved)  # whose residual is the problem's scale
+        self._plain: Rows | None = None
 
     @classmethod
-    def of_solution(cls, accuracy: Accuracy, z: Vector, w: Vector, is_reference: bool) -> Point:
-        """One that is known to solve the problem, with its w."""
+    def of_solution(cls, criterion: Criterion, z: Vector, rows: Rows) -> Point:
+        """A point that is known to solve the problem, with its w and terms."""
         point = cls.__new__(cls)
-        point.accuracy, point.z, point._plain_w, point._is_reference = accuracy, z, w, is_reference
-        point._sizes, point._solves = None, True
+        point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
+        point._plain = rows
         return point
 
+    def _plain_rows(self) -> Rows:
+        if self._plain is None:
+            self._plain = self.criterion.measure.rows(self._inside)
+            if self.criterion.sums_exactly:
+                self._plain = self._plain._replace(error=np.full(self.z.size, np.inf))
+        return self._plain
+
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
+    def _rows(self) -> Rows:
+        """The same, with sums that are rounded only once where that matters."""
+        plain, criterion, z = self._plain_rows(), self.criterion, self._inside
+        doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(plain.w) | criterion.sums_exactly
+        rows = np.flatnonzero(doubtful)
+        if not rows.size:
+            return plain
+        w = plain.w.copy()
+        w[rows] = _rounded_once(criterion.data, z, rows)
+        return plain._replace(w=w)
+
+    @cached_property
+    @np.errstate(over="ignore")
     def w(self) -> Vector:
-        """M z + q, rounded once in rows where rounding errors decide whether z is a solution."""
-        if self._plain_w is None:
-            return self.accuracy.w(self.z)
-        return self._plain_w if self._solves else self.accuracy.recomputed(self.z, self._plain_w.copy())
+        return self.criterion.outside(self._rows.w)
 
     def solves(self) -> bool:
-        """Whether the relative residual is at most the tolerance, by bounds on it as far as they decide.
-
-        If rounding errors in w hide that it is, this is False.
-        """
+        """Whether the relative residual is at most the tolerance, by bounds on it as far as they decide."""
         if self._solves is None:
-            self._solves = self.accuracy.greatest <= 0 if self._is_reference else self._passes()
+            with np.errstate(over="ignore", invalid="ignore"):
+                self._solves = self._decision()
         return self._solves
 
-    @np.errstate(over="ignore", invalid="ignore")
-    def _passes(self) -> bool:
-        accuracy, z = self.accuracy, self.z
-        w, M = accuracy.problem.w(z), accuracy.problem.M
-        self._plain_w = w
-        if M.size <= FEW:
-            self._sizes = accuracy.sizes(z)
-        if self._clearly_solves(z, w, self._sizes):
+    def _decision(self) -> bool:
+        criterion = self.criterion
+        problem, tol = criterion.problem, criterion.tol
+        if self._beyond is not None:
+            return self.relative_residual <= max(tol, ROUNDING)
+        is_reference = not np.count_nonzero(problem.from_reference(self.z))
+        if is_reference and (criterion.reference_solves or not problem.is_mixed):
+            return criterion.reference_solves
+        rows = self._plain_rows()
+        if criterion.measure.surely_solves(self._inside, rows, tol):
             return True
-        if accuracy.scaled_residual(z, w) > accuracy.tol:
+        if criterion.measure.surely_fails(self._inside, rows, tol):
             return False
-        if self._sizes is None:
-            self._sizes = accuracy.sizes(z)
-        return accuracy.surely_solves(z, w, self._sizes) or self.relative_residual <= accuracy.tol
+        return self.relative_residual <= max(tol, ROUNDING)
+
+    @property
+    @np.errstate(over="ignore", invalid="ignore")
+    def size(self) -> float:
+        """As in `Measure.size`."""
+        return self.criterion.measure.size(self._inside, self._plain_rows())
 
     @cached_property
-    def residual(self) -> float:
-        return self.accuracy.natural_residual(self.z, self.w)
+    @np.errstate(over="ignore", invalid="ignore")
+    def relative_residuals(self) -> Vector:
+        """The relative residual of each row, shape (n,)."""
+        measure, z, rows = self.criterion.measure, self._inside, self._rows
+        ratios = measure.ratios(measure.violations(z, rows.w), rows, measure.caps(z))
+        return ratios if self._beyond is None else np.where(self._beyond, np.inf, ratios)
 
-    @cached_property
+    @property
     def relative_residual(self) -> float:
-        if self._is_reference:  # its residual is its own scale
-            return float(self.accuracy.greatest > 0)
-        with np.errstate(over="ignore", invalid="ignore"):
-            return self.accuracy.relative_residual(self.z, self.w, self._sizes)
+        return size(self.relative_residuals)
+
+    @property
+    @np.errstate(over="ignore", invalid="ignore")
+    def scaled_residual(self) -> float:
+        """What a solver with one tolerance for all rows can be asked for, of any z: the largest v_i / c_i of z put on
+        the bounds, or how far that moves it, as by `is_near`."""
+        criterion, measure = self.criterion, self.criterion.measure
+        if not np.isfinite(self.z).all():
+            return np.inf
+        moved = Point(criterion, criterion.given(measure.on_bounds(self._inside, self._plain_rows().w)))
+        z, rows = moved._inside, moved._rows
+        largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
+        return max(largest, float(measure.distance(self._inside, z)))
 
     @cached_property
-    def error(self) -> float | None:
-        return self.accuracy.error(self.z)
+    @np.errstate(over="ignore", invalid="ignore")
+    def residual(self) -> float:
+        return natural_residual(self.criterion.problem, self.z, self.w) if np.isfinite(self.z).all() else np.inf
 
-    def _clearly_solves(self, z: Vector, w: Vector, sizes: Vector | None) -> bool:
-        """Whether bounds show that the relative residual of an admissible z is at most tol.
+    def is_near(self, other: Point) -> bool:
+        """Whether it differs from another point by no more than the tolerance, in the units of M."""
+        return bool(self.criterion.measure.distance(other._inside, self._inside) <= self.criterion.tol)
 
-        sizes : |M| z, if it is known; else it is computed only in rows that its bounds leave open. At first R and C are
-        only bounded, by `range_of_units`.
-        """
-        problem = self.accuracy.problem
-        low, high = range_of_units(least(self.accuracy.diagonal), problem.largest)
-        if low > 0 and not problem.is_mixed and 1 / FAR < self.accuracy.greatest < FAR:
-            known = _Known(1 / (low * high), self.accuracy.greatest, self.accuracy.tol * low / high)
-            if low == high:
-                return self._are_closed(z, w, sizes, known)
-            if not self._open_rows(z, w, sizes, known).size:
-                return True
-        (R, *more), (inverse, *others) = self.accuracy.units.to_rows, self.accuracy.units.to_columns
-        known = _Known(inverse / R, self.accuracy.units.scale / R, self.accuracy.tol)
-        return not (more or others) and self._are_closed(z, w, sizes, known)
+    def solution(self) -> Point | None:
+        """This point or, if it is near, the first of its alternatives that solves the problem."""
+        if self.solves():
+            return self
+        return next((point for point in self.alternatives() if point.solves()), None) if self.nearly_solves() else None
 
-    def _are_closed(self, z: Vector, w: Vector, sizes: Vector | None, known: _Known) -> bool:
-        """Whether no row is open or, if few are, |M| z closes them."""
-        rows = self._open_rows(z, w, sizes, known)
-        if not rows.size or sizes is not None or rows.size > FEW_ROWS * z.size:
-            return not rows.size
-        moved = self.accuracy.problem.from_reference(z)
-        sizes = products.absolute_product(self.accuracy.problem.M[rows], np.abs(moved))
-        return not self._open_rows(z, w, sizes, known.part(rows), rows).size
+    @np.errstate(over="ignore", invalid="ignore")
+    def nearly_solves(self) -> bool:
+        """Whether no violation is large, as by `Measure.is_near`: the point is then worth a closer look."""
+        moved = self.criterion.problem.from_reference(self.z).any()
+        return bool(moved and self.criterion.measure.is_near(self._inside, self._plain_rows()))
 
-    def _open_rows(
-        self, z: Vector, w: Vector, sizes: Vector | None, known: _Known, rows: Indices | slice = slice(None)
-    ) -> Indices:
-        """Where, of some rows, the relative residual may exceed tol.
+    @np.errstate(over="ignore", invalid="ignore")
+    def alternatives(self) -> Iterator[Point]:
+        """Points that differ from this one by what rounding and a method's tolerance leave at bounds: with those
+        components put on a bound that are closer to it than w is to 0, and also without components that are noise."""
+        criterion, z = self.criterion, self._inside
+        for start in (z, criterion.measure.without_noise(z)):
+            cleaned = criterion.measure.on_bounds(start, criterion.measure.rows(start).w)
+            if not np.array_equal(cleaned, z):
+                yield Point(criterion, criterion.given(cleaned))
 
-        (|M| z)_i is at least M_ii z_i, and at most the largest |M_ij| times the sum of z. The rounding error in w_i is
-        at most ROW_ROUNDING (|M| z + |q|)_i, where |q_i| is at most |w_i| + (|M| z)_i.
-        """
-        problem = self.accuracy.problem
-        moved = np.abs(problem.from_reference(z)) if problem.is_mixed else z
-        most = problem.largest * float(moved.sum()) if sizes is None else sizes
-        error, moved = 2 * ROW_ROUNDING * most, moved[rows]
-        if problem.is_mixed:
-            low, high = (
-                distance[rows] * known.columns for distance in problem.box.distances(z) if distance is not None
-            )
-            error += problem.q_error[rows] if isinstance(problem.q_error, np.ndarray) else 0.0
-            excess = Distances(low, high).largest_gaps(w[rows] - error, w[rows] + error)
-        else:
-            scaled = moved * known.columns
-            excess = np.abs(np.minimum(scaled, w[rows] - error))
-            excess += np.minimum(scaled, 2 * error)
-        scales = np.maximum(
-            np.abs(problem.q_ref[rows]), self.accuracy.diagonal[rows] * moved if sizes is None else sizes
-        )
-        scales = np.minimum(np.maximum(scales, SCALE_FLOOR * known.s), known.s)
-        return (~(excess <= known.tol * (1 - SLACK) * scales)).nonzero()[0]
+
+def natural_residual(problem: Problem, z: Vector, w: Vector) -> float:
+    """The largest |z - mid(l, u, z - w)|; NaN and overflow count as infinity."""
+    return size(problem.box.gaps(z, w))
+
+
+def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[float]:
+    """(M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
+    M, q = problem.M[rows], problem.q[rows]
+    if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
+        w: Vector = 0.0 - accurate_residual(M, z, -q)
+        return w
+    with imports:
+        from lcpcli.rational import sums
+
+    used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
+    parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]
+    return [sums.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]

@@ -19,15 +19,11 @@ from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.model import scaled
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.model.shifted import shifted
 from lcpcli.typing import Vector
 from lcpcli.verify import farkas
-from lcpcli.verify.accuracy import Accuracy
-from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.point import Point
+from lcpcli.verify.point import Criterion, Point
 
 REFINEMENTS = 10
-NEAR_SOLUTION = 1e-6  # relative to the terms of a row: a residual worth refining
 LAST_DIGITS = 4 * EPS
 
 
@@ -64,21 +60,14 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
     better = problem.box.project(better)
     if not np.isfinite(better).all():
         return z
-    accuracy = Accuracy(problem)
-    as_good = accuracy.relative_residual(better, accuracy.w(better)) <= 2 * accuracy.relative_residual(z, accuracy.w(z))
+    criterion = Criterion(problem)
+    as_good = Point(criterion, better).relative_residual <= 2 * Point(criterion, z).relative_residual
     return better if as_good or _at_rounding(problem, better) else z
 
 
 def _at_rounding(problem: Problem, z: Vector) -> bool:
     """Whether min(z, w) is as small as rounding z to double precision allows."""
     return bool((np.abs(problem.box.gaps(z, problem.w(z))) <= LAST_DIGITS * _sizes(problem, z)).all())
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def is_near(problem: Problem, z: Vector) -> bool:
-    """Whether an admissible z, of shape (n,), solves a problem with data close to M and q: worth a closer look."""
-    moved = problem.from_reference(z).any()
-    return bool(moved and (problem.box.excess(z, problem.w(z)) <= NEAR_SOLUTION * _sizes(problem, z)).all())
 
 
 def _sizes(problem: Problem, z: Vector) -> Vector:
@@ -94,7 +83,9 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     no solution. It is false if more than `farkas.LARGEST_EXACT` are basic, or M_PP is singular.
     """
     basis = problem.box.basis_of(z / 2)
-    if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all() or not is_near(problem, z):
+    if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
+        return False
+    if not Point(Criterion(problem), z).nearly_solves():
         return False
     with imports:
         from fractions import Fraction
@@ -107,27 +98,3 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         return False
     last_digits = Fraction(LAST_DIGITS)
     return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))
-
-
-def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
-    """Whether z is a solution up to rounding of its last digits: by rational arithmetic, or of a point to tol."""
-    return is_rounded_solution(problem, z) or rounds_solution(problem, z, tol)
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def rounds_solution(problem: Problem, z: Vector, tol: float) -> bool:
-    """Whether z, of shape (n,), is within its last digits of a point with a relative residual of at most tol.
-
-    That point is held as the reference point and a difference from it, which bounds far from 0 need: there z in doubles
-    may have a larger residual, wherever it is. False for a problem whose reference point is 0.
-    """
-    if problem.reference_z is None:
-        return False
-    frame = shifted(problem)
-    try:
-        found = BasicSolutions(frame.problem).at(problem.box.basis_of(z / 2))
-    except SingularMatrix:
-        return False
-    point = Point(Accuracy(frame.problem, tol), frame.problem.box.project(found.z))
-    same = np.abs(problem.reference_z + point.z - z) <= LAST_DIGITS * np.abs(z)
-    return bool(same.all()) and point.solves()

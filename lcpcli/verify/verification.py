@@ -31,8 +31,8 @@ from lcpcli.options import TOL
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
 from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.point import Criterion, Point
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
 SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
@@ -63,7 +63,7 @@ class Verification:
     kind : "solution" for a z, "farkas" for a vector y.
     exact : whether it was verified without rounding, on the decimals as written.
     accepted, message : whether the answer is accepted, and why, as a sentence.
-    residual, relative_residual, error : as in `accuracy.Accuracy`; None for a vector y; error None if no solution is
+    residual, relative_residual, error : as in `result.Result`; None for a vector y; error None if no solution is
         known.
     backward_error : the componentwise backward error; infinity if a z_i is beyond its bounds, None for a vector y.
     bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None in exact
@@ -139,29 +139,33 @@ def check(
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verify(problem: Problem, z: Vector, tol: float) -> Verification:
-    """Verify z, finite and of shape (n,), in doubles: it is accepted if its relative residual is at most tol.
+    """Verify z, finite and of shape (n,), in doubles: it is accepted if its relative residual is at most tol, or if
+    this is so of a point within tol that has components put on their bounds.
 
     Violations are those components whose own relative residual is above tol, the largest first.
     """
-    accuracy = Accuracy(problem, tol)
-    w = accuracy.w(z)
-    each = accuracy.relative_residuals(z, w)
-    relative = accuracy.relative_residual(z, w)
-    accepted = relative <= tol
-    verdict = "solves the problem" if accepted else "does not solve the problem"
-    violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol]
+    point = Point(Criterion(problem, tol), z, is_admissible=False)
+    each, relative = point.relative_residuals, point.relative_residual
+    message = f"its relative residual {relative:.1e} is {'at most' if point.solves() else 'above'} {tol:g}"
+    accepted = point.solves()
+    if not accepted:
+        nearby = next((other for other in point.alternatives() if other.solves()), None)
+        if nearby is not None:
+            accepted = nearby.is_near(point)
+            message = f"{message}, but with components put on their bounds it is {nearby.relative_residual:.1e}"
+    violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
     return Verification(
         problem,
         "solution",
         exact=False,
         accepted=accepted,
-        message=f"z {verdict}: its relative residual {relative:.1e} is {'at most' if accepted else 'above'} {tol:g}",
-        residual=accuracy.natural_residual(z, w),
+        message=f"z {'solves' if accepted else 'does not solve'} the problem: {message}",
+        residual=point.residual,
         relative_residual=relative,
-        error=accuracy.error(z),
-        backward_error=_backward_error(problem, z, w),
+        error=problem.error(z),
+        backward_error=_backward_error(problem, z, point.w),
         bound=error_bound(problem, z) if problem.n <= MOST_BOUNDED else None,
-        violations=[_violation(problem, i, float(z[i]), float(w[i])) for i in violating[:MOST_LISTED]],
+        violations=[_violation(problem, i, float(z[i]), float(point.w[i])) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )
 
@@ -180,7 +184,7 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
     failure = _w_mismatch(w, given_w)
     if violating:
         failure = f"z is not an exact solution: {count(len(violating), 'component')} fail{'s' * (len(violating) == 1)}"
-    accuracy, doubles, doubles_w = Accuracy(data.problem), rounded(z), rounded(w)
+    doubles = rounded(z)
     residual = abs(each[violating[0]]) if violating else Fraction(0)
     return Verification(
         data.problem,
@@ -189,8 +193,10 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
         accepted=not failure,
         message=failure or f"z is an exact solution: {MIXED if data.problem.is_mixed else SOLVED}",
         residual=float(rounded([residual])[0]),
-        relative_residual=accuracy.relative_residual(doubles, doubles_w) if violating else 0.0,
-        error=accuracy.error(doubles),
+        relative_residual=Point(Criterion(data.problem), doubles, is_admissible=False).relative_residual
+        if violating
+        else 0.0,
+        error=data.problem.error(doubles),
         backward_error=_exact_backward_error(data, z, w),
         violations=[_violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]],
         violated=len(violating),

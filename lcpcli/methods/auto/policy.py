@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from functools import partial
 from itertools import chain
 
 import numpy as np
@@ -14,23 +15,24 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.band import is_narrow
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
-from lcpcli.methods.auto.turns import Turns
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
+from lcpcli.methods.auto.small import PIVOTS, exactly, small
+from lcpcli.methods.auto.turns import Turns, from_reference
+from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
 from lcpcli.methods.newton import block_pivoting
 from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.accuracy import Accuracy
-from lcpcli.verify.point import Point
-from lcpcli.verify.refinement import is_near, is_rounded_solution, refined
+from lcpcli.verify import measure
+from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.refinement import is_rounded_solution, refined
 
 REFINED = "refined"
 SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
 LEAST_SECONDS = 0.1
 FASTER = 0.2  # of the changes of state of a step of newton: the most in the next one, if it is to go on
 FEW = 50  # unknowns up to which lemke is as fast as the interior point method
-FEW_PIVOTS, LEMKE_PIVOTS = 3, 20  # per unknown: while others have not been tried, and in the end
+LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 
 
 def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:
@@ -43,8 +45,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     conditions of programs are given to newton, while it is fast, and interior, after `linear` if M is skew. If these
     break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
     otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
-    that there is none, or reaches its limits. Small problems that its tolerances leave undecided are decided by
-    `exhaustion`.
+    that there is none, or reaches its limits. Few unknowns: `small`.
 
     Parameters
     ----------
@@ -60,39 +61,40 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     -------
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
-    if problem.reference_z is None:
-        turns = Turns(x0)
-        ending = yield from _search(problem, turns, time_limit)
-    else:
-        with imports:
-            from lcpcli.model.shifted import shifted
-
-        change = shifted(problem)
-        turns = Turns(change.start(x0))
-        ending = yield from in_given_variables(change, _search(change.problem, turns, time_limit))
-    with imports:
-        from lcpcli.methods.auto.exhaustion import exhaustion, is_small
-
-    if isinstance(ending, Stalled | Breakdown) and is_small(problem):
-        ending = yield from turns.take("exhaustion", exhaustion(problem))
-    return ending
+    search = partial(_search, time_limit=time_limit)
+    if problem.n <= measure.FEW:
+        return (yield from small(problem, x0, search))
+    return (yield from from_reference(problem, x0, search))
 
 
 def _search(problem: Problem, turns: Turns, time_limit: float) -> Stage:
     """The methods in turn, from the start in `turns`."""
-    deadline, x0 = time.perf_counter() + time_limit, turns.last.x
+    deadline, x0, criterion = time.perf_counter() + time_limit, turns.last.x, Criterion(problem)
     for name, stage in chain(_presolved_stages(problem, x0, deadline), _stages(problem, x0, deadline)):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
         if isinstance(ending, Finished) and problem.is_mixed and _solves(problem, turns.last):
             return ending  # although rounding to the given variables may leave a larger residual
-        if is_near(problem, problem.box.z_of(turns.last.x)):
-            turns.last = _refined(problem, turns.last)
-            yield turns.last
-            if is_rounded_solution(problem, problem.box.z_of(turns.last.x)):
+        if Point(criterion, problem.box.z_of(turns.last.x)).nearly_solves():
+            yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
+            if (yield from _improved(problem, turns)):
                 return Finished()
+    if problem.n <= measure.FEW:
+        ending = yield from exactly(problem, turns, decide=True)
+        if not isinstance(ending, Stalled):
+            return ending
     return (yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline))))
+
+
+def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
+    """The last iterate refined to its last digits, or made exact among few unknowns; and whether it is a solution but
+    for rounding."""
+    if problem.n <= measure.FEW:
+        return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
+    turns.last = _refined(problem, turns.last)
+    yield turns.last
+    return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
 
 
 def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
@@ -134,7 +136,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
     if problem.n <= FEW:
-        yield "lemke", limited(begin("lemke", problem, x0), FEW_PIVOTS * problem.n)
+        yield "lemke", limited(begin("lemke", problem, x0), PIVOTS * problem.n)
     if not first and (large_and_sparse or _is_monotone(problem)):
         yield "interior", begin("interior", problem, x0)
     if large_and_sparse or problem.is_mixed:
@@ -197,7 +199,7 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
 
 
 def _solves(problem: Problem, last: Iterate) -> bool:
-    return Point(Accuracy(problem), problem.box.z_of(last.x)).solves()
+    return Point(Criterion(problem), problem.box.z_of(last.x)).solves()
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeAlias
 
+from lcpcli.clock import imports
 from lcpcli.methods.iterate import FAULTS, Breakdown, Iterate, Stage, advance, told
+from lcpcli.methods.transformed import in_given_variables
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 
@@ -27,3 +32,18 @@ class Turns:
             x, F, how, evaluations, name, final = step
             self.last = Iterate(x, F, how, done + evaluations, name or method, final)
             yield self.last
+
+
+Search: TypeAlias = Callable[[Problem, Turns], Stage]
+"""Methods that take turns on a problem, from the last iterate of the turns."""
+
+
+def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
+    """A search in the variables in which the reference point of the problem is 0."""
+    if problem.reference_z is None:
+        return (yield from search(problem, Turns(x0)))
+    with imports:
+        from lcpcli.model.shifted import shifted
+
+    change = shifted(problem)
+    return (yield from in_given_variables(change, search(change.problem, Turns(change.start(x0)))))

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
 
-from lcpcli.enumeration.choices import STATES, Node, Unknowns
+from lcpcli.rational.choices import STATES, Node, Unknowns
+from lcpcli.rational.problem import ExactProblem
+
+
+def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
+    """A solution of a problem; None if it is proved to have none. `check` is called before each step and may raise."""
+    unknowns = Unknowns(data, check)
+    start = unknowns.root()
+    leaf = None if start is None else next(leaves(unknowns, start, []), None)
+    return None if leaf is None else unknowns.point(leaf)
 
 
 def leaves(unknowns: Unknowns, start: Node, found: Sequence[int]) -> Iterator[Node]:

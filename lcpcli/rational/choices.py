@@ -59,6 +59,14 @@ class Unknowns:
         )
         return Generators(vertices, rays, lines)
 
+    def point(self, node: Node) -> list[Fraction]:
+        """z at the node's point."""
+        here = node.dictionary
+        return [
+            base + Fraction(side * here.value(k), int(here.divisor))
+            for k, (base, side) in enumerate(zip(self.base, self.side, strict=True))
+        ]
+
     def root(self) -> Node | None:
         """The node where nothing has been chosen; None if the equations and signs that always hold have no solution."""
         kept = [k for k in range(self.n) if self.choices[k]]

@@ -1,0 +1,261 @@
+"""The one measure of how far points are from solving a problem: a componentwise backward error with a cap.
+
+An admissible z violates row i by v_i: by |w_i| strictly between the bounds, by the part of w_i that has the wrong sign
+at a bound, by nothing where both bounds are equal. This is compared with the row's own terms, |q|_i + (|M| |z|)_i. If
+v_i is at most tol times these in all rows, z is the exact solution of a problem each of whose numbers differs by at
+most tol, relatively, from the given one: W. Oettli and W. Prager, Compatibility of approximate solution of linear
+equations with given error bounds for coefficients and right-hand sides, Numerische Mathematik 6 (1964) 405-409. Neither
+the units of rows and columns nor the sizes of other rows matter.
+
+With bounds far from 0, rows have large terms that cancel. So the terms t_i are those at the reference point of the
+problem, |q_ref|_i + (|M| |z - z_ref|)_i, if these are smaller, but not less than FINEST of the given ones.
+
+That alone would accept a z that tends to infinity in a problem without solution. So each row has a cap besides,
+
+    c_i = max(|q_ref|_i, k / R_i),
+
+where k belongs to the connected component of M that the row is in, and R, C are the units of its rows and columns
+(`linalg.units`): k is the largest violation of q_ref in a row j, times R_j, or distance of a z_j at a bound from z_ref,
+over C_j. If all these vanish, it is the largest R_j |q_ref|_j, and if these do too, infinite; a q_ref that is only
+rounding of the given terms counts as 0. The relative residual is the largest v_i / min(t_i, c_i), with 0/0 = 0.
+Rounding z, or the data, may leave ROUNDING of the given terms; a violation up to there counts as no more than ROUNDING,
+unless these terms are more than DROWNED c_i. In problems of more than FEW unknowns so does one of ROUNDING c_i: large
+problems from elsewhere have entries of q like 2e-16 beside 1 that are rounding of 0. For few unknowns exact arithmetic
+can tell these from numbers that matter.
+
+Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg.doubles import EPS, LARGEST, ROW_ROUNDING
+from lcpcli.linalg.products import absolute_product, product
+from lcpcli.model.box import Box
+from lcpcli.model.columns import Block
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Mask, Vector
+
+FINEST = 0.01  # of the terms of a row as given: the least that its terms count as
+ROUNDING = 4 * EPS  # relative to the terms of a row: what rounding of z, and of w, may leave of it
+DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit of the cap
+FEW = 20  # unknowns up to which entries that may be rounding are taken literally
+NEGLIGIBLE = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
+NOISE = 1e-13  # relative to k, and to the largest distance: a distance from z_ref that rounding may have made of 0
+NEAR = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
+LARGEST_POWER = 1000.0  # exponents of products of units are limited to this, so that they are finite
+
+
+class Rows(NamedTuple):
+    """w = M z + q at a point, with t, with |q| + |M| |z|, and with bounds on the rounding errors in w."""
+
+    w: Vector
+    terms: Vector
+    given: Vector
+    error: Vector
+
+    def part(self, rows: Indices) -> Rows:
+        """The rows of some of m points."""
+        return Rows(*(values[rows] for values in self))
+
+
+class Measure:
+    """The measure for a problem, or for those of a block, with moderate numbers: no product of a few over- or
+    underflows."""
+
+    def __init__(self, data: Problem | Block) -> None:
+        self.data = data
+        self._sizes: Vector | None = None
+
+    def rows(self, z: Vector) -> Rows:
+        """w by one product with M, from z or from its distance to the reference point, whichever rounds less."""
+        data = self.data
+        if data.reference_z is None and z.shape == data.q.shape and not np.count_nonzero(z):
+            size = np.abs(data.q)
+            return Rows(data.q.copy(), size, size, np.zeros(size.shape))
+        w, given = self._w_and_terms(z, data.q)
+        if data.reference_z is None:
+            return Rows(w, given, given, ROW_ROUNDING * given)
+        far_w, far = self._w_and_terms(z - data.reference_z, data.q_ref)
+        error, far_error = ROW_ROUNDING * given, ROW_ROUNDING * far + data.q_error
+        w = np.where(far_error < error, far_w, w)
+        terms = np.minimum(given, np.maximum(far, FINEST * given))
+        return Rows(w, terms, given, np.minimum(error, far_error))
+
+    def _w_and_terms(self, z: Vector, q: Vector) -> tuple[Vector, Vector]:
+        w: Vector = product(self.data.M, z.T).T
+        w += q
+        terms: Vector = absolute_product(self.data.M, np.abs(z).T).T
+        terms += np.abs(q)
+        return w, terms
+
+    def violations(self, z: Vector, w: Vector) -> Vector:
+        """v, for admissible z."""
+        return np.maximum(self.data.box.excess(z, w), 0.0)
+
+    def surely_solves(self, z: Vector, rows: Rows, tol: float) -> Mask:
+        """Whether the relative residual is at most tol, whatever the rounding errors in w are; shape () or (m,).
+
+        As c_i is at least |q_ref|_i, it is computed only if that leaves the question open.
+        """
+        excess = self.data.box.excess(z, rows.w)
+        worst = excess + rows.error
+        closed = worst <= tol * np.minimum(rows.terms, np.abs(self.data.q_ref))
+        if np.count_nonzero(closed) == closed.size:
+            return np.ones(closed.shape[:-1], dtype=bool)
+        if self._is_small and (excess - rows.error > _most(rows, tol)).any(axis=-1).all():
+            return np.zeros(closed.shape[:-1], dtype=bool)
+        return np.asarray((worst <= self._allowed(rows, self.caps(z), tol)).all(axis=-1))
+
+    def surely_fails(self, z: Vector, rows: Rows, tol: float) -> Mask:
+        """Whether the relative residual is above tol, whatever the rounding errors in w are; shape () or (m,)."""
+        least = self.data.box.excess(z, rows.w) - rows.error
+        most = _most(rows, tol) if self._is_small else self._allowed(rows, self.caps(z), tol)
+        return np.asarray((least > most).any(axis=-1))
+
+    def size(self, z: Vector, rows: Rows) -> float:
+        """The largest violation relative to the largest |q_ref|_i: a quick number to compare points of one problem
+        by."""
+        return float(quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max()))
+
+    def is_near(self, z: Vector, rows: Rows) -> bool:
+        """Whether no violation of one point is large beside its own terms and beside the largest |q_ref|_i, so that it
+        may solve the problem but for noise."""
+        terms = np.maximum(rows.terms, np.abs(self.data.q_ref).max())
+        return bool((self.violations(z, rows.w) <= NEAR * terms).all())
+
+    def largest_ratio(self, z: Vector, rows: Rows) -> Vector:
+        """What the relative residual is at most, whatever the rounding errors in w are; shape () or (m,)."""
+        worst = np.maximum(self.data.box.excess(z, rows.w) + rows.error, 0.0)
+        return np.asarray(self.ratios(worst, rows, self.caps(z)).max(axis=-1))
+
+    def ratios(self, violations: Vector, rows: Rows, caps: Vector) -> Vector:
+        """The relative residual of each row."""
+        ratios = quotients(violations, np.minimum(rows.terms, caps))
+        return np.where(violations <= self._allowed(rows, caps, 0.0), np.minimum(ratios, ROUNDING), ratios)
+
+    @property
+    def _is_small(self) -> bool:
+        return bool(self.data.q.shape[-1] <= FEW)
+
+    def _allowed(self, rows: Rows, caps: Vector, tol: float) -> Vector:
+        """The violations with which a row counts as satisfied to tol."""
+        rounding = np.minimum(np.minimum(rows.given, DROWNED * caps), LARGEST)
+        if not self._is_small:
+            rounding = np.maximum(rounding, np.where(caps < np.inf, caps, 0.0))
+        sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST)
+        return np.maximum(tol * sizes, ROUNDING * rounding)
+
+    @property
+    def _reference(self) -> Vector:
+        there = self.data.reference_z
+        return np.zeros(self.data.q.shape) if there is None else there
+
+    @cached_property
+    def reference_violations(self) -> Vector:
+        """v at the reference point."""
+        return self.violations(self._reference, self.data.q_ref)
+
+    @cached_property
+    def _reference_w(self) -> Vector:
+        """q_ref, with 0 for what is only rounding."""
+        data = self.data
+        if data.reference_z is None:
+            return data.q_ref
+        given = self._w_and_terms(data.reference_z, data.q)[1]
+        return np.where(np.abs(data.q_ref) <= ROUNDING * given, 0.0, data.q_ref)
+
+    @np.errstate(divide="ignore")
+    def _unsolved_sizes(self, z: Vector) -> Vector:
+        """log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or moved."""
+        data, units = self.data, self.data.units
+        sizes = units.largest_of_rows(np.log2(self.violations(self._reference, self._reference_w)) + units.rows)
+        if isinstance(data.box, Box):
+            moved = np.where(_at_bound(data.box, z), np.abs(z - self._reference), 0.0)
+            sizes = np.maximum(sizes, units.largest_of_columns(np.log2(moved) - units.columns))
+        return sizes
+
+    @np.errstate(divide="ignore")
+    def component_sizes(self, z: Vector) -> Vector:
+        """log2 of k for each component, shape (..., parts); of an LCP the same for every z."""
+        if self._sizes is not None:
+            return self._sizes
+        units, sizes = self.data.units, self._unsolved_sizes(z)
+        sizes = np.where(sizes > -np.inf, sizes, units.largest_of_rows(np.log2(np.abs(self._reference_w)) + units.rows))
+        sizes = np.where(sizes > -np.inf, sizes, np.inf)
+        if not isinstance(self.data.box, Box):
+            self._sizes = sizes
+        return sizes
+
+    @np.errstate(over="ignore")
+    def caps(self, z: Vector) -> Vector:
+        """c."""
+        units = self.data.units
+        sizes = np.exp2(self.component_sizes(z)[..., units.row_part] - units.rows)
+        return np.maximum(sizes, np.abs(self.data.q_ref))
+
+    @np.errstate(divide="ignore", invalid="ignore")
+    def distance(self, z: Vector, other: Vector) -> Vector:
+        """The largest |z_j - other_j| relative to what is natural in its component, k C_j, or to the distance of its
+        bounds, if that is smaller; infinite in a component without a size. Shape () or (m,)."""
+        units, apart, sizes = (
+            self.data.units,
+            np.abs(z - other),
+            self.component_sizes(other)[..., self.data.units.column_part],
+        )
+        natural = np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
+        if isinstance(self.data.box, Box):
+            natural = np.minimum(natural, self.data.box.upper - self.data.box.lower)
+        return np.asarray(quotients(apart, natural).max(axis=-1))
+
+    def is_rounding(self, z: Vector, rows: Rows) -> Mask:
+        """Whether the violations are no more than the rounding errors in w, so that their digits depend on the machine;
+        shape () or (m,)."""
+        rounding = self.violations(z, rows.w) <= 2 * self._allowed(rows, self.caps(z), 0.0)
+        return np.asarray(rounding.all(axis=-1))
+
+    def doubtful(self, z: Vector, rows: Rows, tol: float) -> Mask:
+        """Where rounding errors in w might decide whether z solves the problem, or are not small beside a violation, or
+        beside a w that belongs to a bound."""
+        excess = self.data.box.excess(z, rows.w)
+        worst = excess + rows.error
+        decisive = (worst > NEGLIGIBLE * self._allowed(rows, self.caps(z), tol)) & (rows.error > NEGLIGIBLE * worst)
+        return decisive | ((excess < np.abs(rows.w)) & (rows.error > NEGLIGIBLE * np.abs(rows.w)))
+
+    def on_bounds(self, z: Vector, w: Vector) -> Vector:
+        """The nearest admissible z, with those components put on a bound that are closer to it than w_i is to 0, in the
+        units of M."""
+        powers = np.clip(self.data.units.rows + self.data.units.columns, -LARGEST_POWER, LARGEST_POWER)
+        return self.data.box.on_bounds(z, w, np.exp2(-powers))
+
+    @np.errstate(divide="ignore")
+    def without_noise(self, z: Vector) -> Vector:
+        """z with what is only rounding put on the reference point: distances from it that are small beside k and beside
+        the largest in their component, and all in components that the reference point solves."""
+        units = self.data.units
+        distances, sizes = np.log2(np.abs(z - self._reference)) - units.columns, self._unsolved_sizes(z)
+        small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(NOISE)
+        small = np.where(sizes > -np.inf, small, np.inf)
+        return np.where(distances <= small[..., units.column_part], self._reference, z)
+
+
+def _most(rows: Rows, tol: float) -> Vector:
+    """What is allowed at most of few unknowns, whatever the caps are."""
+    return np.maximum(tol * rows.terms, ROUNDING * rows.given)
+
+
+def _at_bound(box: Box, z: Vector) -> Mask:
+    """Where z is at a bound of two different ones."""
+    at: Mask = ((z <= box.lower) | (z >= box.upper)) & (box.lower < box.upper)
+    return at
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def quotients(violations: Vector, sizes: Vector) -> Vector:
+    """violations / sizes with 0/0 = 0; infinite where either is not a number."""
+    quotients = np.where(violations == 0, 0.0, violations / sizes)
+    return np.where(np.isnan(quotients), np.inf, quotients)

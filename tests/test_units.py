@@ -1,0 +1,86 @@
+"""The units that a matrix suggests: those of the measure, which powers of two do not change, and those of scaling."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_array
+
+from lcpcli.linalg.equilibration import equilibrate, range_of_units
+from lcpcli.linalg.matrices import norm_inf, row_and_column_maxima
+from lcpcli.linalg.units import units
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 400), density=st.sampled_from([0.2, 0.5, 1.0]))
+def test_units_of_rows_and_columns_follow_powers_of_two(seed: int, spread: int, density: float) -> None:
+    generator = np.random.default_rng(seed)
+    powers = generator.integers(-spread, spread + 1, (2, 6)).astype(float)
+    M = generator.standard_normal((6, 6)) * (generator.random((6, 6)) < density)
+    scaled = np.exp2(powers[0])[:, None] * M * np.exp2(powers[1])
+    plain, other, sparse = units(M), units(scaled), units(csr_array(scaled))
+    for part in range(plain.parts):
+        rows, columns = plain.row_part == part, plain.column_part == part
+        moved = np.concatenate(
+            ((other.rows - plain.rows + powers[0])[rows], (plain.columns - other.columns - powers[1])[columns])
+        )
+        assert np.ptp(moved) <= 0.2
+    assert np.allclose(sparse.rows, other.rows, atol=1e-6)
+    pairs = {(a, b) for a, b in zip(other.row_part.tolist(), sparse.row_part.tolist(), strict=True)}
+    assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs}), "the same components"
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40))
+def test_equilibrated_rows_and_columns_have_entries_near_one(seed: int, spread: int) -> None:
+    generator = np.random.default_rng(seed)
+    powers = generator.integers(-spread, spread + 1, (2, 6)).astype(float)
+    M = np.exp2(powers[0])[:, None] * generator.standard_normal((6, 6)) * np.exp2(powers[1])
+    for matrix in (M, csr_array(M)):
+        R, C = equilibrate(matrix, np.ones(6))
+        scaled = R[:, None] * np.abs(M) * C
+        largest = np.concatenate((scaled.max(axis=0), scaled.max(axis=1)))
+        assert largest.min() >= 1 / 2
+        assert largest.max() <= 2
+        assert np.array_equal(np.concatenate((R, C)), np.exp2(np.rint(np.log2(np.concatenate((R, C))))))
+
+
+def test_equilibration_keeps_symmetry() -> None:
+    M = np.diag([1e-8, 1.0, 1e8]) + 1e-5
+    R, C = equilibrate(M, np.ones(3))
+    assert np.array_equal(R, C)
+
+
+def test_rows_and_columns_of_zeros_are_equilibrated_too() -> None:
+    M = np.array([[0.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 0.0]])
+    for matrix in (M, csr_array(M)):
+        R, C = equilibrate(matrix, np.array([1e10, 1.0, 0.0]))
+        assert R[1] / 2 <= 1e10 * R[0] <= 2 * R[1]
+        assert R[2] == C[0] == C[2] == 1.0
+
+
+def test_sparse_and_dense_norms_agree() -> None:
+    generator = np.random.default_rng(3)
+    M = generator.standard_normal((50, 50)) * (generator.random((50, 50)) < 0.1)
+    R, C = generator.random((2, 50))
+    assert norm_inf(M) == pytest.approx(norm_inf(csr_array(M)), rel=1e-15)
+    for dense, sparse in zip(row_and_column_maxima(M, R, C), row_and_column_maxima(csr_array(M), R, C), strict=True):
+        assert np.array_equal(dense, sparse)
+
+
+@settings(deadline=None, max_examples=300)
+@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 3))
+def test_units_lie_in_the_range_that_the_diagonal_promises(seed: int, spread: int) -> None:
+    generator = np.random.default_rng(seed)
+    sizes = np.exp2(generator.uniform(-spread, spread, 6))
+    M = generator.uniform(-1, 1, (6, 6)) * sizes
+    np.fill_diagonal(M, sizes * generator.choice([-1, 1], 6))
+    q, largest = np.ones(6), float(np.abs(M).max())
+    low, high = range_of_units(float(np.abs(M.diagonal()).min()), largest)
+    for R in equilibrate(M, q):
+        assert low <= R.min()
+        assert R.max() <= high
+    for plain, informed in zip(equilibrate(M, q), equilibrate(csr_array(M), q, np.abs(M).max(axis=1)), strict=True):
+        assert np.array_equal(plain, informed)
