@@ -36,6 +36,7 @@ class ResultDict(TypedDict):
     evaluations: int | None
     residual: float | None
     relative_residual: float | None
+    digits: list[int] | None
     error: float | None
     error_bound: float | None
     error_bound_source: str | None
@@ -99,6 +100,7 @@ def data(result: Result, source: Source = NOWHERE) -> ResultDict:
         "residual": finite(result.residual),
         "relative_residual": finite(result.relative_residual),
         "error": finite(result.error),
+        "digits": result.digits,
         "error_bound": finite(result.bound.value) if result.bound else None,
         "error_bound_source": result.bound.source if result.bound and result.bound.proved else None,
         "reference": result.problem.reference if result.problem.solutions else None,

@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from collections import Counter
 
+import numpy as np
+
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.start import STATES
 from lcpcli.report import numbers, summary
 from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.solving.result import Result
+from lcpcli.verify.digits import fewest
 
 PAGE = 80
 DIGITS = 7
+FEW_DIGITS = 6  # of z that the data determine: if fewer, it is said
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 SETTLED = ("infeasible", "unsolvable")  # without a z of interest
 
@@ -48,7 +52,24 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     if result.error is not None:
         measures.append(f"error {summary.error(result.error, result.problem)}")
     z = _vector("z" if result.solved else "best z", result, width or PAGE, whole)
-    return [*work, ", ".join(measures), *z, *([_basis(result, width or PAGE)] if result.problem.is_mixed else [])]
+    return [
+        *work,
+        ", ".join(measures),
+        *_few_digits(result),
+        *z,
+        *([_basis(result, width or PAGE)] if result.problem.is_mixed else []),
+    ]
+
+
+def _few_digits(result: Result) -> list[str]:
+    """A line on the digits of z that the data determine, if these are fewer than the printed ones."""
+    if result.digits is None:
+        return []
+    least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float))
+    if least >= FEW_DIGITS:
+        return []
+    digits = f"about {count(least, 'digit')}" if least else "no digit"
+    return [f"the data determine {digits} of z{i + 1}: rounding them once changes the others"]
 
 
 def _basis(result: Result, width: int) -> str:

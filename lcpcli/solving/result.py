@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.model.problem import Problem
@@ -195,6 +196,15 @@ class Result:
     @property
     def error(self) -> float | None:
         return self.problem.error(self.z)
+
+    @cached_property
+    def digits(self) -> list[int] | None:
+        """How many digits of each z_i the data determine, if each number of them is rounded to double precision: from 0
+        to 16; None if it is not solved, too large, or singular, so that z is one of several. See `verify.digits`."""
+        from lcpcli.verify.digits import digits
+
+        found = digits(self.problem, self.z, self.w) if self.solved else None
+        return None if found is None else found.astype(int).tolist()
 
     @property
     def tol(self) -> float:
