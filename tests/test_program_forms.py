@@ -152,6 +152,20 @@ def test_names_are_in_tables_answers_and_checks(lcp: Callable[..., Outcome]) -> 
     assert record["rows"] == ["Seattle", "San Diego", "New York", "Chicago", "Topeka"]
 
 
+def test_stationary_point_of_a_program_that_is_not_convex_is_not_reported_as_a_minimizer() -> None:
+    """min -x^2 + x: 0.5 satisfies the conditions, and is the maximizer."""
+    given = {"P": np.array([[-2.0]]), "q": np.array([1.0])}
+    answer = lcpcli.run(lcpcli.from_qpsolvers(**given)).answer
+    assert (answer.proved, answer.x.tolist()) == ("stationary", [0.5])
+    assert answer.statement.startswith("x is a stationary point and need not be a minimizer")
+    with pytest.warns(UserWarning, match="stationary"):
+        assert lcpcli.solve_qp(**given) is None
+    qpsolvers = pytest.importorskip("qpsolvers")
+    lcpcli.add_to_qpsolvers()
+    with pytest.warns(UserWarning, match="stationary"):
+        assert not qpsolvers.solve_problem(qpsolvers.Problem(**given), "lcp").found
+
+
 def test_infinite_ends_and_a_single_row_in_one_dimension_are_taken_as_qpsolvers_takes_them() -> None:
     x = lcpcli.solve_qp(np.eye(2), np.ones(2), np.array([[1.0, 1.0], [1.0, 0.0]]), np.array([np.inf, -3.0]))
     assert x is not None

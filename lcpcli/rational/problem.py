@@ -176,11 +176,16 @@ def parts_of(held: Problem | Matrix, number: Callable[[float], Fraction] = Fract
     return ExactParts(rows_of(held.M, number), [number(value) for value in held.q.tolist()], *bounds)
 
 
+def decimal(value: float) -> Fraction:
+    """The shortest decimal of a double."""
+    return Fraction(repr(value))
+
+
 def decimal_parts_of(problem: Problem) -> ExactParts:
     """The same with the shortest decimal of each double: as written, up to 15 digits; of a game, from its payoffs."""
     if isinstance(problem.origin, Game):
         return _parts_of_game(problem.origin)
-    return parts_of(problem, lambda value: Fraction(repr(value)))
+    return parts_of(problem, decimal)
 
 
 def _parts_of_game(game: Game) -> ExactParts:

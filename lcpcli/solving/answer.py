@@ -8,6 +8,13 @@ from typing import TypeAlias
 
 from lcpcli.typing import Vector
 
+UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
+INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"
+PROVED = (UNIQUE, OPTIMUM, SEVERAL, STATIONARY, INFEASIBLE, UNBOUNDED, NONE)
+"""What may be proved about a program: that x is its only optimum, an optimum, or one of several; that x is a stationary
+point and the program is not convex, so that x need not be an optimum; that the program is infeasible, or unbounded, or
+one of the two."""
+
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
@@ -19,6 +26,7 @@ class Minimum:
         objective with respect to the bound that holds with equality, 0 where none does.
     objective : the value at x, in the program's own sense and with its constant.
     statement : what x is, or what it means that there is no solution.
+    proved : the same in a word of PROVED; None if nothing is proved.
     exact : x and y as fractions if they are proved, else None.
     ray : a direction of shape (k,) in which the objective improves for ever within rows and bounds; else None.
     certificate : of shape (m,): multipliers of the rows, positive for lower and negative for upper bounds, whose
@@ -30,6 +38,7 @@ class Minimum:
     bound_multipliers: Vector | None
     objective: float | None
     statement: str
+    proved: str | None = None
     exact: dict[str, list[Fraction]] | None = None
     ray: Vector | None = None
     certificate: Vector | None = None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from lcpcli.linalg.products import product
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData
-from lcpcli.solving.answer import Minimum
+from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Minimum
 from lcpcli.solving.other_minimum import has_other_minimum
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Matrix, Vector
@@ -38,15 +39,21 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
     problem = results[0].problem
     data = program.program(conditions_of(problem))
     assert data is not None
-    solved = _kind_of_minimum(data, program) if any(result.solved for result in results) else ("", "")
+    solved = _kind_of_point(data, program) if any(result.solved for result in results) else None
     return [
-        _minimum(result, program, data, solved) if result.solved else _without_minimum(result, program, data)
+        _minimum(result, program, data, solved) if solved and result.solved else _without_minimum(result, program, data)
         for result in results
     ]
 
 
-def _minimum(result: Result, program: Program, data: ProgramData, told: tuple[str, str]) -> Minimum:
-    what, because = told
+class _Kind(NamedTuple):
+    """What a solution of the first-order conditions is: `proved` as in `Minimum`, and the sentence."""
+
+    proved: str | None
+    statement: str
+
+
+def _minimum(result: Result, program: Program, data: ProgramData, kind: _Kind) -> Minimum:
     sign = SENSES[program.sense]
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
@@ -58,30 +65,30 @@ def _minimum(result: Result, program: Program, data: ProgramData, told: tuple[st
     if result.exact is not None and result.exact.z is not None:
         parts = program.parts(result.exact.z)
         exact = {"x": list(parts[0]), "y": [int(sign) * value for value in parts[1]]}
-    word = WORDS[program.sense][0]
-    if what == f"a {word}" and has_other_minimum(result, data):
-        what = f"one of several {word}s"
-    statement = f"x is {what}{because}" if what else because
-    return Minimum(x, sign * y + 0.0, bounded, objective, statement, exact)
+    if kind.proved == OPTIMUM and has_other_minimum(result, data):
+        word = WORDS[program.sense][0]
+        kind = _Kind(SEVERAL, kind.statement.replace(f"a {word}", f"one of several {word}s"))
+    return Minimum(x, sign * y + 0.0, bounded, objective, kind.statement, kind.proved, exact)
 
 
-def _kind_of_minimum(data: ProgramData, program: Program) -> tuple[str, str]:
-    """What a solution of the first-order conditions is, and why, from what is proved about Q; or only a statement."""
+def _kind_of_point(data: ProgramData, program: Program) -> _Kind:
+    """What a solution of the first-order conditions is, from what is proved about Q."""
     word, definite = WORDS[program.sense][0], DEFINITE[program.sense]
     if _is_zero(data.Q):
-        return f"a {word}", " of the linear program"
+        return _Kind(OPTIMUM, f"x is a {word} of the linear program")
     verdicts = classify(data.Q, SECONDS, last="positive_semidefinite")
     if verdicts["positive_definite"].word == YES:
-        return f"the unique {word}", f", as Q is {definite} definite"
+        return _Kind(UNIQUE, f"x is the unique {word}, as Q is {definite} definite")
     verdict = verdicts["positive_semidefinite"].word
     if verdict == YES:
-        return f"a {word}", f", as Q is {definite} semidefinite"
+        return _Kind(OPTIMUM, f"x is a {word}, as Q is {definite} semidefinite")
     if verdict == NO:
-        return "", f"x satisfies the first-order conditions but need not be a {word}: Q is not {definite} semidefinite"
+        return _Kind(STATIONARY, f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite")
     if data.c.size <= LARGEST and is_semidefinite(data.Q):
-        return f"a {word}", f", as far as Q is {definite} semidefinite, which it is up to rounding"
+        up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
+        return _Kind(OPTIMUM, f"x is a {word}, {up_to}")
     undecided = f"whether Q is {definite} semidefinite and x a {word} is not decided"
-    return "", f"x satisfies the first-order conditions; {undecided}"
+    return _Kind(None, f"x satisfies the first-order conditions; {undecided}")
 
 
 def _without_minimum(result: Result, program: Program, data: ProgramData) -> Minimum:

@@ -6,22 +6,28 @@ characterization of solution sets of convex programs, Operations Research Letter
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.linear_program import minimized
-from lcpcli.linalg.matrices import stack
+from lcpcli.linalg.matrices import dense, stack
 from lcpcli.model.reductions.program import Program, ProgramData
 from lcpcli.solving.result import Result
-from lcpcli.typing import Vector
+from lcpcli.typing import Mask, Vector
 from lcpcli.verify.point import Criterion, Point
 
 LARGEST = 500  # unknowns: an LP for more would take longer than many a solution
 SECONDS = 0.5  # for each of two LPs
 APART = 1e-3  # of the largest |x_i|, by which another minimizer has to differ
+MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
 
 
 def has_other_minimum(result: Result, data: ProgramData) -> bool:
-    """Whether another minimizer is found by an LP and verified as a solution of the conditions, as x was."""
+    """Whether another minimizer is found by an LP and verified as a solution of the conditions, as x was, and whether
+    exact arithmetic confirms that there are more than one.
+    """
     program, problem = result.problem.origin, result.problem
     assert isinstance(program, Program)
     if problem.n > LARGEST:
@@ -35,8 +41,33 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
             continue
         z = program.z_of(other, y, data)
         if Point(Criterion(problem, result.tol), z).solves():
-            return True
+            return _may_move((x + other) / 2, data)
     return False
+
+
+def _may_move(x: Vector, data: ProgramData) -> bool:
+    """Whether Qd = 0, c'd = 0 and the active rows and bounds at x leave a d that is not 0, for the decimals of the data
+    in rational arithmetic. Then no rounding makes x one of several minimizers."""
+    with imports:
+        from lcpcli.rational import linear
+        from lcpcli.rational.problem import decimal, rows_of
+        from lcpcli.rational.sums import over_one_denominator
+
+    free = np.flatnonzero(~_active(x, data.lower, data.upper))
+    rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
+    if not 0 < free.size <= MOST_FREE:
+        return False
+    parts = (dense(data.Q)[:, free], data.c[np.newaxis, free], dense(data.A[rows])[:, free])
+    system = [row for part in parts for row in rows_of(part, decimal) if row]
+    whole = [over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0] for row in system]
+    return len(whole) < free.size or bool(linear.solve(whole, [0] * len(whole)).null_space)
+
+
+def _active(values: Vector, low: Vector, high: Vector) -> Mask:
+    """Which values are at an end, to the tolerance by which a point is told from another."""
+    near = APART**2 * np.maximum(1.0, np.abs(values))
+    active: Mask = (values - low <= near) | (high - values <= near)
+    return active
 
 
 def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:

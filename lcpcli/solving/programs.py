@@ -4,14 +4,17 @@ Python, https://github.com/qpsolvers/qpsolvers), and for its users as one of its
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lcpcli.errors import OptionError
+from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.from_program import from_qpsolvers, qpsolvers_program
 from lcpcli.model.problem import Problem
+from lcpcli.solving.answer import STATIONARY
 from lcpcli.solving.call import run
 from lcpcli.typing import MethodName, Vector
 
@@ -29,19 +32,29 @@ def solve_qp(
     **options: Any,
 ) -> Vector | None:
     """The x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if none is
-    found.
+    found, with a warning if there is only a stationary point, as P is not positive semidefinite.
 
-    The program is given as to `from_qpsolvers`, the method and its options as to `run`. If P is not positive
-    semidefinite, x is a first-order stationary point. `run(from_qpsolvers(...)).answer` has the multipliers, the
-    objective, and why there is no x. Raises LCPError, which names the argument.
+    The program is given as to `from_qpsolvers`, the method and its options as to `run`.
+    `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the stationary point, and why there is no x.
+    Raises LCPError, which names the argument.
 
     >>> import lcpcli
     >>> lcpcli.solve_qp([[2, 0], [0, 2]], [-3, 1], G=[[-1, -1]], h=[-1], lb=[0, 0]).tolist()
     [1.5, 0.0]
     """
-    M, linear, lower, upper = qpsolvers_program(P, q, G, h, A, b, lb, ub).conditions()
+    data = qpsolvers_program(P, q, G, h, A, b, lb, ub)
+    M, linear, lower, upper = data.conditions()
     result = run(Problem(M, linear, lower=lower, upper=upper), method, **options)
-    return result.z[: np.size(q)] if result.solved else None
+    if not result.solved:
+        return None
+    if not is_semidefinite(data.Q):
+        _warn_of_stationary_point()
+        return None
+    return result.z[: np.size(q)]
+
+
+def _warn_of_stationary_point() -> None:
+    warnings.warn("P is not positive semidefinite, and only a stationary point was found", stacklevel=3)
 
 
 def add_to_qpsolvers() -> None:
@@ -68,14 +81,14 @@ def _solve_problem(problem: Any, initvals: Any = None, verbose: bool = False, **
     from qpsolvers import Solution
 
     if initvals is not None:
-        import warnings
-
         warnings.warn("lcp does not use initvals", stacklevel=3)
     names = ("P", "q", "G", "h", "A", "b", "lb", "ub")
     result = run(from_qpsolvers(**{name: getattr(problem, name) for name in names}), **options)
     solution = Solution(problem)
-    solution.found = result.solved
     answer: Any = result.answer
+    solution.found = result.solved and answer.proved != STATIONARY
+    if result.solved and not solution.found:
+        _warn_of_stationary_point()
     if result.solved:
         below = 0 if problem.h is None else problem.h.size
         solution.x, solution.obj = answer.x, answer.objective
