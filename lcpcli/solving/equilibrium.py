@@ -23,8 +23,8 @@ def equilibrium(result: Result, game: Game) -> Equilibrium:
     by_row, by_column = game.A @ y, x @ game.B
     payoffs = float(x @ by_row), float(by_column @ y)
     gains = _gain(by_row, payoffs[0], game.A), _gain(by_column, payoffs[1], game.B)
-    allowed = 10 * result.problem.n * result.tol
-    small = all(
+    allowed = 10 * result.problem.n * result.tol  # M has the payoffs subtracted from a constant, and thereby rounded
+    small = result.point.solves() and all(
         gain <= allowed * (float(np.ptp(own)) or 1.0) for gain, own in zip(gains, (game.A, game.B), strict=True)
     )
     found = "an equilibrium" if small else "not an equilibrium to the tolerance"
