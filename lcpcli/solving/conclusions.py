@@ -10,7 +10,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.solving.result import Result
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.refinement import is_rounded_solution
+from lcpcli.verify.refinement import is_rounding
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
@@ -37,4 +37,4 @@ def verified(result: Result) -> Result:
     if not result.solved:
         return result
     point = Point(Criterion(result.problem, result.tol), result.z, is_admissible=False)
-    return replace(result, verified=point.solves() or is_rounded_solution(result.problem, result.z))
+    return replace(result, verified=point.solves() or is_rounding(result.problem, result.z, result.tol))

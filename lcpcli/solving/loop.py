@@ -33,7 +33,7 @@ from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.measure import FEW
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.refinement import is_rounded_solution
+from lcpcli.verify.refinement import is_rounding
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 8  # iterations, if the method gives no bound on the residual
@@ -246,12 +246,15 @@ class Loop:
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
-        """The point to report, with the reason and the status that its residual justifies."""
+        """The point to report, with the reason and the status that its residual justifies. A proof that there is no
+        solution, which is exact, counts more than a small residual."""
         last, best = self._at(self.last), self._at(self.best)
+        if status in (Status.INFEASIBLE, Status.UNSOLVABLE):
+            return last, reason, status
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
             return solution, "", Status.SOLVED
-        if is_rounded_solution(self.problem, last.z):
+        if is_rounding(self.problem, last.z, self.limits.tol):
             left = f"which leaves a relative residual of {last.relative_residual:.1e}"
             return last, f"{ROUNDED}, {left}", Status.SOLVED
         best = min((last, best), key=lambda point: point.relative_residual)

@@ -78,13 +78,18 @@ class Measure:
             size = np.abs(data.q)
             return Rows(data.q.copy(), size, size, np.zeros(size.shape))
         w, given = self._w_and_terms(z, data.q)
+        error = ROW_ROUNDING * given
         if data.reference_z is None:
-            return Rows(w, given, given, ROW_ROUNDING * given)
-        far_w, far = self._w_and_terms(z - data.reference_z, data.q_ref)
-        error, far_error = ROW_ROUNDING * given, ROW_ROUNDING * far + data.q_error
-        w = np.where(far_error < error, far_w, w)
+            return Rows(w, given, given, error)
+        far = self.rows_from_reference(z - data.reference_z, given)
+        w = np.where(far.error < error, far.w, w)
+        return far._replace(w=w, error=np.minimum(error, far.error))
+
+    def rows_from_reference(self, distance: Vector, given: Vector) -> Rows:
+        """w at z_ref + distance, a point that doubles may not represent; given : |q| + |M| |z| for its z."""
+        w, far = self._w_and_terms(distance, self.data.q_ref)
         terms = np.minimum(given, np.maximum(far, FINEST * given))
-        return Rows(w, terms, given, np.minimum(error, far_error))
+        return Rows(w, terms, given, ROW_ROUNDING * far + self.data.q_error)
 
     def _w_and_terms(self, z: Vector, q: Vector) -> tuple[Vector, Vector]:
         w: Vector = product(self.data.M, z.T).T

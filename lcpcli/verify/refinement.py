@@ -19,8 +19,11 @@ from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.model import scaled
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
+from lcpcli.model.shifted import shifted
 from lcpcli.typing import Vector
 from lcpcli.verify import farkas
+from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 
 REFINEMENTS = 10
@@ -98,3 +101,30 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         return False
     last_digits = Fraction(LAST_DIGITS)
     return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))
+
+
+def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
+    """Whether z is a solution up to rounding of its last digits: by rational arithmetic, or of a point to tol."""
+    return is_rounded_solution(problem, z) or rounds_solution(problem, z, tol)
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def rounds_solution(problem: Problem, z: Vector, tol: float) -> bool:
+    """Whether z, of shape (n,), is within its last digits of a point with a relative residual of at most tol.
+
+    That point is held as the reference point and a difference from it that is no larger than z, so that it has more
+    digits than z: with bounds far from 0, z in doubles may have a larger residual, wherever it is. False if there is
+    none, or if the reference point is 0.
+    """
+    there = problem.reference_z
+    if there is None or not problem.is_moderate:
+        return False
+    frame = shifted(problem).problem
+    try:
+        distance = frame.box.project(BasicSolutions(frame).at(problem.box.basis_of(z / 2)).z)
+    except SingularMatrix:
+        return False
+    if (np.abs(distance) > np.abs(z)).any() or (np.abs(there + distance - z) > LAST_DIGITS * np.abs(z)).any():
+        return False
+    measure = Measure(problem)
+    return bool(measure.surely_solves(z, measure.rows_from_reference(distance, measure.rows(z).given), tol))

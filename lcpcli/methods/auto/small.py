@@ -21,6 +21,7 @@ from lcpcli.verify.point import Criterion, Point
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 PIVOTS = 3  # of lemke, per unknown: enough for most small problems that it solves
+LONG = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 HIDDEN = 1e-8  # relative to the largest term of a row: a term of which rounding of the others leaves half of the digits
 
 
@@ -48,8 +49,11 @@ def small(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 
 def _is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Whether z solves the problem, but rounding hides a term of a row of M z + q."""
+    """Whether z solves the problem, but rounding hides a term of a row of M z + q, or integers may have been
+    rounded."""
     (least_z, largest_z), (least_q, largest_q) = sizes(z), sizes(problem.q)
+    if max(problem.largest, largest_q) > LONG:
+        return Point(Criterion(problem), z).solves()
     if min(problem.largest * least_z, least_q) >= HIDDEN * max(problem.largest * largest_z, largest_q):
         return False  # as far as one can tell without a look at M
     terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
