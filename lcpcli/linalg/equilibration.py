@@ -12,11 +12,10 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR
+from lcpcli.linalg.units import units
 from lcpcli.typing import Matrix, Vector
 
 SWEEPS = 30
-BALANCING_SWEEPS = 200
-CONVERGED = 1e-3  # changes of the exponents that rounding to integers hides
 FAR_APART = 40.0  # exponent of the ratio of units above which logarithms are balanced first, then the largest entries
 NEAR = 4.0  # exponent of the ratio of units up to which the exponents of the first sweep limit those of the others
 MARGIN = 4.0  # binary digits by which exponents may leave the range of the first sweep's
@@ -47,7 +46,8 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
     low, high = -LARGEST_POWER, LARGEST_POWER
     row_power, column_power = np.zeros(q.size), np.zeros(q.size)
     if _are_far_apart(rows) or _are_far_apart(columns):
-        row_power, column_power = _balance(M, q)
+        powers = units(M)
+        row_power, column_power = np.clip(np.rint([powers.rows, powers.columns]), low, high)
         rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
     else:
         changes = np.concatenate([_half_power(rows), _half_power(columns)])
@@ -71,13 +71,6 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
     return np.exp2(row_power), np.exp2(column_power)
 
 
-def common_units(M: Matrix, rows: Vector) -> tuple[Vector, Vector] | None:
-    """The R, C of `equilibrate` if they are the same for every q, else None; rows : the largest |entry| of each row."""
-    if not rows.all() or _are_far_apart(rows) or _are_far_apart(matrices.column_maxima(M)):
-        return None
-    return equilibrate(M, np.ones(rows.size), rows)
-
-
 def range_of_units(least: float, largest: float) -> tuple[float, float]:
     """Bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are far
     from each other or from 1.
@@ -96,33 +89,6 @@ def _are_far_apart(sizes: Vector) -> bool:
     """Whether sizes differ by more than units in common use do."""
     used = sizes[sizes > 0]
     return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > FAR_APART)
-
-
-def _balance(M: Matrix, q: Vector) -> Vector:
-    """Exponents of two for rows and columns, shape (2, n): least squares for the logarithms of the scaled M and q.
-
-    A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
-    Mathematics 10 (1972) 118-124, with q as one more column. Many scalings bring the largest entries to 1,
-    some of them bad if units are far apart; the least-squares solution does not depend on the starting point.
-    """
-    n, nonzero = q.size, np.flatnonzero(q)
-    (rows, columns), last = M.nonzero(), np.full(nonzero.size, q.size)
-    entries = [np.asarray(M[rows, columns]).ravel(), q[nonzero]]
-    rows, columns = np.append(rows, nonzero), np.append(columns, last)
-    if matrices.is_symmetric(M):  # with q as a row too, to preserve symmetry
-        entries.append(q[nonzero])
-        rows, columns = np.append(rows, last), np.append(columns, nonzero)
-    sizes = np.log2(np.abs(np.concatenate(entries)))
-    axes = ((0, rows), (1, columns))
-    counts = [np.maximum(np.bincount(indices, minlength=n + 1), 1) for _, indices in axes]
-    powers = np.zeros((2, n + 1))
-    for _ in range(BALANCING_SWEEPS):
-        changes = [np.bincount(indices, sizes, n + 1) / (2 * counts[k]) for k, indices in axes]
-        powers -= changes
-        sizes -= changes[0][rows] + changes[1][columns]
-        if max(float(np.abs(change).max()) for change in changes) < CONVERGED:
-            break
-    return np.clip(np.rint(powers[:, :n]), -LARGEST_POWER, LARGEST_POWER)
 
 
 def _half_power(sizes: Vector) -> Vector:
