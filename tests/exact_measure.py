@@ -1,5 +1,5 @@
-"""The measure of `lcpcli.verify.measure` in rational arithmetic, from its definition; only the units are the
-package's."""
+"""The measure of `lcpcli.verify.measure` in rational arithmetic, from its definition, with constants of its own; only
+the units are the package's."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from fractions import Fraction
 import numpy as np
 
 from lcpcli import Problem
-from lcpcli.verify.measure import DROWNED, FEW, FINEST, ROUNDING
 
 from . import exact
 
+FINEST, ROUNDING, DROWNED, FEW = 0.01, 2.0**-50, 1e8, 20  # as documented
 Numbers = list[Fraction]
 
 

@@ -17,10 +17,11 @@ from lcpcli.files import shipped
 from lcpcli.gallery import families
 from lcpcli.model.columns import Columns
 from lcpcli.typing import Vector
-from lcpcli.verify.measure import FEW, NEGLIGIBLE, ROUNDING, Measure
+from lcpcli.verify.measure import NEGLIGIBLE, Measure
 from lcpcli.verify.point import Criterion, Point
 
 from . import exact_measure, mixed_problems
+from .exact_measure import FEW, ROUNDING
 
 NAMES = ["paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json", "bimatrix.json"]
 FAR = 1e16
