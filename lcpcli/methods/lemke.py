@@ -18,11 +18,10 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.tableau import IntegerTableau
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import Certificate, proves_infeasible
+from lcpcli.verify.certificate import RAY, Certificate, proves_infeasible
 
 MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the inverse of the basis is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
-RAY = "this proves the problem infeasible if M is copositive-plus or row sufficient; otherwise it proves nothing"
 
 
 def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)

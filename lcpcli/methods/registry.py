@@ -107,6 +107,8 @@ class Method:
     uses_start : whether the starting point matters.
     timed : whether its function takes the time limit, to divide the time among its parts.
     takes_bounds : whether it takes mixed problems; else it gets their standard form, an LCP.
+    excludes_exactly : whether it excludes complementary sets by exact arithmetic alone, so that it is believed where it
+        has excluded all.
     max_unknowns : the largest n that it accepts; None for no limit.
     guaranteed : the classes of M, keys of `classes.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends at
         a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
@@ -120,6 +122,7 @@ class Method:
     uses_start: bool = False
     timed: bool = False
     takes_bounds: bool = False
+    excludes_exactly: bool = False
     max_unknowns: int | None = None
     guaranteed: Mapping[str, str] = field(default_factory=dict)
     location: tuple[str, str] | None = None
@@ -131,6 +134,7 @@ METHODS = {
         uses_start=True,
         timed=True,
         takes_bounds=True,
+        excludes_exactly=True,
         guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
         location=("auto.policy", "auto"),
     ),
@@ -177,6 +181,7 @@ METHODS = {
     "milp": Method(
         "mixed-integer program (Pardalos and Rosen 1988)",
         timed=True,
+        excludes_exactly=True,
         guaranteed={ANY: "it needs no property of M; exponential in n at worst"},
     ),
 }

@@ -18,7 +18,7 @@ from lcpcli.methods.iterate import Breakdown, Ending, Iterate, NoSolution, Stage
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import farkas_statement, proves_infeasible
+from lcpcli.verify.certificate import UNVERIFIED, farkas_statement, proves_infeasible
 
 if TYPE_CHECKING:
     from lcpcli.model.reductions.standard_form import StandardForm
@@ -114,7 +114,7 @@ def _concluded(transformation: Transformation | StandardForm, ending: NoSolution
         return ending if transformation.is_exact else Stalled(INEXACT)
     y = None if proof.vector is None or proof.kind == "ray" else transformation.multipliers(proof.vector)
     if y is not None and not proves_infeasible(transformation.given, y):
-        return Breakdown(proof.statement)
+        return Stalled(UNVERIFIED[proof.kind])
     mixed = y is not None and transformation.given.is_mixed
     statement = farkas_statement(transformation.given) if mixed else proof.statement
     return replace(ending, certificate=replace(proof, statement=statement, vector=y))

@@ -30,7 +30,7 @@ from lcpcli.solving.observer import Observer
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import PendingRow, Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import Certificate, proves_infeasible
+from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm
 from lcpcli.verify.measure import FEW
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounding
@@ -40,8 +40,8 @@ MEASURED_EVERY = 8  # iterations, if the method gives no bound on the residual
 ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
-FINISHED = "the method has terminated, as its equation is solved to rounding level"
-UNVERIFIED = "the certificate of infeasibility failed exact verification"
+FINISHED = "the method takes its equation for solved, but z does not solve the problem"
+WITHOUT_SOLUTION = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
 
 
 class Loop:
@@ -135,7 +135,7 @@ class Loop:
             self.extra += 1
             if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
                 return Status.SOLVED, ""
-        return self._stopping_rule(bound)
+        return self._stopping_rule(iterate, bound)
 
     def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
         """A bound on the relative residual, infinite if none is known, and the point if it is worth a closer look.
@@ -160,14 +160,24 @@ class Loop:
             return point.solution()
         return point if point.solves() else None
 
-    def _stopping_rule(self, bound: float) -> tuple[Status, str] | None:
+    def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
         """The first stopping rule that holds after an iterate with this residual bound, other than that it solves the
         problem: its status and the reason, "" where the status says it all."""
-        if METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound:
+        grows = METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound
+        if grows and self._diverges(iterate.x):
             return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
             return Status.ITERATION_LIMIT, ""
         return (Status.TIME_LIMIT, "") if self._time_is_up() else None
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def _diverges(self, x: Vector) -> bool:
+        """Whether F, computed from M and q, has grown as much since the start as the method says."""
+        sizes = []
+        for place in (self.start.x, x):
+            z = self.problem.box.z_of(place)
+            sizes.append(self.criterion.bound(self.problem.w(z) - (z - 2 * place)))
+        return not sizes[1] <= GROWTH_LIMIT * sizes[0]
 
     def _ended(self, ending: Ending) -> tuple[Status, str]:
         """The status and the reason when the method itself ends."""
@@ -178,18 +188,16 @@ class Loop:
             return Status.STALLED, FINISHED
         if isinstance(ending, Breakdown):
             return Status.BREAKDOWN, ending.reason
-        time_is_up = isinstance(ending, OutOfTime) or self._time_is_up()
+        time_is_up = self._time_is_up() or (isinstance(ending, OutOfTime) and self.limits.time_limit < math.inf)
         return (Status.TIME_LIMIT if time_is_up else Status.STALLED), ending.reason
 
-    def _without_solution(self, certificate: Certificate) -> tuple[Status, str]:
-        """The status that a certificate justifies; a Farkas vector is first checked against M and q."""
-        if certificate.kind == "farkas":
-            if certificate.vector is None or not proves_infeasible(self.problem, certificate.vector):
-                return Status.STALLED, UNVERIFIED
-            self.certificate = certificate
-            return Status.INFEASIBLE, certificate.statement
+    def _without_solution(self, claim: Certificate) -> tuple[Status, str]:
+        """The status that a certificate justifies, once it is verified on M and q."""
+        certificate = confirm(self.problem, claim, METHODS[self.method].excludes_exactly)
+        if certificate is None:
+            return Status.STALLED, UNVERIFIED[claim.kind]
         self.certificate = certificate
-        return Status.RAY if certificate.kind == "ray" else Status.UNSOLVABLE, certificate.statement
+        return WITHOUT_SOLUTION[certificate.kind], certificate.statement
 
     def _note_method(self, method: str) -> None:
         """Add a method to the route; "" is the one that was asked for."""

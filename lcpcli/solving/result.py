@@ -8,6 +8,8 @@ from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import states_of
 from lcpcli.solving.limits import Limits
@@ -31,7 +33,7 @@ class Status(Enum):
 
     SOLVED : the relative residual, recomputed from M and q, is at most the tolerance.
     ITERATION_LIMIT, TIME_LIMIT : stopped by a limit.
-    STALLED : the method makes no further progress in double precision.
+    STALLED : the method makes no further progress in double precision, or what it claims fails verification.
     DIVERGED : the iterates diverge.
     BREAKDOWN : the method cannot continue, for instance because a matrix is singular.
     INFEASIBLE : proved to have no z >= 0 with M z + q >= 0, or with bounds no z within them whose w has the signs that
@@ -183,7 +185,8 @@ class Result:
 
     @property
     def basis(self) -> list[str]:
-        return states_of(self.problem, self.z, self.w)
+        w = np.zeros(self.z.size) if self.solved else self.w  # of a solution, w between the bounds is rounding of 0
+        return states_of(self.problem, self.z, w)
 
     @property
     def residual(self) -> float:

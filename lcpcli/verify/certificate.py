@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.interrupts import remaining
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import alternative, refutes
+from lcpcli.verify.farkas import ACTIVE, alternative, refutes
+from lcpcli.verify.measure import FEW
 
+SECONDS = 0.5  # for a search of all complementary sets, which takes milliseconds for most problems of few unknowns
+UNVERIFIED = {
+    "farkas": "the certificate of infeasibility failed exact verification",
+    "exhaustion": "the claim that every complementary set is excluded failed verification",
+    "ray": "the direction of the ray failed verification",
+}
+RAY = "that alone proves nothing"
 MIXED = "no z within the bounds has w with the signs that they ask for, by the y of the certificate"
 
 
@@ -27,7 +38,7 @@ class Certificate:
            where M'y is 0, its computed value may be positive; see `farkas.refutes`.) With bounds, the y of
            `mixed_farkas`.
            "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
-           "ray", Lemke's method has ended on a ray with direction vector, which alone proves nothing.
+           "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
     statement : what it proves, as a clause for the user.
     vector : shape (n,), or None.
     """
@@ -37,11 +48,56 @@ class Certificate:
     vector: Vector | None = None
 
 
-def proves_infeasible(problem: Problem, y: Vector) -> bool:
-    """Whether y, of shape (n,), proves that no z >= 0 has M z + q >= 0: `farkas.refutes` on the original M and q.
+def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
+    """The certificate that a method claims, as far as it holds for the original M and q; None if it does not.
 
-    Exact: it is never true for a feasible problem, however nearly infeasible. With bounds, `mixed_farkas.refutes`.
+    excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. Of at most FEW unknowns
+        they are searched again, whichever method it is; for more, or where that takes too long, exhaustion is believed
+        of such a method only.
     """
+    if claim.kind == "farkas":
+        return claim if claim.vector is not None and proves_infeasible(problem, claim.vector) else None
+    if claim.kind == "ray":
+        return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
+    has_none = has_no_solution(problem)
+    return replace(claim, vector=None) if has_none or (has_none is None and excludes_exactly) else None
+
+
+def has_no_solution(problem: Problem) -> bool | None:
+    """Whether a problem of at most FEW unknowns has no solution, by the tree in exact arithmetic; None for more, or if
+    it takes longer than SECONDS or the time that is left."""
+    if problem.n > FEW:
+        return None
+    with imports:
+        from lcpcli.rational.problem import ExactProblem
+        from lcpcli.rational.tree import TooLong, first_solution
+
+    deadline = time.perf_counter() + min(SECONDS, remaining())
+    try:
+        return first_solution(ExactProblem.of_floats(problem), deadline) is None
+    except TooLong:
+        return None
+
+
+@np.errstate(all="ignore")
+def is_ray(problem: Problem, z: Vector) -> bool:
+    """Whether Lemke's method may end on a ray in the direction z, up to rounding: z >= 0, not 0, and z'w = 0 for
+    w = M z + t e >= 0 with some t >= 0."""
+    if problem.is_mixed or z.shape != problem.q.shape or not (np.isfinite(z).all() and (z >= 0).all() and z.any()):
+        return False
+    w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
+    w += max(-float(w.min()), 0.0)
+    return bool(largest < math.inf and (w[z > 0] <= ACTIVE * largest).all())
+
+
+def proves_infeasible(problem: Problem, y: Vector) -> bool:
+    """Whether y proves that no z >= 0 has M z + q >= 0: `farkas.refutes` on the original M and q.
+
+    Exact: it is never true for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,).
+    With bounds, `mixed_farkas.refutes`.
+    """
+    if y.shape != problem.q.shape:
+        return False
     if isinstance(problem.box, Box):
         with imports:
             from lcpcli.verify import mixed_farkas

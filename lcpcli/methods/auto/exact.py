@@ -15,14 +15,13 @@ from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.rational.tree import first_solution
+from lcpcli.rational.tree import TooLong, first_solution
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
+from lcpcli.verify.certificate import SECONDS, Certificate, farkas, farkas_statement
 from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution
 
-SECONDS = 0.5  # few problems take longer
 PROOF_SECONDS = 1.0  # for a vector that shows at a glance that there is no solution
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
@@ -44,8 +43,8 @@ def exact(problem: Problem, z: Vector, decide: bool) -> Stage:
     solution = from_point(data, np.where(np.isfinite(z), z, 0.0), deadline)
     if solution is None and decide:
         try:
-            solution = first_solution(data, lambda: _check(deadline))
-        except _TooLong:
+            solution = first_solution(data, deadline)
+        except TooLong:
             return Stalled(UNDECIDED)
         if solution is None:
             y = farkas(problem, PROOF_SECONDS)
@@ -64,12 +63,3 @@ def exact(problem: Problem, z: Vector, decide: bool) -> Stage:
 
 def _is_solution(problem: Problem, z: Vector) -> bool:
     return Point(Criterion(problem), z).solves() or is_rounded_solution(problem, z)
-
-
-class _TooLong(Exception):
-    """The tree takes longer than it may."""
-
-
-def _check(deadline: float) -> None:
-    if time.perf_counter() > deadline:
-        raise _TooLong
