@@ -46,6 +46,16 @@ def remaining() -> float:
     return max(_deadline.get() - time.monotonic(), 0.0)
 
 
+def alarm(deadline: float) -> Callable[[], None]:
+    """A function that raises TimeIsUp when it is called after the deadline, by time.perf_counter()."""
+
+    def check() -> None:
+        if time.perf_counter() > deadline:
+            raise TimeIsUp
+
+    return check
+
+
 @contextmanager
 def silence() -> Iterator[None]:
     """A context in which file descriptor 1 is the null device, for the whole process.

@@ -15,11 +15,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import lcpcli
 from lcpcli import Problem, Result, Status
 from lcpcli.files import shipped, writing
 from lcpcli.rational import exact_lemke
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving import proof
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.proof import prove
 from lcpcli.solving.run import run
@@ -65,6 +67,31 @@ def test_verdict_is_that_of_enumeration(seed: int) -> None:
         assert result.exact.status is Status.INFEASIBLE
         assert result.exact.y is not None
         assert refutes(problem, result.exact.y)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6))
+def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> None:
+    """Rows are divided by powers of ten, which rounds them; many of these q are degenerate."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(1, 5))
+    M, q = random.integers(-3, 4, (n, n)), random.integers(-4, 5, n)
+    if random.integers(2):
+        q = -M @ random.integers(0, 3, n)
+    units = 10 ** random.integers(1, 4, n)
+    result = run(Problem(M / units[:, None], q / units), "auto")
+    found = prove(ExactProblem.of_decimals(result.problem), result).exact
+    whole = Problem(M, q)
+    assert found is not None
+    if found.status is Status.SOLVED:
+        assert found.z is not None
+        assert oracle.solves(whole, found.z)
+    elif oracle.feasible(whole):
+        assert (found.status, oracle.solution(whole)) == (Status.UNSOLVABLE, None)
+    else:
+        assert found.status is Status.INFEASIBLE
+        assert found.y is not None
+        assert refutes(whole, [value / int(unit) for value, unit in zip(found.y, units, strict=True)])
 
 
 def refutes(problem: Problem, y: list[Fraction]) -> bool:
@@ -160,14 +187,38 @@ def test_every_verdict_on_decimals(text: str, code: int, status: str, lcp: Calla
     assert record["message"].endswith(record["exact"]["proof"])
 
 
-def test_without_a_proof_the_exit_code_is_one(lcp: Callable[..., Any], tmp_path: Path) -> None:
-    file = tmp_path / "tight.json"  # excluded in doubles, and too long for them in integers
+FACE = '{"M": [[3, 3, 0], [1, -2, 3], [1, 0, 0]], "q": [-10, -3.3333333333333335, 0]}'  # its z has states of its own
+
+
+def test_solution_far_from_the_point_in_doubles_is_found_by_the_search(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "face.json"
+    file.write_text(FACE)
+    record = json.loads(lcp("solve", str(file), "--exact", "--format", "json").out)
+    assert (record["status"], record["exact"]["status"]) == ("solved", "solved")
+    assert record["z"] == [float(Fraction(value)) for value in record["exact"]["z"]]
+    assert lcp("check", str(file), ",".join(record["exact"]["z"]), "--exact").code == 0
+    doubles = lcpcli.exact(Problem(**json.loads(FACE))).exact
+    assert doubles is not None
+    assert doubles.status is Status.SOLVED
+
+
+def test_problem_excluded_in_doubles_is_decided_as_written(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "tight.json"  # w1 = -1e-18 where z3 = z4 = 1; too long for doubles in integers
     file.write_text('{"M": [[0, 0.3, -0.1, -0.2], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], "q": [-1e-18, 1, -1, -1]}')
-    assert lcp("solve", str(file), "-q").code == 3
+    assert json.loads(lcp("solve", str(file), "--exact", "--format", "json").out)["exact"]["status"] == "unsolvable"
+
+
+def test_without_a_proof_the_exit_code_is_one(
+    lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(proof, "SEARCH", 0.0)
+    file = tmp_path / "face.json"
+    file.write_text(FACE)
     outcome = lcp("solve", str(file), "--exact", "--format", "json")
     record = json.loads(outcome.out)
-    assert (outcome.code, record["exact"]["status"]) == (1, None)
+    assert (outcome.code, record["status"], record["exact"]["status"]) == (1, "solved", None)
     assert record["message"].endswith("no exact proof was found for the numbers as written")
+    assert "no exact proof was found for the numbers as written\n" in lcp("solve", str(file), "--exact").out
 
 
 def test_without_exact_nothing_is_said_about_it(lcp: Callable[..., Any]) -> None:

@@ -10,10 +10,12 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
+from math import gcd
 
-from lcpcli.rational.dictionary import Dictionary, primitive
+from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.polyhedra import Generators
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.sums import primitive
 
 LOWER, BASIC, UPPER = STATES = range(3)  # z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0
 
@@ -70,11 +72,8 @@ class Unknowns:
     def root(self) -> Node | None:
         """The node where nothing has been chosen; None if the equations and signs that always hold have no solution."""
         kept = [k for k in range(self.n) if self.choices[k]]
-        rows = {self.w(k): self._row(k, kept) for k in kept}
-        for k in self.boxes:
-            width = (self.data.upper[k] or 0) - self.base[k]
-            unit = [-width.denominator if j == k else 0 for j in kept]
-            rows[self.zero(k, UPPER)] = [width.numerator, *unit]
+        rows = {self.w(k): self.row(k, kept)[0] for k in kept}
+        rows |= {self.zero(k, UPPER): self.width(k, kept) for k in self.boxes}
         bounded = [k for k in kept if len(self.choices[k]) > 1]
         node = Node(Dictionary(rows, list(kept), bounded, self.check), [None] * self.n)
         node.dictionary.signed |= {self.zero(k, UPPER) for k in self.boxes}
@@ -123,13 +122,18 @@ class Unknowns:
         value = node.dictionary.value(self.w(k))
         return value >= 0 if state == LOWER else value <= 0
 
-    def _row(self, k: int, kept: Sequence[int]) -> list[int]:
-        """w_k as a form in integers, up to a positive factor."""
+    def row(self, k: int, kept: Sequence[int]) -> tuple[list[int], Fraction]:
+        """The form w_k in integers, in terms of the y_j that are kept, and the number by which w_k is multiplied."""
         row = self.data.rows[k]
         constant = sum((a * self.base[j] for j, a in row.items()), Fraction(self.data.constants[k]))
         d, side = constant.denominator, self.side[k]
-        slopes = [side * d * self.side[j] * row.get(j, 0) for j in kept]
-        return primitive([side * constant.numerator, *slopes])
+        form = [side * constant.numerator, *(side * d * self.side[j] * row.get(j, 0) for j in kept)]
+        return primitive(form), Fraction(side * d * self.data.scales[k], gcd(*form) or 1)
+
+    def width(self, k: int, kept: Sequence[int]) -> list[int]:
+        """The form u_k - z_k of a box, the same way."""
+        width = (self.data.upper[k] or 0) - self.base[k]
+        return [width.numerator, *(-width.denominator if j == k else 0 for j in kept)]
 
 
 @dataclass

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from copy import copy
-from math import gcd
 
 from lcpcli.rational.linear import long_integer
 
@@ -166,9 +165,3 @@ class Dictionary:
         del self.cobasic[k]
         for form, row in self.rows.items():
             self.rows[form] = row[: k + 1] + row[k + 2 :]
-
-
-def primitive(values: list[int]) -> list[int]:
-    """Integers divided by what they have in common."""
-    common = gcd(*values)
-    return [int(value) // common for value in values] if common else values

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 
@@ -17,6 +17,7 @@ import numpy as np
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.typing import Vector
 
+LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
 LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded
 MOST_DIGITS = 25  # digits of a fraction in a line of text
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
@@ -66,6 +67,15 @@ def brief(value: Fraction) -> str:
 def rounded(values: Iterable[Fraction]) -> Vector:
     """The nearest doubles; infinities beyond their range."""
     return np.array([_rounded(value) for value in values])
+
+
+def rounded_direction(values: Sequence[Fraction]) -> Vector:
+    """A positive multiple in doubles: the numbers themselves if they are integers that doubles represent, else rounded
+    after division by the largest."""
+    largest = max(map(abs, values))
+    if largest <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
+        return rounded(values)
+    return rounded(value / largest for value in values)
 
 
 def _rounded(value: Fraction) -> float:

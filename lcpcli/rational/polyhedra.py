@@ -13,7 +13,8 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from lcpcli.rational.dictionary import Dictionary, primitive
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.sums import primitive
 
 Point = tuple[Fraction, ...]
 Direction = tuple[int, ...]

@@ -16,11 +16,11 @@ import numpy as np
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.game import Game
+from lcpcli.rational.numbers import LARGEST_INTEGER
 from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Matrix, Vector
 
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
-LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
 
 
 Bounds = list[Fraction | None]  # None for no bound

@@ -86,6 +86,17 @@ def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:
     return [value.numerator * (d // value.denominator) for value in values], d
 
 
+def whole_multiple(values: Sequence[Fraction]) -> list[int]:
+    """The smallest integers that are a positive multiple of some numbers."""
+    return primitive(over_one_denominator(values)[0])
+
+
+def primitive(values: Sequence[int]) -> list[int]:
+    """Integers divided by what they have in common."""
+    common = math.gcd(*values)
+    return [int(value) // common for value in values] if common else list(values)
+
+
 def _whole(values: Vector) -> tuple[list[int], NDArray[np.int64]]:
     """Integers i and exponents e with values = i 2^e, e an integer array."""
     fraction, exponent = np.frexp(values)

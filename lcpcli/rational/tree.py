@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
 from lcpcli.rational.choices import STATES, Node, Unknowns
 from lcpcli.rational.problem import ExactProblem
 
 
-class TooLong(Exception):
-    """The search takes longer than it may."""
-
-
-def first_solution(data: ExactProblem, deadline: float) -> list[Fraction] | None:
-    """A solution of a problem; None if it is proved to have none. It raises TooLong after the deadline, by
-    time.perf_counter()."""
-
-    def check() -> None:
-        if time.perf_counter() > deadline:
-            raise TooLong
-
+def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
+    """A solution of a problem; None if it is proved to have none. `check` is called before each step and may raise."""
     unknowns = Unknowns(data, check)
     start = unknowns.root()
     leaf = None if start is None else next(leaves(unknowns, start, []), None)

@@ -118,7 +118,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[st
         told = (advice.line(result), by, summary.doubt(result), summary.bound(result))
         remarks += [f"{summary.name(result)}: " * compared + text for text in told if text]
     remarks += [_vector(result.certificate) for result in results if result.certificate and not result.exact]
-    remarks += [line for result in results if result.exact for line in _exact(result.exact)]
+    remarks += [line for result in results if result.exact for line in _exact(result.exact, result.solved)]
     remarks += [line for result in results for line in answers.lines(result, compared)]
     if elided:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
@@ -132,13 +132,16 @@ def _vector(certificate: Certificate) -> str:
     return f"certificate: {certificate.kind} {numbers.vector(certificate.vector.tolist())}"
 
 
-def _exact(exact: Exact) -> list[str]:
-    """The exact vectors, as far as they fit on a line, and the proof unless the message states it."""
+def _exact(exact: Exact, solved: bool) -> list[str]:
+    """The exact vectors, as far as they fit on a line, and the proof, or that there is none, where no message is shown
+    that states it."""
     from lcpcli.rational.numbers import brief
 
     named = [(name, values) for name, values in (("z", exact.z), ("w", exact.w), ("y", exact.y)) if values]
     lines = [f"exact {name} = {numbers.vector(values, brief)}" for name, values in named]
-    return [*lines, f"proof: {exact.proof}"] if exact.z else lines
+    if not solved:
+        return lines
+    return [*lines, f"proof: {exact.proof}"] if exact.z else [exact.proof]
 
 
 def _title(problem: Problem) -> str:

@@ -1,10 +1,12 @@
 """From a result in floating point to one that is proved for the exact data.
 
-The result of the run is only a guess. The system of its active set is solved and checked in rational arithmetic or, for
-a small problem, Lemke's method is run exactly; its Farkas vector is turned into a rational one that is a proof for the
-exact data, and a proof by exhaustion counts if it was about exactly these data. If the data are decimals, whose
-rounding may have misled the run, the rows are multiplied by their denominators and the method is run once more on
-integers, which doubles represent exactly.
+The result of the run is only a guess. The system of its active set is solved and checked in rational arithmetic; its
+Farkas vector is turned into a rational one that is a proof for the exact data, and a proof by exhaustion counts if it
+was about exactly these data. If the data are decimals, whose rounding may have misled the run, the rows are multiplied
+by their denominators and the method is run once more on integers, which doubles represent exactly.
+
+What is still open is searched in rational arithmetic: by Lemke's method, which is quick where it applies, and by the
+tree over the states of all unknowns, which ends with a solution or with a proof that there is none.
 """
 
 from __future__ import annotations
@@ -17,11 +19,14 @@ from fractions import Fraction
 
 import numpy as np
 
+from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.rational import exact_lemke
+from lcpcli.rational.infeasibility import farkas_vector
 from lcpcli.rational.linear import require
-from lcpcli.rational.numbers import rounded
+from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.tree import first_solution
 from lcpcli.solving import run as driver
 from lcpcli.solving.conclusions import concluded
 from lcpcli.solving.limits import DEFAULTS, Limits
@@ -38,18 +43,20 @@ MIXED_SOLVED = "z is within its bounds and w = Mz + q has the signs that they as
 MIXED_INFEASIBLE = "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic"
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
 UNPROVED = "no exact proof was found for the numbers as written"
+SEARCH = 60.0  # seconds of search without a time limit: up to 20 unknowns a second is enough, beyond 30 it may not be
 
 
 def exact(problem: Problem, time_limit: float | None = None) -> Result:
     """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact`.
 
     The doubles M and q count as they are, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
-    decimals of a file as written. Up to n = 200 it takes seconds.
+    numbers of a file as they are there. Up to n = 200 it takes seconds. A problem of few unknowns is always decided.
 
     Parameters
     ----------
     problem : a Problem.
-    time_limit : seconds after which to give up; by default there is no limit.
+    time_limit : seconds after which to give up; by default a minute is the limit for the search in rational arithmetic,
+        and there is none for the rest.
 
     Returns
     -------
@@ -87,8 +94,11 @@ def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> R
     try:
         for run, is_exact in _runs(data, result, deadline):
             exact = _exact(data, run, is_exact, deadline)
-            if exact is not None and exact.status is not None:
-                return _proved(data, result, exact, exact.status)
+            if exact is not None:
+                return _proved(data, result, exact)
+        exact = _searched(data, deadline)
+        if exact is not None:
+            return _proved(data, result, exact)
     except KeyboardInterrupt:
         result = replace(result, status=Status.INTERRUPTED, interrupted=True, message=Status.INTERRUPTED.value)
     return _unproved(result)
@@ -114,21 +124,48 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
             y = y * rounded(Fraction(scale, largest) for scale in data.scales)
         found = exact_proof(data, y)
         if found is not None:
-            return Exact(Status.INFEASIBLE, MIXED_INFEASIBLE if data.problem.is_mixed else INFEASIBLE, y=found)
+            return _infeasible(data, found)
     if is_exact and run.status is Status.UNSOLVABLE:
         return Exact(Status.UNSOLVABLE, UNSOLVABLE)
-    z = from_point(data, _finite(run.z), deadline) or exact_lemke.solve(data, deadline)
-    if z is None or not data.is_solution(z):
+    z = from_point(data, _finite(run.z), deadline)
+    return None if z is None else _solved(data, z)
+
+
+def _searched(data: ExactProblem, deadline: float) -> Exact | None:
+    """What a search decides in the time that is left, Lemke's method in half of it; None if nothing."""
+    now = time.perf_counter()
+    deadline = now + SEARCH if deadline == math.inf else deadline
+    try:
+        z = exact_lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))
+        if z is not None:
+            return _solved(data, z)
+        y = farkas_vector(data, alarm(deadline))
+    except TimeIsUp:
         return None
+    return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _infeasible(data, y)
+
+
+def _solved(data: ExactProblem, z: list[Fraction]) -> Exact:
+    """The solution z, which is verified once more."""
+    if not data.is_solution(z):
+        raise ArithmeticError("a solution that was found is none")
     return Exact(Status.SOLVED, MIXED_SOLVED if data.problem.is_mixed else SOLVED, z=z, w=data.w(z))
 
 
+def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact:
+    """The proof y, the same way."""
+    if not data.refuted_by(y):
+        raise ArithmeticError("a proof that was found is none")
+    return Exact(Status.INFEASIBLE, MIXED_INFEASIBLE if data.problem.is_mixed else INFEASIBLE, y=y)
+
+
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
-def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) -> Result:
+def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
+    assert exact.status is not None
     result = replace(
         result,
-        status=status,
-        message=status.told(data.problem, exact.proof),
+        status=exact.status,
+        message=exact.status.told(data.problem, exact.proof),
         certificate=_certificate(exact),
         exact=exact,
     )
@@ -139,7 +176,7 @@ def _proved(data: ExactProblem, result: Result, exact: Exact, status: Status) ->
 
 def _certificate(exact: Exact) -> Certificate | None:
     if exact.y is not None:
-        return Certificate("farkas", exact.proof, rounded(exact.y))
+        return Certificate("farkas", exact.proof, rounded_direction(exact.y))
     return Certificate("exhaustion", exact.proof) if exact.status is Status.UNSOLVABLE else None
 
 

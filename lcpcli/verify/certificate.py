@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import remaining
+from lcpcli.interrupts import TimeIsUp, alarm, remaining
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.products import absolute_product, product
@@ -70,12 +70,12 @@ def has_no_solution(problem: Problem) -> bool | None:
         return None
     with imports:
         from lcpcli.rational.problem import ExactProblem
-        from lcpcli.rational.tree import TooLong, first_solution
+        from lcpcli.rational.tree import first_solution
 
     deadline = time.perf_counter() + min(SECONDS, remaining())
     try:
-        return first_solution(ExactProblem.of_floats(problem), deadline) is None
-    except TooLong:
+        return first_solution(ExactProblem.of_floats(problem), alarm(deadline)) is None
+    except TimeIsUp:
         return None
 
 
