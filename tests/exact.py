@@ -52,6 +52,27 @@ def feasible(problem: Problem) -> bool:
     return nonnegative([[*row, *_unit(i, len(q), -1)] for i, row in enumerate(M)], [-value for value in q]) is not None
 
 
+def refutes(problem: Problem, y: Row) -> bool:
+    """Whether Farkas' y proves that no z within the bounds has w with the signs that they ask for: 0 <= y'w for all
+    such z, while the largest y'(M z + q) of all z within the bounds is negative."""
+    M, q = _rational(problem)
+    bounds = [np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper)]
+    if any((v < 0 and low > -np.inf) or (v > 0 and high < np.inf) for v, low, high in zip(y, *bounds, strict=True)):
+        return False
+    columns = [_dot([row[j] for row in M], y) for j in range(problem.n)]
+    largest = supremum(columns, *bounds)
+    return largest is not None and _dot(q, y) + largest < 0
+
+
+def supremum(a: Row, lower: list[float], upper: list[float]) -> Fraction | None:
+    """The supremum of a'z for z within bounds; None if it is infinite."""
+    ends = [high if value > 0 else low for value, low, high in zip(a, lower, upper, strict=True)]
+    used = [(value, end) for value, end in zip(a, ends, strict=True) if value]
+    if any(np.isinf(end) for _, end in used):
+        return None
+    return sum((value * Fraction(end) for value, end in used), Fraction(0))
+
+
 def nonnegative(A: list[Row], b: Row) -> Row | None:
     """x >= 0 with A x = b, or None: the first phase of the simplex method with Bland's rule."""
     m, n = len(A), len(A[0])

@@ -72,7 +72,7 @@ def rounded(values: Iterable[Fraction]) -> Vector:
 def rounded_direction(values: Sequence[Fraction]) -> Vector:
     """A positive multiple in doubles: the numbers themselves if they are integers that doubles represent, else rounded
     after division by the largest."""
-    largest = max(map(abs, values))
+    largest = max(map(abs, values)) or 1
     if largest <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
         return rounded(values)
     return rounded(value / largest for value in values)

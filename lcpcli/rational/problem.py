@@ -18,7 +18,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.game import Game
 from lcpcli.rational.numbers import LARGEST_INTEGER
 from lcpcli.rational.sums import over_one_denominator
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
 
@@ -71,6 +71,16 @@ class ExactProblem:
         """The problem with its doubles as exact rational numbers."""
         parts = parts_of(problem)
         return cls(problem, parts.M, fractions_of(problem.q), parts.lower, parts.upper)
+
+    @classmethod
+    def of_rows(cls, problem: Problem, kept: Indices, number: Callable[[float], Fraction]) -> ExactProblem:
+        """The problem with those rows of M and q as these numbers, and zeros in place of the others."""
+        M, q = rows_of(problem.M[kept], number), [number(value) for value in problem.q[kept].tolist()]
+        rows: Rows = [{} for _ in range(problem.n)]
+        constants = [Fraction(0)] * problem.n
+        for i, row, value in zip(kept.tolist(), M, q, strict=True):
+            rows[i], constants[i] = row, value
+        return cls(problem, rows, constants, *_bounds_of(problem, number))
 
     @classmethod
     def of_decimals(cls, problem: Problem) -> ExactProblem:
@@ -167,17 +177,21 @@ def parts_of(held: Problem | Matrix, number: Callable[[float], Fraction] = Fract
     """M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
     if not isinstance(held, Problem):
         return ExactParts(rows_of(held, number))
-    box = (held.box.lower, held.box.upper)
-    bounds = [
+    q = [number(value) for value in held.q.tolist()]
+    return ExactParts(rows_of(held.M, number), q, *_bounds_of(held, number))
+
+
+def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
+    """The lower and the upper bounds of a mixed problem; none of an LCP."""
+    return [
         [number(value) if math.isfinite(value) else None for value in bound.tolist()]
-        for bound in box
+        for bound in (problem.box.lower, problem.box.upper)
         if isinstance(bound, np.ndarray)
     ]
-    return ExactParts(rows_of(held.M, number), [number(value) for value in held.q.tolist()], *bounds)
 
 
-def decimal(value: float) -> Fraction:
-    """The shortest decimal of a double."""
+def shortest_decimal(value: float) -> Fraction:
+    """The shortest decimal that is rounded to a double."""
     return Fraction(repr(value))
 
 
@@ -185,7 +199,7 @@ def decimal_parts_of(problem: Problem) -> ExactParts:
     """The same with the shortest decimal of each double: as written, up to 15 digits; of a game, from its payoffs."""
     if isinstance(problem.origin, Game):
         return _parts_of_game(problem.origin)
-    return parts_of(problem, decimal)
+    return parts_of(problem, shortest_decimal)
 
 
 def _parts_of_game(game: Game) -> ExactParts:

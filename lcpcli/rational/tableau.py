@@ -13,6 +13,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from lcpcli.rational.numbers import rounded_direction
+from lcpcli.rational.sums import primitive
 from lcpcli.typing import Vector
 
 Rows = Sequence[dict[int, int]]  # of a matrix: each nonzero entry, by its column
@@ -88,17 +90,16 @@ class IntegerTableau:
         return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
 
     def direction(self) -> Vector:
-        """How z changes along the ray, of shape (n,), rounded."""
+        """How z changes along the ray, of shape (n,), in integers as far as doubles hold them."""
         assert self.ray is not None
-        rates = {self.ray: Fraction(1)}
+        rates = {self.ray: self.divisor}
         for variable, row in zip(self.basic, self.rows, strict=True):
-            rates[variable] = Fraction(-row[self.ray], self.divisor)
-        return np.array([float(rates.get(self.n + i, 0)) for i in range(self.n)])
+            rates[variable] = -row[self.ray]
+        return _in_doubles([rates.get(self.n + i, 0) for i in range(self.n)])
 
     def multipliers(self) -> Vector:
-        """The multipliers of the row of z_0, which is basic: that row of the inverse of the basis; rounded."""
-        row = self.rows[self.basic.index(2 * self.n)]
-        return np.array([-float(Fraction(value, self.divisor)) for value in row[: self.n]])
+        """The multipliers of the row of z_0, which is basic: that row of the inverse of the basis, the same way."""
+        return _in_doubles([-value for value in self.rows[self.basic.index(2 * self.n)][: self.n]])
 
     def _precedes(self, i: int, j: int, entering: int) -> bool:
         """Whether row i comes before row j in the lexicographic minimum ratio test."""
@@ -112,3 +113,7 @@ class IntegerTableau:
                 break
             order = one[k] * b - other[k] * a
         return order < 0
+
+
+def _in_doubles(values: Sequence[int]) -> Vector:
+    return rounded_direction([Fraction(value) for value in primitive(values)])

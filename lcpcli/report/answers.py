@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
@@ -68,15 +68,21 @@ def _proofs(result: Result) -> list[str]:
         return []
     rows, direction = "excluded within the bounds by its rows times", "improves for ever in the direction"
     told = ((rows, answer.certificate, origin.rows), (direction, answer.ray, origin.columns))
-    return [f"{what} {_named(v.tolist(), names, sparing=True)}" for what, v, names in told if v is not None]
+    return [
+        f"{what} {_named(v.tolist(), names, numbers.multiplier, sparing=True)}"
+        for what, v, names in told
+        if v is not None
+    ]
 
 
-def _named(values: list[float], names: Sequence[str], sparing: bool = False) -> str:
+def _named(
+    values: list[float], names: Sequence[str], cell: Callable[[float], str] = "{:.7g}".format, sparing: bool = False
+) -> str:
     """A vector, or its entries with their names, if they have any; of a sparing one only those that are not 0."""
     if not names:
-        return numbers.vector(values)
+        return numbers.vector(values, cell)
     named = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
-    return numbers.vector(named, lambda each: f"{each[0]} {each[1]:.7g}")
+    return numbers.vector(named, lambda each: f"{each[0]} {cell(each[1])}")
 
 
 def _strategy(player: str, probabilities: list[float], names: Sequence[str]) -> str:

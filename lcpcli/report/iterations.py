@@ -129,7 +129,7 @@ def _vector(certificate: Certificate) -> str:
     """The vector of a certificate, as far as it fits on a line."""
     if certificate.vector is None:
         return f"certificate: {certificate.kind}"
-    return f"certificate: {certificate.kind} {numbers.vector(certificate.vector.tolist())}"
+    return f"certificate: {certificate.kind} {numbers.vector(certificate.vector.tolist(), numbers.multiplier)}"
 
 
 def _exact(exact: Exact, solved: bool) -> list[str]:

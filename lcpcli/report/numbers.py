@@ -32,6 +32,12 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format)
     return f"({', '.join([*map(cell, entries[:IN_A_LINE]), *more])})"
 
 
+def multiplier(value: float) -> str:
+    """An entry of a proof: a whole number with all digits, another one rounded and marked by ~."""
+    text = f"{value:.0f}" if float(value).is_integer() else f"{value:.7g}"
+    return text if float(text) == value else f"~{text}"
+
+
 def size(problem: Problem) -> str:
     """The number of unknowns, and of a mixed problem how many have which bounds."""
     kinds = problem.box.kinds

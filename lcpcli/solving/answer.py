@@ -30,7 +30,8 @@ class Minimum:
     exact : x and y as fractions if they are proved, else None.
     ray : a direction of shape (k,) in which the objective improves for ever within rows and bounds; else None.
     certificate : of shape (m,): multipliers of the rows, positive for lower and negative for upper bounds, whose
-        combination no x within its bounds satisfies; else None.
+        combination no x within its bounds satisfies; else None. Both consist of integers where `certificate.proof`
+        finds such, and are rounded elsewhere.
     """
 
     x: Vector | None

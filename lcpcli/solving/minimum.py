@@ -24,7 +24,7 @@ from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Minimum
 from lcpcli.solving.other_minimum import has_other_minimum
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import farkas, proves_infeasible
+from lcpcli.verify.certificate import farkas, proof
 
 SECONDS = 1.0  # for deciding whether Q is positive semidefinite
 LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
@@ -93,18 +93,19 @@ def _kind_of_point(data: ProgramData, program: Program) -> _Kind:
 
 def _without_minimum(result: Result, program: Program, data: ProgramData) -> Minimum:
     """Which constraints exclude each other, or in which direction the objective improves for ever."""
-    problem, proof, k = result.problem, _proof(result), program.variables
+    problem, k = result.problem, program.variables
     _, best, side = WORDS[program.sense]
     if result.status not in (Status.INFEASIBLE, Status.UNSOLVABLE):
         return Minimum(None, None, None, None, "not solved, so there is no x")
-    halves = [np.zeros(problem.n) for _ in range(2)] if proof is None else [proof.copy(), proof.copy()]
-    halves[0][:k], halves[1][k:] = 0.0, 0.0
-    rows = halves[0] if proves_infeasible(problem, halves[0]) else _excluding_rows(problem, data)
+    of_x, of_rows = _halves(result, k)
+    rows = proof(problem, of_rows)
+    if rows is None:
+        rows = _excluding_rows(problem, data)
     if rows is not None:
-        multipliers = _largest_one(program.parts(rows)[1])
         told = "the program is infeasible: no x satisfies its constraints"
-        return Minimum(None, None, None, None, told, certificate=multipliers)
-    ray = _largest_one(halves[1][:k]) if proves_infeasible(problem, halves[1]) else None
+        return Minimum(None, None, None, None, told, certificate=program.parts(rows)[1])
+    found = proof(problem, of_x)
+    ray = None if found is None else found[:k]
     unbounded = f"the program is unbounded {side}"
     if _is_feasible_at_0(data):
         return Minimum(None, None, None, None, unbounded, ray=ray)
@@ -116,11 +117,12 @@ def _without_minimum(result: Result, program: Program, data: ProgramData) -> Min
     return Minimum(None, None, None, None, told, ray=ray)
 
 
-def _proof(result: Result) -> Vector | None:
-    """The y of Farkas that the result has, if it has one."""
-    if result.exact is not None and result.exact.y is not None:
-        return np.array([float(value) for value in result.exact.y])
-    return None if result.certificate is None else result.certificate.vector
+def _halves(result: Result, k: int) -> tuple[Vector, Vector]:
+    """The y of Farkas that the result has, for the k variables alone and for the rows alone; zeros if it has none."""
+    certificate, of_x, of_rows = result.certificate, np.zeros(result.problem.n), np.zeros(result.problem.n)
+    if certificate is not None and certificate.vector is not None:
+        of_x[:k], of_rows[k:] = certificate.vector[:k], certificate.vector[k:]
+    return of_x, of_rows
 
 
 def _excluding_rows(problem: Problem, data: ProgramData) -> Vector | None:
@@ -133,7 +135,7 @@ def _excluding_rows(problem: Problem, data: ProgramData) -> Vector | None:
     if found is None:
         return None
     found[: data.c.size] = 0.0
-    return found if proves_infeasible(problem, found) else None
+    return proof(problem, found)
 
 
 def _is_feasible_at_0(data: ProgramData) -> bool:
@@ -167,9 +169,3 @@ def _is_feasible(x: Vector, data: ProgramData) -> bool:
 
 def _is_zero(Q: Matrix) -> bool:
     return not (Q != 0).sum()
-
-
-def _largest_one(v: Vector) -> Vector:
-    """v divided by a power of two near its largest entry."""
-    largest = float(np.abs(v).max(initial=0.0))
-    return v / 2.0 ** int(np.floor(np.log2(largest))) + 0.0 if largest > 0 else v

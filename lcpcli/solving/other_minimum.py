@@ -50,7 +50,7 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
     in rational arithmetic. Then no rounding makes x one of several minimizers."""
     with imports:
         from lcpcli.rational import linear
-        from lcpcli.rational.problem import decimal, rows_of
+        from lcpcli.rational.problem import rows_of, shortest_decimal
         from lcpcli.rational.sums import over_one_denominator
 
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
@@ -58,7 +58,7 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
     if not 0 < free.size <= MOST_FREE:
         return False
     parts = (dense(data.Q)[:, free], data.c[np.newaxis, free], dense(data.A[rows])[:, free])
-    system = [row for part in parts for row in rows_of(part, decimal) if row]
+    system = [row for part in parts for row in rows_of(part, shortest_decimal) if row]
     whole = [over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0] for row in system]
     return len(whole) < free.size or bool(linear.solve(whole, [0] * len(whole)).null_space)
 

@@ -81,7 +81,7 @@ class Exact:
     status : solved, infeasible or unsolvable; None if nothing was proved.
     proof : how it is proved, as a clause for the user.
     z, w : the solution and w = M z + q, each of length n, if it is solved; else None.
-    y : of length n, a Farkas vector, if it is infeasible; else None.
+    y : of length n, a Farkas vector of integers, if it is infeasible; else None.
     """
 
     status: Status | None

@@ -34,9 +34,9 @@ MIXED = "no z within the bounds has w with the signs that they ask for, by the y
 class Certificate:
     """Why there is no solution, or why a method gives up.
 
-    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. (y is rounded to floats:
-           where M'y is 0, its computed value may be positive; see `farkas.refutes`.) With bounds, the y of
-           `mixed_farkas`.
+    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y of
+           `mixed_farkas`. It consists of integers, for which all this holds without rounding, where `proof` finds
+           such; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
            "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
            "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
     statement : what it proves, as a clause for the user.
@@ -49,14 +49,16 @@ class Certificate:
 
 
 def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
-    """The certificate that a method claims, as far as it holds for the original M and q; None if it does not.
+    """The certificate that a method claims, as far as it holds for the original M and q, a Farkas vector as `proof`
+    gives it; None if it does not.
 
     excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. Of at most FEW unknowns
         they are searched again, whichever method it is; for more, or where that takes too long, exhaustion is believed
         of such a method only.
     """
     if claim.kind == "farkas":
-        return claim if claim.vector is not None and proves_infeasible(problem, claim.vector) else None
+        y = None if claim.vector is None else proof(problem, claim.vector)
+        return None if y is None else replace(claim, vector=y)
     if claim.kind == "ray":
         return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
     has_none = has_no_solution(problem)
@@ -106,6 +108,22 @@ def proves_infeasible(problem: Problem, y: Vector) -> bool:
     return refutes(problem.M, problem.q, y)
 
 
+def proof(problem: Problem, y: Vector) -> Vector | None:
+    """A vector of shape (n,) near a multiple of y that proves what `proves_infeasible` says; None if y does not.
+
+    It consists of integers up to 2^53 for which the proof holds exactly as they are, for the doubles of the problem or,
+    if none such are found, for their shortest decimals. Else it is y times a power of two: if the numbers of the data
+    are long, if M'y has to vanish in more columns than `farkas.is_short` allows, or if the problem is large.
+    """
+    if not (np.isfinite(y).all() and y.any()):
+        return None
+    with imports:
+        from lcpcli.verify.exact_farkas import whole_proofs
+
+    whole = next((v for v in whole_proofs(problem, y) if proves_infeasible(problem, v)), None)
+    return proof_in_units(problem, np.ones(problem.n), y) if whole is None else whole
+
+
 def farkas_statement(problem: Problem) -> str:
     """What Farkas' y proves, as a clause for the user."""
     return MIXED if problem.is_mixed else "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate"
@@ -132,8 +150,9 @@ def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
 
 
 def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:
-    """The proof in original units, from a proof y of infeasibility for rows scaled by R, powers of two."""
+    """The proof in original units, from a proof y of infeasibility for rows scaled by R, powers of two: times the power
+    of two that puts its largest entry between 1 and 2."""
     with np.errstate(all="ignore"):
         y = R * y
-        y = np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1]))
+        y = np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1])) + 0.0
     return y if proves_infeasible(problem, y) else None

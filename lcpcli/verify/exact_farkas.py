@@ -1,60 +1,113 @@
-"""From a Farkas vector in doubles to one that is a proof for the exact data (see `farkas`)."""
+"""From a Farkas vector in doubles to one of integers that is a proof for the exact data (see `farkas`)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import islice
 
 import numpy as np
 
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
-from lcpcli.rational.numbers import rounded
-from lcpcli.rational.problem import ExactProblem, fractions_of
-from lcpcli.rational.sums import over_one_denominator
+from lcpcli.rational.numbers import LARGEST_INTEGER, rounded
+from lcpcli.rational.problem import ExactProblem, fractions_of, shortest_decimal
+from lcpcli.rational.sums import over_one_denominator, whole_multiple
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import ACTIVE
+from lcpcli.verify.farkas import ACTIVE, SNAP, is_short
 
-SIMPLE_DENOMINATORS = (100, 10**6)  # denominators of the simple fractions that are tried first
+MOST_ENTRIES = 50_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
+SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
+GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which those are rounded that others follow from
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
-    """A rational vector near y, finite doubles of shape (n,), that proves the problem infeasible; None if not found.
+    """A vector near a multiple of y, finite doubles of shape (n,), that proves the problem infeasible; None if none is
+    found. It consists of integers without a common divisor.
 
-    It tries simple fractions, y itself, and y changed so that components of M'y that are nearly 0 become 0.
+    It tries simple fractions, y itself, and both changed so that components of M'y that are nearly 0 become 0.
     """
     if not (np.isfinite(y).all() and y.any()):
         return None
-    return next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
+    found = next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
+    return None if found is None else [Fraction(value) for value in whole_multiple(found)]
+
+
+def whole_proofs(problem: Problem, y: Vector) -> Iterator[Vector]:
+    """Vectors of integers up to 2^53 near a multiple of y that are proofs for the doubles of a problem, or for their
+    shortest decimals."""
+    support = np.flatnonzero(y)
+    rows = problem.M[support]
+    if (rows.nnz if is_sparse(rows) else rows.size) + problem.n > MOST_ENTRIES:
+        return
+    for number in (Fraction, shortest_decimal):
+        data = ExactProblem.of_rows(problem, support, number)
+        for candidate in _simple(data, y, quickly=True):
+            whole = whole_multiple(candidate)
+            if max(map(abs, whole)) <= LARGEST_INTEGER and data.refuted_by(candidate):
+                yield rounded(map(Fraction, whole))
+        if all(scale == 1 for scale in data.scales):
+            return
 
 
 def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
     exact = fractions_of(y)
-    sizes = [abs(value) for value in exact if value]
-    for unit in (max(sizes), min(sizes)):
-        for largest in SIMPLE_DENOMINATORS:
-            yield [(value / unit).limit_denominator(largest) for value in exact]
+    yield from _simple(data, y, quickly=False)
     yield exact
-    corrected = _corrected(data, exact)
-    if corrected is not None:
+    yield from _corrected(data, exact, _active(data, y))
+
+
+def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
+    """Vectors of simple fractions near y, and some with M'y = 0 exactly where it may be, the simplest first.
+
+    quickly : whether to solve only linear systems that are `farkas.is_short`, and only while numbers stay short.
+    """
+    snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
+    sizes, active = [abs(value) for value in snapped if value], _active(data, y)
+    simple = (
+        [(value / unit).limit_denominator(most) for value in snapped]
+        for most in SIMPLE_DENOMINATORS
+        for unit in (max(sizes), min(sizes))
+    )
+    yield from islice(simple, 2)
+    for grid in GRIDS:
+        steps = [Fraction(round(grid * value / max(sizes))) for value in snapped]
+        corrected = next(_corrected(data, steps, active, quickly), steps)
         yield corrected
+        if quickly and max(map(abs, whole_multiple(corrected))) > LARGEST_INTEGER:
+            break
+    yield from simple
 
 
-def _corrected(data: ExactProblem, y: list[Fraction]) -> list[Fraction] | None:
-    """y changed on its support so that components of M'y that are small relative to their terms vanish."""
-    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -abs(y[i]))  # the best to correct
-    columns, _ = data.with_transpose(y)
-    floats = rounded(y)
+def _active(data: ExactProblem, y: Vector) -> list[int]:
+    """Where M'y is small relative to its terms, and has to vanish unless it has a sign that suits a single bound."""
+    columns, _ = data.with_transpose(fractions_of(y))
     with np.errstate(all="ignore"):
-        size = abs(data.problem.M).T @ np.abs(floats)
+        size = abs(data.problem.M).T @ np.abs(y)
         small = np.abs(rounded(columns)) <= ACTIVE * size
-    active = [j for j in np.flatnonzero(small & (size > 0)).tolist() if any(j in data.rows[i] for i in support)]
-    if not active:
-        return None
+    small &= [low is None or high is None for low, high in zip(data.lower, data.upper, strict=True)]
+    used = {j for i in np.flatnonzero(y).tolist() for j in data.rows[i]}
+    return [j for j in np.flatnonzero(small).tolist() if j in used]
+
+
+def _corrected(
+    data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool = False
+) -> Iterator[list[Fraction]]:
+    """y changed on its support so that M'y vanishes in the active columns: its large entries, by the others."""
+    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -abs(y[i]))
+    columns, _ = data.with_transpose(y)
+    if not any(columns[j] for j in active):
+        yield y
+        return
+    A = [[data.rows[i].get(j, 0) for i in support] for j in active]
+    if quickly and not is_short(A):
+        return
     target, d = over_one_denominator([-columns[j] for j in active])
-    found = linear.particular([[data.rows[i].get(j, 0) for i in support] for j in active], target)
+    found = linear.particular(A, target)
     if found is None:
-        return None
+        return
     corrected = list(y)
     for i, change in zip(support, found, strict=True):
         corrected[i] += change * data.scales[i] / d
-    return corrected
+    yield corrected

@@ -9,7 +9,7 @@ S. Dash and D. Espinoza, Exact solutions to linear programming problems, Operati
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -97,19 +97,31 @@ def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -
     support, y = support[order], [y[k] for k in order]
     part = matrices.dense(A[support][:, active])
     part = part[:, part.any(axis=0)]
-    largest = LARGEST_BY_FLINT if linear.is_fast() else LARGEST_EXACT
-    if not part.size or max(part.shape) > largest or not np.isfinite(part).all():
+    if not part.size or max(part.shape) > _largest() or not np.isfinite(part).all():
         return None
     if remaining() <= 0:
         raise TimeIsUp
     rows, (multiple, divisor) = sums.row_integers(part.T), sums.over_one_denominator(y)
-    if part.size * max(abs(value).bit_length() for row in rows for value in row) > MOST_BITS:
+    if not is_short(rows):
         return None
     excess = [sum(a * value for a, value in zip(row, multiple, strict=True) if a) for row in rows]
     changes = linear.particular(rows, [-value for value in excess])
     if changes is None:
         return None
     return support, [value + change / divisor for value, change in zip(y, changes, strict=True)]
+
+
+def is_short(A: Sequence[Sequence[int]]) -> bool:
+    """Whether A, of at least one row, is small enough to be solved exactly."""
+    bits = max((abs(value).bit_length() for row in A for value in row), default=0)
+    return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * bits <= MOST_BITS
+
+
+def _largest() -> int:
+    with imports:
+        from lcpcli.rational import linear
+
+    return LARGEST_BY_FLINT if linear.is_fast() else LARGEST_EXACT
 
 
 def _holds(A: Matrix, b: Vector, support: Indices, y: list[Fraction]) -> bool:
