@@ -13,10 +13,8 @@ from typing import Any
 
 import pytest
 
-from lcpcli.enumeration import others
 from lcpcli.enumeration.search import Solutions
 from lcpcli.files import shipped
-from lcpcli.gallery import families
 from lcpcli.report import solution_table
 from lcpcli.report.figures import drawing
 from lcpcli.report.figures.data import Cones
@@ -230,39 +228,3 @@ def test_what_does_not_go_with_all_is_refused_in_a_line(
     outcome = lcp("solve", *arguments.split())
     assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1), outcome.err
     assert all(word in outcome.err for word in words), outcome.err
-
-
-@pytest.mark.parametrize(
-    ("name", "told"),
-    [
-        ("murty", "; one of several: --all lists them"),
-        ("faces", "; one of several: --all lists them"),
-        ("one", "; the only solution"),
-        ("game", "; one of several: --all lists them"),
-    ],
-)
-def test_single_solve_says_whether_there_are_others(
-    name: str, told: str, lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(others, "SECONDS", 60)
-    assert folder.is_dir()
-    assert lcp("solve", f"{name}.json").out.splitlines()[1].endswith(told)
-    assert json.loads(lcp("solve", f"{name}.json", "--format", "json").out)["others"] is told.startswith("; one of")
-
-
-def test_single_solve_says_nothing_where_nothing_is_known(
-    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(others, "SECONDS_SMALL", 1e-9)
-    assert folder.is_dir()
-    assert "solution" not in lcp("solve", "murty.json").out.splitlines()[1]
-    assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None
-
-
-def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(others, "SECONDS", 60)
-    assert others.has_others(families.make("infeasible", 5, 0)) is None
-    assert others.has_others(families.make("tridiagonal", others.MOST + 1, 0)) is None
-    assert others.has_others(families.make("tridiagonal", 10, 0)) is False

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.io import savemat
 
 import lcpcli
 from lcpcli import Problem, Result, Status
@@ -266,3 +267,24 @@ def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
     assert y is not None
     assert data.refuted_by(y)
     assert y[1] == 3 * y[0]
+
+
+@pytest.mark.parametrize("form", ["npy", "npz", "mat"])
+def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(
+    form: str, lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    largest = 2**64 - 1
+    M, q = np.array([[largest]], dtype=np.uint64), np.array([-1], dtype=np.int64)
+    file = tmp_path / f"problem.{form}"
+    arguments = [str(file)]
+    if form == "npz":
+        np.savez(file, M=M, q=q)
+    elif form == "mat":
+        savemat(file, {"M": M, "q": q.reshape(1, 1)})
+    else:
+        np.save(file, M)
+        np.save(tmp_path / "q.npy", q)
+        arguments.append(str(tmp_path / "q.npy"))
+    record = json.loads(lcp("solve", *arguments, "--exact", "--format", "json").out)
+    assert record["exact"]["z"] == [f"1/{largest}"]
+    assert record["z"] == [1 / largest]

@@ -86,11 +86,16 @@ FORMAT = '''
 import numpy as np
 
 from lcpcli.model.problem import Problem
+from lcpcli.rational.problem import parts_of
 
 
 def parse(content):
     diagonal, q = (list(map(float, line.split())) for line in content.decode().splitlines())
     return Problem(np.diag(diagonal), q)
+
+
+def parse_exact(content):
+    return parts_of(parse(content))
 
 
 def render(problem):

@@ -97,8 +97,7 @@ def _read(files: Sequence[str], bounds: problems.Given, given: Mapping[str, Any]
     (held,) = problems.held(work, bounds, exact=True)
     for fault in [] if given["quiet"] else held.faults:
         problems.tell(fault)
-    assert held.data is not None
-    return held.data, work.sources[0]
+    return held.exactly(), work.sources[0]
 
 
 def _found(data: ExactProblem, given: Mapping[str, Any]) -> SolutionSet:

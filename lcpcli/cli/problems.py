@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache, partial
 from itertools import chain, islice
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -29,12 +30,13 @@ def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
 
 
 def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> ExactProblem:
-    """The same with the decimals as written."""
+    """The same with the numbers as written."""
     from lcpcli.files import bounds, reading
 
-    data = bounds.exactly_bounded(reading.read_exact(*files), given)
-    data.problem = _vetted(data.problem, files[0], quiet)
-    return data
+    fetch = cache(reading.content_of)
+    data = reading.read_exact(*files)
+    data.problem = _vetted(bounds.bounded(data.problem, given, fetch), files[0], quiet)
+    return bounds.exactly_bounded(data, given, fetch)
 
 
 def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], bool]:
@@ -52,39 +54,51 @@ def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], boo
 
 
 class Held(NamedTuple):
-    """A problem that was read, with the decimals as written if they are needed, and what is wrong with its known
-    solutions, which are dropped then."""
+    """A problem that was read.
+
+    exactly : reads its numbers as written. faults : what is wrong with its known solutions, which are dropped then.
+    length : the bytes of the text that it was read from.
+    """
 
     problem: Problem
-    data: ExactProblem | None
+    exactly: Callable[[], ExactProblem]
     faults: list[str]
+    length: int = 0
 
 
 def held(work: Work, given: Given, exact: bool) -> Iterator[Held]:
-    """The problems of an input, with the bounds given as options."""
+    """The problems of an input, with the bounds given as options. exact : whether `exactly` is going to be called, so
+    that its errors are to be raised here."""
     from lcpcli.files.inputs import QColumns
 
-    return _columns(work, given, exact) if isinstance(work, QColumns) else iter([_single(work, given, exact)])
+    for one in _columns(work, given) if isinstance(work, QColumns) else [_single(work, given)]:
+        if exact:
+            one.exactly()
+        yield one
 
 
-def _single(work: Input, given: Given, exact: bool) -> Held:
-    from lcpcli.files import bounds
+def _single(work: Input, given: Given) -> Held:
+    from lcpcli.files import bounds, reading
 
-    data = bounds.exactly_bounded(work.read_exact(), given) if exact else None
-    problem = data.problem if data else bounds.bounded(work.read(), given)
-    vetted, faults = _without_wrong_solutions(problem, work.paths[0])
-    if data:
-        data.problem = vetted
-    return Held(vetted, data, faults)
+    fetch = cache(reading.content_of)  # standard input can be read only once
+    problem, faults = _without_wrong_solutions(bounds.bounded(work.read(), given, fetch), work.paths[0])
+
+    @cache
+    def exactly() -> ExactProblem:
+        from lcpcli.rational.problem import ExactProblem
+
+        return bounds.exactly_bounded(ExactProblem(problem, *work.exact_parts()), given, fetch)
+
+    return Held(problem, exactly, faults, work.length)
 
 
-def _columns(work: QColumns, given: Given, exact: bool) -> Iterator[Held]:
+def _columns(work: QColumns, given: Given) -> Iterator[Held]:
     from lcpcli.rational.problem import ExactProblem
 
     first = first_of(work, given)
     for q, name in zip(work.Q.T, work.names, strict=True):
         problem = replace(first, q=q, name=name)
-        yield Held(problem, ExactProblem.of_decimals(problem) if exact else None, [])
+        yield Held(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
 
 
 def first_of(work: QColumns, given: Given) -> Problem:

@@ -83,8 +83,8 @@ class Task:
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
         """The results for problems that are solved one by one, with what is wrong with their known solutions."""
-        for problem, data, faults in problems.held(work, self._bounds, self.exact):
-            yield self._solved(problem, data), faults
+        for held in problems.held(work, self._bounds, self.exact):
+            yield self._solved(held.problem, held.exactly() if self.exact else None), held.faults
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
         """Those for problems with one M, solved together."""

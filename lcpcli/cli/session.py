@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lcpcli.files.inputs import Work
     from lcpcli.files.source import Source
     from lcpcli.methods.variants import Variant
+    from lcpcli.rational.problem import ExactProblem
     from lcpcli.solving.result import Result
 
 Faults: TypeAlias = "list[tuple[Source, LCPError]]"
@@ -66,7 +67,9 @@ def run(
     if not held:
         _show([], [], faults, output, (None, False), compared=False)
         return BAD_INPUT
-    problems, data = [each.problem for each in held], [each.data for each in held if each.data]
+    problems, data = [each.problem for each in held], [each.exactly() for each in held if exact]
+    exactly = held[0].exactly if many is not None and _is_searched(held[0]) else None
+    del held  # with the contents of files
     plot.require_room(len(problems))
     chosen = [for_methods(given, variants, problem) for problem in problems]
     if levels or plot.path is not None:
@@ -78,8 +81,8 @@ def run(
     results, interrupted = runs.finished(each, data, bounds, given["bound"])
     if not output.silent:
         results = [_concluded(own, compared=bool(levels)) for own in results]
-        if many is not None and not interrupted:
-            results = [[_among_others(result) for result in own] for own in results]
+        if exactly is not None and not interrupted:
+            results = [[_among_others(result, exactly) for result in own] for own in results]
     _write_trace(results, output.trace_path)
     _show(results, sources, faults, output, screen, compared=bool(levels))
     plot.show(results)
@@ -94,13 +97,21 @@ def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
     return [verified(result) if compared else result for result in concluded(results)]
 
 
-def _among_others(result: Result) -> Result:
-    """The result with whether the problem has other solutions."""
+def _is_searched(held: Held) -> bool:
+    """Whether other solutions of a problem are sought."""
+    from lcpcli.enumeration.others import is_searched
+
+    return is_searched(held.problem, held.length)
+
+
+def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:
+    """The result with whether the problem has other solutions, and whether it has any as written."""
     if not result.solved:
         return result
-    from lcpcli.enumeration.others import has_others
+    from lcpcli.enumeration.others import found_others
 
-    return replace(result, others=has_others(result.problem))
+    found = found_others(result.z, exactly)
+    return replace(result, others=found.others, exactly_solvable=found.solvable)
 
 
 def _refuse_amiss(files: Sequence[str], output: Output, plot: Plot, resumed: str | None) -> None:

@@ -2,24 +2,58 @@
 
 from __future__ import annotations
 
-from lcpcli.enumeration.search import solutions
-from lcpcli.model.problem import Problem
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from lcpcli.errors import ProblemError
 from lcpcli.model.reductions.program import Program
-from lcpcli.rational.problem import ExactProblem
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.typing import Vector
 
 SMALL, SECONDS_SMALL = 10, 0.5  # a search among so few unknowns takes milliseconds, if the machine is not busy
 SECONDS = 0.05
 MOST = 50  # unknowns; the search for more has steps that take longer
+LONGEST = 200_000  # bytes of its text, as there is no limit on digits: longer ones may take seconds to compute with
+AGREEMENT = 1e-7  # of the largest component: two points that are this close are the same as they are printed
 
 
-def has_others(problem: Problem) -> bool | None:
-    """Whether a problem that has a solution has others too, proved for its decimals; None if that is not found out, or
-    for the conditions of a program, of which only x counts."""
-    if problem.n > MOST or isinstance(problem.origin, Program):
-        return None
-    seconds = SECONDS_SMALL if problem.n <= SMALL else SECONDS
-    search = solutions(ExactProblem.of_decimals(problem), time_limit=seconds, max_solutions=2)
+class Found(NamedTuple):
+    """What is proved for the numbers as written, each None if it is not found out.
+
+    others : whether there are other solutions than z; None too if the only one is not z, as far as z is printed.
+    solvable : whether there is an exact solution.
+    """
+
+    others: bool | None = None
+    solvable: bool | None = None
+
+
+def is_searched(problem: Problem, length: int) -> bool:
+    """Whether a problem, in a text of that length, is small enough, and not the conditions of a program, of which only
+    x counts."""
+    return problem.n <= MOST and length <= LONGEST and not isinstance(problem.origin, Program)
+
+
+def found_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Found:
+    """What a search finds beside z, which solves a problem up to rounding. `exactly` gives that problem, which is to be
+    searched, with its numbers as written."""
+    try:
+        data = exactly()
+    except ProblemError:  # a number with an exponent that is not expanded
+        return Found()
+    from lcpcli.enumeration.search import solutions
+    from lcpcli.linalg.doubles import size
+    from lcpcli.rational.numbers import rounded
+
+    search = solutions(data, time_limit=SECONDS_SMALL if data.n <= SMALL else SECONDS, max_solutions=2)
     pieces = list(search)
     if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
-        return True
-    return False if search.complete and pieces else None
+        return Found(others=True, solvable=True)
+    if not pieces:
+        return Found(solvable=False if search.complete else None)
+    only = rounded(pieces[0].vertices[0])
+    agrees = size(only - z) <= AGREEMENT * max(size(only), size(z))
+    return Found(others=False if search.complete and agrees else None, solvable=True)

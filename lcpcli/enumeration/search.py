@@ -19,7 +19,7 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.reductions.game import Game
 from lcpcli.options import MAX_SOLUTIONS, TIME_LIMIT
 from lcpcli.rational.polyhedra import Point
-from lcpcli.rational.problem import ExactProblem, decimal_parts_of
+from lcpcli.rational.problem import ExactProblem
 
 LARGEST = 500  # unknowns of a block
 ENDING = 0.5  # seconds for putting together the equilibria that were found by the time limit, for each of three steps
@@ -74,7 +74,7 @@ class Solutions(Iterator[Piece]):
     def __init__(self, problem: ExactProblem, time_limit: float, most: int | None) -> None:
         origin = problem.problem.origin
         self._game = origin if isinstance(origin, Game) else None
-        self.problem = problem if self._game is None else _of_payoffs(problem.problem)
+        self.problem = problem if self._game is None else ExactProblem.of_decimals(problem.problem)
         self._blocks = sorted(blocks(self.problem), key=len)
         if self._game is None and len(self._blocks[-1]) > LARGEST:
             fault = f"has {len(self._blocks[-1])} unknowns that depend on each other"
@@ -133,10 +133,3 @@ class Solutions(Iterator[Piece]):
         if now > self._deadline:
             self._deadline = now + min(ENDING, self._time_limit)
             raise TimeIsUp
-
-
-def _of_payoffs(problem: Problem) -> ExactProblem:
-    """The problem of a game with its payoffs as written."""
-    M, q, *_ = decimal_parts_of(problem)
-    assert q is not None
-    return ExactProblem(problem, M, q)

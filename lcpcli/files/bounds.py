@@ -22,13 +22,14 @@ ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
 
 
-def bounded(problem: Problem, given: Mapping[str, str | None]) -> Problem:
+def bounded(problem: Problem, given: Mapping[str, str | None], fetch: reading.Fetch = reading.content_of) -> Problem:
     """The problem with the bounds given by name, lower and upper; those that are None stay as they are. What is known
     of the solutions for other bounds is dropped.
 
-    A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list.
+    A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list, whose content is
+    what fetch(name, hint for an empty one) gives.
     """
-    values = {name: _values(name, text, exact=False) for name, text in given.items() if text is not None}
+    values = {name: _values(name, text, fetch, exact=False) for name, text in given.items() if text is not None}
     if not values:
         return problem
     if problem.origin is not None:
@@ -49,24 +50,23 @@ def bounded(problem: Problem, given: Mapping[str, str | None]) -> Problem:
         raise ProblemError(where, error.fault, error.hint) from None
 
 
-def exactly_bounded(data: ExactProblem, given: Mapping[str, str | None]) -> ExactProblem:
-    """The same for exact data, with decimals as written."""
-    data.problem = bounded(data.problem, given)
+def exactly_bounded(data: ExactProblem, given: Mapping[str, str | None], fetch: reading.Fetch) -> ExactProblem:
+    """The exact data of a problem that `bounded` has made, with these bounds as written."""
     for name, text in given.items():
         if text is not None:
-            values = _values(name, text, exact=True)
+            values = _values(name, text, fetch, exact=True)
             bounds: Bounds = [_exact(value) for value in (values if isinstance(values, list) else data.n * [values])]
             setattr(data, name, bounds)
     return data
 
 
-def _values(name: str, text: str, exact: bool) -> Any:
+def _values(name: str, text: str, fetch: reading.Fetch, exact: bool) -> Any:
     """What is given for a bound: one value or a list of them, None for no bound."""
     if not _is_typed(text):
         if text != reading.STANDARD_INPUT and not _is_there(text):
             fault = f"{quoted(text)} is neither a file nor numbers"
             raise OptionError(f"--{name}", fault, "write -1,none,0.5 or name a file")
-        return _held(name, text, exact)
+        return _held(name, text, fetch, exact)
     words = re.split(typed.PARTING, text.strip().strip("[]").strip())
     values = [None if word.casefold() in ABSENT else _typed(name, word, exact) for word in words]
     return values[0] if len(values) == 1 else values
@@ -94,7 +94,7 @@ def _typed(name: str, number: str, exact: bool) -> Any:
         raise ProblemError(f"--{name}", f"has {number}", "give a finite number in double precision, or none") from None
 
 
-def _held(name: str, path: str, exact: bool) -> Any:
+def _held(name: str, path: str, fetch: reading.Fetch, exact: bool) -> Any:
     """The values in a file."""
 
     def parse(content: bytes) -> Any:
@@ -111,10 +111,12 @@ def _held(name: str, path: str, exact: bool) -> Any:
             values = form.parse_vector(f"--{name}", content)
         return values.tolist() if exact else values
 
-    return reading.parsed(path, EXPECTED, parse)
+    return reading.parsed(path, EXPECTED, parse, fetch)
 
 
 def _exact(value: Any) -> Fraction | None:
     if value is None or (isinstance(value, float) and value in (float("inf"), -float("inf"))):
         return None
-    return Fraction(value)
+    from lcpcli.rational.problem import number_of
+
+    return number_of(value)

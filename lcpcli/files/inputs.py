@@ -12,7 +12,7 @@ from typing import IO, TYPE_CHECKING, TypeAlias
 
 from lcpcli.errors import ProblemError
 from lcpcli.files import json_format, reading
-from lcpcli.files.content import without_mark
+from lcpcli.files.content import unpacked, without_mark
 from lcpcli.files.formats import LINES
 from lcpcli.files.reading import LINE, WHOLE
 from lcpcli.files.source import Source
@@ -20,7 +20,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
 if TYPE_CHECKING:
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.problem import ExactParts
 
 
 @dataclass(frozen=True)
@@ -56,16 +56,16 @@ class Input:
             raise ProblemError(f"{place}: {where}" if where else place, error.fault, error.hint) from None
         return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
 
-    def read_exact(self) -> ExactProblem:
-        """The same with the decimals as written."""
-        if self.line is None and self.fault is None:
-            return reading.exact_problem_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
-        from lcpcli.rational.problem import ExactProblem
+    @property
+    def length(self) -> int:
+        """The bytes of the texts among its contents, in which numbers may have any number of digits."""
+        return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
 
-        problem = self.read()
-        M, q, *bounds = json_format.parse_exact(self.contents[0])
-        assert q is not None
-        return ExactProblem(problem, M, q, *bounds)
+    def exact_parts(self) -> ExactParts:
+        """The numbers of the problem as they are written, where `read` has accepted it."""
+        if self.line is not None:
+            return json_format.parse_exact(self.contents[0])
+        return reading.exact_parts_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
 
     def _fetch(self, path: str, expected: str) -> bytes:  # noqa: ARG002 (as `reading.content_of`)
         return self.contents[self.paths.index(path)]

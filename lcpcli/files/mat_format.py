@@ -73,17 +73,18 @@ def parse_bound(name: str, content: bytes) -> Any:
 
 
 def parse_exact(content: bytes) -> ExactParts:
-    """M and, if the file has it, q, with their doubles as exact rationals."""
+    """M and, if the file has it, q, with the numbers as they are; of a program or a game with its doubles."""
     from lcpcli.rational.problem import parts_of
 
+    variables = _variables(content)
+    if "M" in variables:
+        return named_arrays.exact_parts(variables["M"], variables)
     return parts_of(parse(content))
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
-    """A vector with its doubles as exact rationals."""
-    from lcpcli.rational.problem import fractions_of
-
-    return fractions_of(parse_vector(field, content))
+    """A vector that `parse_vector` has accepted, with the numbers as they are."""
+    return named_arrays.exact_vector(field, _variables(content))
 
 
 def render(problem: Problem) -> dict[str, bytes]:

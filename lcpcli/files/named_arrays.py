@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,11 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.rational.problem import ExactParts
 
 VECTORS = ("x0", "x1")
 
@@ -57,6 +62,24 @@ def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Prob
     if by_columns and solution.ndim == 2:
         solution = solution.T if solution.shape[0] == q.size else solution
     return Problem(M, q, solutions=[solution] if solution.ndim < 2 else list(solution), **fields)
+
+
+def exact_parts(M: Any, arrays: Mapping[str, Any]) -> ExactParts:
+    """What `problem` makes of these arrays, with their own numbers, integers of any size among them."""
+    from lcpcli.rational.problem import ExactParts, bounds_of, fractions_of, rows_of
+
+    rows = rows_of(M)
+    if "q" not in arrays:
+        return ExactParts(rows)
+    bounds = {key: bounds_of(np.broadcast_to(bound(key, arrays), len(rows))) for key in BOUNDS if key in arrays}
+    return ExactParts(rows, fractions_of(flat(arrays["q"])), **bounds)
+
+
+def exact_vector(field: str, arrays: Mapping[str, Any]) -> list[Fraction]:
+    """A vector that `vector` has accepted, with its own numbers."""
+    from lcpcli.rational.problem import fractions_of
+
+    return fractions_of(_named(field.lstrip("-"), arrays))
 
 
 def bound(name: str, arrays: Mapping[str, Any]) -> Any:

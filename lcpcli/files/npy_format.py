@@ -40,17 +40,20 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
 
 
 def parse_exact(content: bytes) -> ExactParts:
-    """M and, if the array has it, q, with their doubles as exact rationals."""
-    from lcpcli.rational.problem import parts_of
+    """M and, if the array has it, q, with the numbers as they are."""
+    from lcpcli.rational.problem import ExactParts, fractions_of, rows_of
 
-    return parts_of(parse(content))
+    table = _array(content)
+    if table.shape[1] != table.shape[0] + 1:
+        return ExactParts(rows_of(table))
+    return ExactParts(rows_of(table[:, :-1]), fractions_of(table[:, -1]))
 
 
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
-    """A vector with its doubles as exact rationals."""
+def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
+    """A vector that `parse_vector` has accepted, with the numbers as they are."""
     from lcpcli.rational.problem import fractions_of
 
-    return fractions_of(parse_vector(field, content))
+    return fractions_of(held(content))
 
 
 def render(problem: Problem) -> dict[str, bytes]:

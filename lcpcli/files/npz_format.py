@@ -61,17 +61,17 @@ def parse_bound(name: str, content: bytes) -> Any:
 
 
 def parse_exact(content: bytes) -> ExactParts:
-    """M and, if the archive has it, q, with their doubles as exact rationals."""
+    """M and, if the archive has it, q, with the numbers as they are; of a program or a game with its doubles."""
     from lcpcli.rational.problem import parts_of
 
-    return parts_of(parse(content))
+    arrays = _arrays(content)
+    program = named_arrays.program(arrays)
+    return parts_of(program) if program is not None else named_arrays.exact_parts(_matrix(arrays), arrays)
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
-    """A vector with its doubles as exact rationals."""
-    from lcpcli.rational.problem import fractions_of
-
-    return fractions_of(parse_vector(field, content))
+    """A vector that `parse_vector` has accepted, with the numbers as they are."""
+    return named_arrays.exact_vector(field, _arrays(content))
 
 
 def render(problem: Problem) -> dict[str, bytes]:

@@ -20,7 +20,7 @@ from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from lcpcli.files.candidate import Candidate
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.problem import ExactParts, ExactProblem
 
 STANDARD_INPUT = "-"
 ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
@@ -60,11 +60,15 @@ def read_origin(kind: str, path: str) -> Problem:
 
 
 def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
-    """As `read`, with the decimal numbers of the files as exact rationals; those of NPZ are doubles.
+    """As `read`, with the numbers of the files as they are there: decimals as exact rationals, in arrays also integers
+    beyond those that are doubles.
 
     Raises ProblemError as `read` does, also for a number beyond the range of doubles.
     """
-    return exact_problem_of(path, q_path, cache(content_of))  # standard input can be read only once
+    from lcpcli.rational.problem import ExactProblem
+
+    fetch = cache(content_of)  # standard input can be read only once
+    return ExactProblem(problem_of(path, q_path, fetch), *exact_parts_of(path, q_path, fetch))
 
 
 def read_next(paths: Sequence[str]) -> tuple[Problem, Sequence[str]]:
@@ -82,18 +86,15 @@ def problem_of(path: str, q_path: str | None, fetch: Fetch) -> Problem:
     return _completed(held_in(path, fetch), path, q_path, fetch)
 
 
-def exact_problem_of(path: str, q_path: str | None, fetch: Fetch) -> ExactProblem:
-    """As `problem_of`, with decimals as written."""
-    from lcpcli.rational.problem import ExactProblem
-
-    problem = problem_of(path, q_path, fetch)
+def exact_parts_of(path: str, q_path: str | None, fetch: Fetch) -> ExactParts:
+    """The numbers of contents that `problem_of` has accepted, as they are there."""
     content = fetch(path, WHOLE)
-    M, q, *bounds = _blaming(path, lambda: format_of(path, content).parse_exact(content))
-    if q is None:
-        q_place = cast(str, q_path)
-        vector = fetch(q_place, LINE)
-        q = _blaming(q_place, lambda: format_of(q_place, vector).parse_exact_vector("q", vector))
-    return ExactProblem(problem, M, q, *bounds)
+    parts = _blaming(path, lambda: format_of(path, content).parse_exact(content))
+    if parts.q is not None:
+        return parts
+    q_place = cast(str, q_path)
+    vector = fetch(q_place, LINE)
+    return parts._replace(q=_blaming(q_place, lambda: format_of(q_place, vector).parse_exact_vector("q", vector)))
 
 
 def held_in(path: str, fetch: Fetch) -> Problem | Matrix:
@@ -179,12 +180,6 @@ def format_of(path: str, content: bytes) -> Format:
     return load(form_of(path, content))
 
 
-def parsed(path: str, expected: str, parse: Callable[[bytes], T]) -> T:
-    """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
-    content = content_of(path, expected)
-    return _blaming(path, lambda: parse(content))
-
-
 def name_of(path: str) -> str:
     """The name of a problem that has none of its own, from its file."""
     return place(path) if path == STANDARD_INPUT else Path(uncompressed(path)).stem
@@ -196,6 +191,12 @@ def _blaming(path: str, parse: Callable[[], T]) -> T:
         return parse()
     except ProblemError as error:
         raise error.inside(place(path)) from None
+
+
+def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
+    """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
+    content = (fetch or content_of)(path, expected)
+    return _blaming(path, lambda: parse(content))
 
 
 def place(path: str) -> str:

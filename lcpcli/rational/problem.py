@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -47,10 +47,11 @@ class ExactProblem:
         self,
         problem: Problem,
         M: Rows,
-        q: Sequence[Fraction],
+        q: Sequence[Fraction] | None,
         lower: Bounds | None = None,
         upper: Bounds | None = None,
     ) -> None:
+        assert q is not None
         self.problem = problem
         self.lower = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
@@ -69,11 +70,10 @@ class ExactProblem:
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:
         """The problem with its doubles as exact rational numbers."""
-        parts = parts_of(problem)
-        return cls(problem, parts.M, fractions_of(problem.q), parts.lower, parts.upper)
+        return cls(problem, *parts_of(problem))
 
     @classmethod
-    def of_rows(cls, problem: Problem, kept: Indices, number: Callable[[float], Fraction]) -> ExactProblem:
+    def of_rows(cls, problem: Problem, kept: Indices, number: Callable[[Any], Fraction]) -> ExactProblem:
         """The problem with those rows of M and q as these numbers, and zeros in place of the others."""
         M, q = rows_of(problem.M[kept], number), [number(value) for value in problem.q[kept].tolist()]
         rows: Rows = [{} for _ in range(problem.n)]
@@ -85,9 +85,7 @@ class ExactProblem:
     @classmethod
     def of_decimals(cls, problem: Problem) -> ExactProblem:
         """The problem with the shortest decimal of each double: as written, up to 15 digits."""
-        M, q, *bounds = decimal_parts_of(problem)
-        assert q is not None
-        return cls(problem, M, q, *bounds)
+        return cls(problem, *decimal_parts_of(problem))
 
     @property
     def n(self) -> int:
@@ -161,19 +159,24 @@ class ExactProblem:
         return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
 
 
-def rows_of(M: Matrix, number: Callable[[float], Fraction] = Fraction) -> Rows:
-    """The rows of a dense or sparse matrix of doubles, as rational numbers: by default exactly the doubles."""
+def number_of(value: Any) -> Fraction:
+    """A finite number of any type as it is."""
+    return Fraction(*value.as_integer_ratio())
+
+
+def rows_of(M: Matrix, number: Callable[[Any], Fraction] = number_of) -> Rows:
+    """The rows of a dense or sparse matrix as rational numbers: by default exactly its own."""
     if not is_sparse(M):
         return [{j: number(a) for j, a in enumerate(row) if a} for row in M.tolist()]
     rows: Rows = [{} for _ in range(M.shape[0])]
     coo = M.tocoo()
     for i, j, a in zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True):
         if a:
-            rows[i][j] = number(a)
+            rows[i][j] = rows[i].get(j, 0) + number(a)
     return rows
 
 
-def parts_of(held: Problem | Matrix, number: Callable[[float], Fraction] = Fraction) -> ExactParts:
+def parts_of(held: Problem | Matrix, number: Callable[[Any], Fraction] = number_of) -> ExactParts:
     """M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
     if not isinstance(held, Problem):
         return ExactParts(rows_of(held, number))
@@ -183,11 +186,13 @@ def parts_of(held: Problem | Matrix, number: Callable[[float], Fraction] = Fract
 
 def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
     """The lower and the upper bounds of a mixed problem; none of an LCP."""
-    return [
-        [number(value) if math.isfinite(value) else None for value in bound.tolist()]
-        for bound in (problem.box.lower, problem.box.upper)
-        if isinstance(bound, np.ndarray)
-    ]
+    bounds = (problem.box.lower, problem.box.upper)
+    return [bounds_of(bound, number) for bound in bounds if isinstance(bound, np.ndarray)]
+
+
+def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> Bounds:
+    """The entries of a bound as rational numbers, None for infinite ones."""
+    return [number(value) if math.isfinite(value) else None for value in bound.tolist()]
 
 
 def shortest_decimal(value: float) -> Fraction:
@@ -218,8 +223,8 @@ def _gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) 
 
 
 def fractions_of(values: Vector) -> list[Fraction]:
-    """Doubles as exact rational numbers."""
-    return [Fraction(value) for value in values.tolist()]
+    """The numbers of an array as they are."""
+    return [number_of(value) for value in values.tolist()]
 
 
 def _dot(a: Sequence[int], b: Sequence[int]) -> int:

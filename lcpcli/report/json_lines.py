@@ -51,6 +51,7 @@ class ResultDict(TypedDict):
     exact: dict[str, Any] | None
     answer: dict[str, Any] | None
     others: bool | None
+    exactly_solvable: bool | None
     tol: float | None
     max_iterations: int | None
     time_limit: float | None
@@ -114,6 +115,7 @@ def data(result: Result, source: Source = NOWHERE) -> ResultDict:
         "exact": _exact(result),
         "answer": answers.data(result),
         "others": result.others,
+        "exactly_solvable": result.exactly_solvable,
         "tol": made_by["tol"],
         "max_iterations": made_by["max_iterations"],
         "time_limit": made_by["time_limit"],

@@ -19,6 +19,7 @@ PAGE = 80
 DIGITS = 7
 FEW_DIGITS = 6  # of z that the data determine: if fewer, it is said
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
+UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # without a z of interest
 
 
@@ -26,7 +27,8 @@ def verdict(result: Result) -> str:
     """One line: how the run ended, and by which methods."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
-        return f"{result.status.word} {by}: {_work(result)}{OTHERS[result.others]}"
+        told = UNSOLVABLE if result.exactly_solvable is False else OTHERS[result.others]
+        return f"{result.status.word} {by}: {_work(result)}{told}"
     return f"{summary.name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
 
 

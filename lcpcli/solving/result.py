@@ -125,6 +125,7 @@ class Result:
     verified : whether a claim to have solved the problem holds when the residual is recomputed from the original
         data; None if there is no such claim, or if not requested.
     others : whether the problem has other solutions too; None if that is not known, or if not requested.
+    exactly_solvable : whether the problem has an exact solution, with its numbers as they are written; None likewise.
 
     to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`.
 
@@ -161,6 +162,7 @@ class Result:
     answer: Answer | None = None
     verified: bool | None = None
     others: bool | None = None
+    exactly_solvable: bool | None = None
 
     if TYPE_CHECKING:  # `lcpcli` gives them to the class, from report/
 

@@ -115,7 +115,7 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
     if none such are found, for their shortest decimals. Else it is y times a power of two: if the numbers of the data
     are long, if M'y has to vanish in more columns than `farkas.is_short` allows, or if the problem is large.
     """
-    if not (np.isfinite(y).all() and y.any()):
+    if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
     with imports:
         from lcpcli.verify.exact_farkas import whole_proofs
