@@ -158,7 +158,7 @@ def test_what_a_solution_is_depends_on_convexity(Q: list[list[float]], words: st
             [0, -1],
             [[0.1, 0], [-0.1, 0]],
             [0.3, -0.3],
-            "the program is unbounded below: an LP finds its constraints feasible, to its tolerance",
+            "the program is unbounded below",
         ),
     ],
 )

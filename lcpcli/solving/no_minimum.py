@@ -1,0 +1,142 @@
+"""Why a linear or quadratic program has no minimum.
+
+It is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic programming, Naval Res. Logist. Quart. 3
+(1956) 95-110. Which of the two is said only where it is proved without any tolerance.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.linalg.linear_program import minimized
+from lcpcli.linalg.matrices import compressed
+from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Minimum
+from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Vector
+from lcpcli.verify.certificate import farkas, proof
+
+SECONDS = 1.0  # for each of two LPs, and for exact arithmetic
+SIMPLE = 10**6  # the largest denominator of a feasible point that is tried before its doubles
+MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is used
+WORDS = {"min": ("minimum", "below"), "max": ("maximum", "above")}
+
+
+def without_minimum(result: Result, program: Program, data: ProgramData) -> Minimum:
+    """Which constraints exclude each other, or in which direction the objective improves for ever."""
+    problem, k = result.problem, program.variables
+    best, side = WORDS[program.sense]
+    if result.status not in (Status.INFEASIBLE, Status.UNSOLVABLE):
+        return _nowhere("not solved, so there is no x")
+    of_x, of_rows = _halves(result, k)
+    known = _feasibility(problem, data, of_rows)
+    if known.feasible is False:
+        y = None if known.vector is None else program.parts(known.vector)[1]
+        told = "the program is infeasible: no x satisfies its constraints"
+        return _nowhere(told, INFEASIBLE, certificate=y)
+    y = proof(problem, of_x)
+    ray = None if y is None else y[:k]
+    if known.feasible:
+        return _nowhere(f"the program is unbounded {side}", UNBOUNDED, ray=ray)
+    return _nowhere(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray=ray)
+
+
+def _nowhere(
+    statement: str, proved: str | None = None, ray: Vector | None = None, certificate: Vector | None = None
+) -> Minimum:
+    return Minimum(None, None, None, None, statement, proved, ray=ray, certificate=certificate)
+
+
+def _halves(result: Result, k: int) -> tuple[Vector, Vector]:
+    """The y of Farkas that the result has, for the k variables alone and for the rows alone; zeros if it has none."""
+    certificate, of_x, of_rows = result.certificate, np.zeros(result.problem.n), np.zeros(result.problem.n)
+    if certificate is not None and certificate.vector is not None:
+        of_x[:k], of_rows[k:] = certificate.vector[:k], certificate.vector[k:]
+    return of_x, of_rows
+
+
+class _Feasibility(NamedTuple):
+    """Whether a program is feasible, None if that is not decided; if it is not, its multipliers in a y of Farkas."""
+
+    feasible: bool | None
+    vector: Vector | None = None
+
+
+def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibility:
+    """Whether some x satisfies rows and bounds, without any tolerance. guess : a y that may prove that none does."""
+    y = proof(problem, guess)
+    if y is not None:
+        return _Feasibility(False, y)
+    if _is_within([0] * data.c.size, [0] * data.row_lower.size, data):
+        return _Feasibility(True)
+    constraints = _constraints(data)
+    y = _of_rows(problem, data, farkas(constraints, SECONDS)) if data.row_lower.size else None
+    if y is not None:
+        return _Feasibility(False, y)
+    if compressed(data.A).nnz > MOST_FRACTIONS:
+        return _Feasibility(None)
+    return _Feasibility(True) if _has_simple_point(data) else _exactly(problem, data, constraints)
+
+
+def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
+    """What the simplex method in integers says, unless it takes too long."""
+    with imports:
+        from lcpcli.rational.infeasibility import farkas_vector
+        from lcpcli.rational.numbers import rounded_direction
+        from lcpcli.rational.problem import ExactProblem
+    try:
+        y = farkas_vector(ExactProblem.of_floats(constraints), alarm(time.perf_counter() + SECONDS))
+    except TimeIsUp:
+        return _Feasibility(None)
+    return _Feasibility(True) if y is None else _Feasibility(False, _of_rows(problem, data, rounded_direction(y)))
+
+
+def _constraints(data: ProgramData) -> Problem:
+    """The conditions of the program without its objective, which are satisfied by every feasible x, with y = 0."""
+    zero = data.Q * 0.0
+    if not isinstance(zero, np.ndarray):
+        zero.eliminate_zeros()
+    M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()
+    return Problem(M, q, lower=lower, upper=upper)
+
+
+def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | None:
+    """The proof for the program itself that consists of the multipliers in y, which is one for its constraints."""
+    if y is None:
+        return None
+    y[: data.c.size] = 0.0
+    return proof(problem, y)
+
+
+def _has_simple_point(data: ProgramData) -> bool:
+    """Whether a point that is feasible to the tolerance of an LP solver, rounded to simple fractions or as it is, is so
+    without any tolerance."""
+    ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
+    point = minimized(np.zeros(data.c.size), data.A, ends, bounds, SECONDS)
+    if point is None:
+        return False
+    A, x = compressed(data.A).tocoo(), [Fraction(value) for value in point.x.tolist()]
+    for candidate in ([value.limit_denominator(SIMPLE) for value in x], x):
+        Ax = [Fraction(0)] * data.row_lower.size
+        for i, j, value in zip(A.row.tolist(), A.col.tolist(), A.data.tolist(), strict=True):
+            Ax[i] += Fraction(value) * candidate[j]
+        if _is_within(candidate, Ax, data):
+            return True
+    return False
+
+
+def _is_within(x: Sequence[Any], Ax: Sequence[Any], data: ProgramData) -> bool:
+    """Whether x and Ax, numbers of any type, are within bounds and rows."""
+    return all(
+        low <= value <= high
+        for values, lower, upper in ((x, data.lower, data.upper), (Ax, data.row_lower, data.row_upper))
+        for value, low, high in zip(values, lower.tolist(), upper.tolist(), strict=True)
+    )
