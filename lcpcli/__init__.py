@@ -16,7 +16,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     error_bound  a proved bound on the distance of a z from the solution
     solve_qp     the minimizer of a convex quadratic or linear program, called as in qpsolvers
     from_qp      the Problem of a linear or quadratic program; Result.answer has its minimizer and multipliers
-    from_qpsolvers  the same from the arguments that qpsolvers has
+    from_qpsolvers, from_osqp  the same from the arguments that qpsolvers and OSQP have
     add_to_qpsolvers  makes qpsolvers.solve_qp(..., solver="lcp") possible
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.model.from_game import from_game as from_game
+    from lcpcli.model.from_program import from_osqp as from_osqp
     from lcpcli.model.from_program import from_qp as from_qp
     from lcpcli.model.from_program import from_qpsolvers as from_qpsolvers
     from lcpcli.model.problem import Problem as Problem
@@ -69,6 +70,7 @@ _HOMES = {
     "error_bound": "bounds.error_bound",
     "exact": "solving.proof",
     "from_game": "model.from_game",
+    "from_osqp": "model.from_program",
     "from_qp": "model.from_program",
     "from_qpsolvers": "model.from_program",
     "inspect": "diagnosis.inspection",
@@ -92,6 +94,7 @@ __all__ = [
     "error_bound",
     "exact",
     "from_game",
+    "from_osqp",
     "from_qp",
     "from_qpsolvers",
     "inspect",

@@ -157,6 +157,14 @@ BUDGET = Option(
     lambda seconds: 0 <= seconds < math.inf,
     "Repeat a measurement until its median is known or this time is spent; by default the suite's.",
 )
+INFINITY = Option(
+    "infinity",
+    float,
+    None,
+    "size > 0",
+    lambda size: size > 0,
+    "Bounds of this size or more are none, also those of a program's rows; by default only infinite ones.",
+)
 EVERY = Option(
     "every",
     int,

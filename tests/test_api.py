@@ -151,7 +151,7 @@ def test_errors_name_options_as_their_readers_write_them(lcp: Callable[..., Outc
 
 def test_solve_and_run_take_the_same_options() -> None:
     ours, theirs = (signature(function).parameters for function in (lcpcli.run, lcpcli.solve))
-    of_the_problem = ("problem", "M", "q", "lower", "upper")
+    of_the_problem = ("problem", "M", "q", "lower", "upper", "infinity")
     assert [item for item in ours.items() if item[0] not in of_the_problem] == [
         item for item in theirs.items() if item[0] not in of_the_problem
     ]

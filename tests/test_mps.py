@@ -167,3 +167,57 @@ def test_large_programs_are_sparse_and_small_ones_dense(tmp_path: Path) -> None:
     kinds: list[Any] = [type(read(written(tmp_path, text(k))).M) for k in (5, 500)]
     assert kinds[0] is np.ndarray
     assert kinds[1] is not np.ndarray
+
+
+INFINITE = """NAME infinite
+ROWS
+ N cost
+ G free
+ G low
+ L high
+ E equal
+COLUMNS
+ x cost 1 low 1
+ x free 1 high 1
+ y cost 1 equal 1
+ z cost 1 equal 1
+RHS
+ r free -1e20 low -1e6
+ r high 2e6 equal 3
+RANGES
+ g low 1e20 high 1e30
+ g equal -1e25
+BOUNDS
+ LO b x -1e20
+ UP b x 1e20
+ MI b y
+ UP b y 9.9e19
+ LO b z -2e30
+ UP b z 1e21
+ENDATA
+"""
+
+
+@pytest.mark.parametrize("ending", ["mps", "mps.gz", "qps"])
+def test_bounds_sides_and_ranges_of_1e20_or_more_are_none(ending: str, tmp_path: Path) -> None:
+    text = gzip.compress(INFINITE.encode()) if ending.endswith("gz") else INFINITE
+    _, data = program(read(written(tmp_path, text, f"p.{ending}")))
+    assert data.row_lower.tolist() == [-INF, -1e6, -INF, -INF]
+    assert data.row_upper.tolist() == [INF, INF, 2e6, 3]
+    assert data.lower.tolist() == [-INF, -INF, -INF]
+    assert data.upper.tolist() == [INF, 9.9e19, INF]
+
+
+def test_the_same_holds_in_the_lp_format(tmp_path: Path) -> None:
+    text = "min\n obj: x + y\nst\n r: x + y >= -1e30\n s: x - y <= 4\nbounds\n -1e20 <= x <= 1e25\n y <= 9e19\nend\n"
+    _, data = program(read(written(tmp_path, text, "p.lp")))
+    assert (data.row_lower.tolist(), data.row_upper.tolist()) == ([-INF, -INF], [INF, 4])
+    assert (data.lower.tolist(), data.upper.tolist()) == ([-INF, 0], [INF, 9e19])
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("equal 3", "equal 1e20"), ("LO b x -1e20", "LO b x 1e20"), ("UP b z 1e21", "UP b z -1e21")]
+)
+def test_a_bound_that_cannot_be_none_is_refused(old: str, new: str, tmp_path: Path) -> None:
+    with pytest.raises(ProblemError, match=r"is not accepted by HiGHS \((Row|Col) . has (lower|upper) bound of -?1e"):
+        read(written(tmp_path, INFINITE.replace(old, new).replace(" g equal -1e25\n", "")))

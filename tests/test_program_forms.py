@@ -1,4 +1,6 @@
-"""One program in native names, in those of qpsolvers, in NPZ, MAT and MPS, and as a mixed problem: the same answer."""
+"""One program in native names, in those of qpsolvers and of OSQP, in NPZ, MAT and MPS, and as a mixed problem: the same
+answer.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.io import savemat
-from scipy.sparse import csr_array
+from scipy.sparse import csc_matrix, csr_array
 
 import lcpcli
-from lcpcli import Problem, from_qp, from_qpsolvers, read, run, write
+from lcpcli import Problem, from_osqp, from_qp, from_qpsolvers, read, run, write
 from lcpcli.files import shipped
 from lcpcli.solving.answer import Minimum
 
@@ -51,6 +53,13 @@ def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
     G, h = np.vstack((A[above], -A[below])), np.concatenate((high[above], -low[below]))
     objective = {"P": p["Q"], "q": p["c"], "lb": p["lower"], "ub": p["upper"]}
     return objective | {"G": G, "h": h, "A": A[equal], "b": low[equal]}
+
+
+def osqp_names(p: dict[str, Any], infinity: float = np.inf) -> dict[str, Any]:
+    """The same program with the bounds as rows, and with that number for none."""
+    l, u = (np.concatenate((p[f"row_{side}"], p[side])) for side in ("lower", "upper"))  # noqa: E741 (its name there)
+    A = np.vstack((p["A"], np.eye(len(p["c"]))))
+    return {"P": p["Q"], "q": p["c"], "A": A, "l": np.maximum(l, -infinity), "u": np.minimum(u, infinity)}
 
 
 def mps(p: dict[str, Any]) -> str:
@@ -110,6 +119,48 @@ def test_each_form_has_the_same_answer(seed: int, tmp_path: Path) -> None:
     M, q, lower, upper = (getattr(from_qp(**p), name) for name in ("M", "q", "lower", "upper"))
     z = lcpcli.solve(M, q, lower=lower, upper=upper).z
     assert z[:6] == pytest.approx(expected.x, rel=1e-11, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_osqp_bounds_rows_only_and_1e20_is_none(seed: int, tmp_path: Path) -> None:
+    p = program(seed)
+    expected = run(from_qp(**p)).answer
+    assert isinstance(expected, Minimum)
+    triangle = {"P": np.triu(p["Q"])}
+    (tmp_path / "null.json").write_text(json.dumps(lists(osqp_names(p))))
+    (tmp_path / "1e30.json").write_text(json.dumps(lists(osqp_names(p, 1e30) | triangle)))
+    np.savez(tmp_path / "1e20.npz", **osqp_names(p, 1e20))
+    sparse = {"P": csr_array(triangle["P"]), "A": csr_array(osqp_names(p)["A"])}
+    savemat(tmp_path / "1e25.mat", osqp_names(p, 1e25) | sparse | {"m": 10, "n": 6, "comment": "of the workspace"})
+    files = [read(tmp_path / name) for name in ("null.json", "1e30.json", "1e20.npz", "1e25.mat")]
+    for problem in [*files, from_osqp(**osqp_names(p)), from_osqp(**osqp_names(p, 1e20) | sparse)]:
+        answer = run(problem).answer
+        assert isinstance(answer, Minimum)
+        assert answer.x == pytest.approx(expected.x, rel=1e-11, abs=1e-12)
+        assert answer.objective == pytest.approx(expected.objective, rel=1e-12)
+        assert answer.y is not None
+        assert answer.y[:4] == pytest.approx(expected.y, rel=1e-9, abs=1e-11)
+        assert answer.y[4:] == pytest.approx(expected.bound_multipliers, rel=1e-9, abs=1e-11)
+        assert not answer.bound_multipliers.any()
+
+
+def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
+    osqp = pytest.importorskip("osqp")
+    given = osqp_names(program(1), 1e30)
+    solver = osqp.OSQP()
+    columns = {name: csc_matrix(given[name]) for name in ("P", "A")}
+    solver.setup(**given | columns, verbose=False, eps_abs=1e-9, eps_rel=1e-9, max_iter=100_000)
+    theirs, ours = solver.solve(raise_error=False), run(from_osqp(**given)).answer
+    assert isinstance(ours, Minimum)
+    assert ours.x == pytest.approx(theirs.x, abs=1e-6)
+    assert ours.y == pytest.approx(-theirs.y, abs=1e-6)
+
+
+def test_linear_programs_and_those_without_rows_have_osqp_names_too(tmp_path: Path) -> None:
+    (tmp_path / "lp.json").write_text('{"P": null, "q": [1, 2], "A": [[1, 1], [0, 1]], "l": [2, 0], "u": 3}')
+    for problem in (read(tmp_path / "lp.json"), from_osqp(None, [1, 2], [[1, 1], [0, 1]], [2, 0], 3)):
+        assert run(problem).answer.x.tolist() == [2, 0]
+    assert run(from_osqp([[2, 1], [0, 2]], [-3, -3])).answer.x.tolist() == [1, 1]
 
 
 @pytest.mark.parametrize("seed", SEEDS)

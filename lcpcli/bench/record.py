@@ -15,6 +15,7 @@ from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 
 EXCLUDED = "excluded"
+ADDED = {"infinity"}  # fields that older records lack
 T = TypeVar("T")
 
 
@@ -179,13 +180,14 @@ def _with_tuples(row: Measurement) -> Measurement:
 
 
 def _made(kind: Callable[..., T], held: Any) -> T:
-    """An instance of a dataclass from an object with exactly its fields; ValueError for any other."""
+    """An instance of a dataclass from an object with its fields, without ADDED in an older record; ValueError for any
+    other."""
     hints = get_type_hints(kind)
-    names = [each.name for each in fields(kind)]  # type: ignore[arg-type]
-    if not isinstance(held, dict) or set(held) != set(names):
+    names = {each.name for each in fields(kind)}  # type: ignore[arg-type]
+    if not isinstance(held, dict) or not names - ADDED <= set(held) <= names:
         raise ValueError("its fields are not those of a record")
-    for name in names:
-        if not _fits(held[name], hints[name]):
+    for name, value in held.items():
+        if not _fits(value, hints[name]):
             raise ValueError(f"{name} has the wrong type")
     return kind(**held)
 

@@ -26,10 +26,11 @@ def start(
     wanted: Sequence[str],
     options: Settings,
     tell: Callable[[str], None] = lambda _: None,
+    infinity: float | None = None,
 ) -> Record:
     """An empty record; wanted peers are selected as by `peers.select`. Files are read once, so that errors in them are
-    reported before any measurement; `tell` is as for `suites.cases_of`."""
-    cases = suites.cases_of(asked, tell)
+    reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
+    cases = suites.cases_of(asked, tell, infinity)
     chosen = peers.select(wanted)
     missing = [name for name in chosen if peers.load(name).version() is None]
     present = [name for name in chosen if name not in missing]

@@ -5,6 +5,7 @@ Nothing heavy is imported, so that the suites can be listed in help.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,6 +27,7 @@ class Case:
     name : unique within a bench.
     family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file.
     file, q_file : the path of its file, and of that of q if it is separate; "" for a problem of the gallery.
+    infinity : the size from which on the bounds in its file are none; None if only infinite ones are.
     """
 
     name: str
@@ -35,6 +37,7 @@ class Case:
     parameters: dict[str, bool | int | float | str] = field(default_factory=dict)
     file: str = ""
     q_file: str = ""
+    infinity: float | None = None
 
 
 @dataclass(frozen=True)
@@ -175,10 +178,12 @@ SUITES = {
 ALL = "all"
 
 
-def cases_of(asked: Sequence[str], tell: Callable[[str], None] = lambda _: None) -> list[Case]:
+def cases_of(
+    asked: Sequence[str], tell: Callable[[str], None] = lambda _: None, infinity: float | None = None
+) -> list[Case]:
     """The cases of suites, files and folders of files, each once; a file that holds M alone is followed by that of q.
 
-    tell : called with what is wrong with the known solutions in a file.
+    tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files.
 
     Raises OptionError for a name that is neither, ProblemError for a file that cannot be read.
     """
@@ -191,10 +196,13 @@ def cases_of(asked: Sequence[str], tell: Callable[[str], None] = lambda _: None)
         elif name in SUITES:
             cases += SUITES[name].cases
         else:
-            files = _files(left, tell)
+            files = _files(left, tell, infinity)
             used = len(files)
-            cases.append(Case(" ".join(_name_of(path, asked) for path in files), file=name, q_file="".join(files[1:])))
+            title = " ".join(_name_of(path, asked) for path in files)
+            cases.append(Case(title, file=name, q_file="".join(files[1:]), infinity=infinity))
         left = left[used:]
+    if infinity is not None and all(each.infinity is None for each in cases):
+        raise OptionError("--infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
     return list({each.name: each for each in cases}.values())
 
 
@@ -209,15 +217,19 @@ def _within(path: str) -> list[str]:
     return sorted(found)
 
 
-def _files(asked: Sequence[str], tell: Callable[[str], None]) -> Sequence[str]:
+def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | None) -> Sequence[str]:
     """The files of the problem in the first one; all are read."""
     from lcpcli.files import reading
+    from lcpcli.model import far_bounds
     from lcpcli.verify.known import without_wrong_solutions
 
     _existing(asked[0])
-    problem, files = reading.read_next(asked)
-    for fault in without_wrong_solutions(problem)[1]:
-        tell(f"{asked[0]}: {fault}")
+    problem, files = reading.read_next(asked, infinity or math.inf)
+    remarks = without_wrong_solutions(problem)[1]
+    if infinity is None and (far := far_bounds.remark(problem)):
+        remarks.append(far)
+    for remark in remarks:
+        tell(f"{asked[0]}: {remark}")
     return files
 
 
@@ -232,7 +244,8 @@ def problem_of(case: Case) -> Problem:
         from lcpcli.files import reading
         from lcpcli.verify.known import without_wrong_solutions
 
-        return without_wrong_solutions(reading.read(case.file, case.q_file or None))[0]
+        problem = reading.read(case.file, case.q_file or None, infinity=case.infinity or math.inf)
+        return without_wrong_solutions(problem)[0]
     from lcpcli.gallery import families as gallery
 
     return gallery.make(case.family, case.n, case.seed, **case.parameters)

@@ -14,7 +14,7 @@ from lcpcli.cli.options import STARTS
 from lcpcli.cli.output import HERE, Output, emit, terminal
 from lcpcli.cli.session import refuse_clashes
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files.keys import BOUNDS
+from lcpcli.files.keys import OF_BOUNDS
 from lcpcli.methods.registry import ADDITIONS, OPTIONS
 from lcpcli.options import MAX_ITERATIONS, MAX_SOLUTIONS, TIME_LIMIT, TOL, flag
 
@@ -48,7 +48,7 @@ def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bo
     output = Output(
         given["form"], None, None, given["output"], given["quiet"], bound=False, exact=False, compared=False
     )
-    of_z = {name: given[name] for name in BOUNDS}
+    of_z = {name: given[name] for name in OF_BOUNDS}
     refuse_clashes(problems.inputs(files, of_z), {"--output": output.path, "--plot": given["plot"]})
     picture = given["plot"]
     if picture is not None:
@@ -95,8 +95,8 @@ def _read(files: Sequence[str], bounds: problems.Given, given: Mapping[str, Any]
         raise OptionError("--all", "takes one problem", "give the others to another run")
     work = next(works)
     (held,) = problems.held(work, bounds, exact=True)
-    for fault in [] if given["quiet"] else held.faults:
-        problems.tell(fault)
+    for remark in [] if given["quiet"] else held.remarks:
+        problems.tell(remark)
     return held.exactly(), work.sources[0]
 
 

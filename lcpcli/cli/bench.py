@@ -14,7 +14,7 @@ from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.methods import several_methods
 from lcpcli.cli.options import format_option, numeric, output_file
 from lcpcli.methods.registry import meanings
-from lcpcli.options import ACCEPT, BUDGET, THREADS, TOL
+from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
 from lcpcli.peers.registry import PEERS
 
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
@@ -57,6 +57,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     nargs=-1,
     shell_complete=candidates.one_of(MEANINGS, candidates.PROBLEMS),
 )
+@numeric("Problems", INFINITY)
 @several_methods("Solvers", "measure", DEFAULT_METHODS)
 @option(
     "Solvers",

@@ -24,11 +24,12 @@ from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file
 from lcpcli.errors import OptionError
 from lcpcli.files.atomic_write import refuse_unwritable, write_whole
-from lcpcli.options import ACCEPT, BUDGET, TIME_LIMIT, TOL, flag
+from lcpcli.options import ACCEPT, BUDGET, INFINITY, TIME_LIMIT, TOL, flag
 from lcpcli.report.figures import drawing as figures
 
 MEASURING = (TOL, TIME_LIMIT, ACCEPT, BUDGET)
-ASKED = ("suite", "methods", "sweep", "peers", "tol", "time_limit", "accept", "budget")  # fixed by a resumed record
+ASKED = ("suite", "infinity", "methods", "sweep", "peers", "tol", "time_limit", "accept", "budget")
+"""What a resumed record fixes."""
 
 
 def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> int:
@@ -76,7 +77,7 @@ def _tell_how_to_go_on(record: Record, kept: dict[str, str]) -> None:
 def _start(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: float) -> Record:
     asked = given["suite"] or (suite,)
     numbers = {option.name: given[option.name] for option in MEASURING}
-    options.check(MEASURING, numbers)
+    options.check((*MEASURING, INFINITY), given)
     if numbers["time_limit"] == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds; a failure counts as that")
     defaults = {"time_limit": time_limit, "budget": suites.budget_of(asked)}
@@ -86,7 +87,8 @@ def _start(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit
     settings = Settings(**{name: float(value) for name, value in numbers.items()})
     names = [str(variant) for variant in chosen_variants(given, methods)]
     tell = (lambda _: None) if given["quiet"] else problems.tell
-    return benching.start(asked, names, given["peers"], settings, tell)
+    infinity = None if given["infinity"] == math.inf else given["infinity"]
+    return benching.start(asked, names, given["peers"], settings, tell, infinity)
 
 
 def _resume(given: dict[str, Any]) -> Record:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 @numeric("Verification", TOL)
 @option("Verification", "--exact", is_flag=True, help="Verify in rational arithmetic, decimals taken as written.")
 @format_option(FORMATS, "table")
-def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, **given: str | None) -> int:
+def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")

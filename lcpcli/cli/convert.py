@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 )
 @problem_file
 @problem_output
-def convert(file: str, q_file: str | None, output: str | None, **given: str | None) -> int:
+def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> int:
     """Write the problem in FILE in another format."""
     files = [file] if q_file is None else [file, q_file]
     threads.settle(files)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from lcpcli import options
@@ -40,7 +42,7 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
 @format_option(FORMATS)
 @output_file()
 def inspect(
-    file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None, **given: str | None
+    file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None, **given: Any
 ) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
     files = [file] if q_file is None else [file, q_file]

@@ -13,7 +13,7 @@ from lcpcli.cli.command import Choice, argument, option
 from lcpcli.cli.output import ITERATES
 from lcpcli.files.formats import FORMATS as suffixes
 from lcpcli.methods.registry import ADDITIONS, METHODS
-from lcpcli.options import AUTO, EVERY, LIMITS, THREADS, Option, flag
+from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
 from lcpcli.report.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -110,8 +110,9 @@ def problem_files(command: Command) -> Command:
 
 
 def with_bounds(command: Command) -> Command:
-    """Declare the bounds of z for a command that takes one problem."""
+    """Declare the bounds of z for a command that reads problems."""
     complete = candidates.files(*candidates.VECTORS)
+    command = numeric("Problem", INFINITY)(command)
     for name, side in (("upper", "Upper"), ("lower", "Lower")):
         meaning = f"{side} bound of z: a number for all, none, or one each, typed or a file.  [default: the problem's]"
         declare = option("Problem", f"--{name}", metavar="NUMBER|FILE", shell_complete=complete, help=meaning)

@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from lcpcli.cli.output import emit
 from lcpcli.files.formats import COMPLETE
+from lcpcli.files.keys import BOUNDS
 
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
 
 
-Given = Mapping[str, str | None]  # bounds by their names, lower and upper
+Given = Mapping[str, Any]  # by the options OF_BOUNDS: texts for lower and upper, a number for infinity
 
 
 def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
@@ -35,8 +36,10 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
 
     fetch = cache(reading.content_of)
     data = reading.read_exact(*files)
-    data.problem = _vetted(bounds.bounded(data.problem, given, fetch), files[0], quiet)
-    return bounds.exactly_bounded(data, given, fetch)
+    problem = bounds.bounded(data.problem, given, fetch)
+    data = bounds.exactly_bounded(data, problem, given, fetch)
+    data.problem = _vetted(problem, files[0], quiet)
+    return data
 
 
 def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], bool]:
@@ -56,13 +59,13 @@ def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], boo
 class Held(NamedTuple):
     """A problem that was read.
 
-    exactly : reads its numbers as written. faults : what is wrong with its known solutions, which are dropped then.
-    length : the bytes of the text that it was read from.
+    exactly : reads its numbers as written. remarks : lines on what is wrong with its known solutions, which are dropped
+    then, and on bounds that may stand for none. length : the bytes of the text that it was read from.
     """
 
     problem: Problem
     exactly: Callable[[], ExactProblem]
-    faults: list[str]
+    remarks: list[str]
     length: int = 0
 
 
@@ -81,15 +84,21 @@ def _single(work: Input, given: Given) -> Held:
     from lcpcli.files import bounds, reading
 
     fetch = cache(reading.content_of)  # standard input can be read only once
-    problem, faults = _without_wrong_solutions(bounds.bounded(work.read(), given, fetch), work.paths[0])
+    original = work.read()
+    bounded = bounds.bounded(original, given, fetch)
+    problem, remarks = _without_wrong_solutions(bounded, work.paths[0])
+    if far := bounds.remark(bounded, given):
+        remarks.append(f"{reading.place(work.paths[0])}: {far}")
 
     @cache
     def exactly() -> ExactProblem:
         from lcpcli.rational.problem import ExactProblem
 
-        return bounds.exactly_bounded(ExactProblem(problem, *work.exact_parts()), given, fetch)
+        data = bounds.exactly_bounded(ExactProblem(original, *work.exact_parts()), bounded, given, fetch)
+        data.problem = problem
+        return data
 
-    return Held(problem, exactly, faults, work.length)
+    return Held(problem, exactly, remarks, work.length)
 
 
 def _columns(work: QColumns, given: Given) -> Iterator[Held]:
@@ -110,7 +119,7 @@ def first_of(work: QColumns, given: Given) -> Problem:
 
 def inputs(files: Sequence[str], given: Given) -> list[str]:
     """The files of a problem, and what is given for its bounds: numbers or files."""
-    return [*files, *(text for text in given.values() if text is not None)]
+    return [*files, *(given[name] for name in BOUNDS if given[name] is not None)]
 
 
 def write(made: Callable[[], Problem], output: str | None) -> Problem:

@@ -12,7 +12,7 @@ from lcpcli.cli.methods import for_methods
 from lcpcli.cli.options import limits
 from lcpcli.errors import LCPError
 from lcpcli.files.inputs import QColumns, Work
-from lcpcli.files.keys import BOUNDS
+from lcpcli.files.keys import OF_BOUNDS
 from lcpcli.files.source import Source
 from lcpcli.options import LIMITS
 from lcpcli.report import rows
@@ -69,8 +69,8 @@ class Task:
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
         try:
-            for source, (result, faults) in zip(work.sources, made, strict=False):
-                yield self._written(result, source, faults)
+            for source, (result, remarks) in zip(work.sources, made, strict=False):
+                yield self._written(result, source, remarks)
                 number += 1
         except LCPError as fault:
             yield from (self._bad(source, fault) for source in work.sources[number:])
@@ -82,9 +82,10 @@ class Task:
         return [self._without_result(at, LOST, f"{at}: {message}", exit_codes.NOT_SOLVED) for at in work.sources]
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
-        """The results for problems that are solved one by one, with what is wrong with their known solutions."""
+        """The results for problems that are solved one by one, with remarks on what was read."""
         for held in problems.held(work, self._bounds, self.exact):
-            yield self._solved(held.problem, held.exactly() if self.exact else None), held.faults
+            remarks = [] if self.given["quiet"] else held.remarks
+            yield self._solved(held.problem, held.exactly() if self.exact else None), remarks
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
         """Those for problems with one M, solved together."""
@@ -93,9 +94,8 @@ class Task:
         first = problems.first_of(work, self._bounds)
         (options,) = for_methods(self.given, [self.variant], first)
         chosen = {limit.name: self.given[limit.name] for limit in LIMITS} | options
-        bounds = {"lower": first.lower, "upper": first.upper}
         method = cast("MethodName", self.variant.method)
-        results = solve_many(first.M, work.Q, method=method, **bounds, **chosen)
+        results = solve_many(first.M, work.Q, lower=first.lower, upper=first.upper, method=method, **chosen)
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name)), []
 
@@ -115,9 +115,9 @@ class Task:
             result = runs.bounded(result)
         return concluded([result])[0]
 
-    def _written(self, result: Result, source: Source, faults: Sequence[str] = ()) -> Record:
+    def _written(self, result: Result, source: Source, remarks: Sequence[str] = ()) -> Record:
         text = rows.of_result(result, source, self.form, self.width) if self.form else ""
-        return Record(text, result.status.word, result.exit_code, tuple(faults), result.interrupted)
+        return Record(text, result.status.word, result.exit_code, tuple(remarks), result.interrupted)
 
     def _bad(self, source: Source, fault: LCPError) -> Record:
         message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
@@ -129,4 +129,4 @@ class Task:
 
     @property
     def _bounds(self) -> dict[str, str | None]:
-        return {name: self.given[name] for name in BOUNDS}
+        return {name: self.given[name] for name in OF_BOUNDS}

@@ -18,7 +18,7 @@ from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
 from lcpcli.cli.progress import wanted
 from lcpcli.errors import LCPError, OptionError
 from lcpcli.files.formats import LINES
-from lcpcli.files.keys import BOUNDS
+from lcpcli.files.keys import OF_BOUNDS
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import Held
@@ -52,12 +52,12 @@ def run(
     threads.settle(files, given["threads"])
     output = Output(exact=exact, compared=bool(levels), **{name: given[name] for name in OF_OUTPUT})
     plot = Plot(given["plot"], levels)
-    options.check((options.WARM,), given)
+    options.check((options.WARM, options.INFINITY), given)
     if exact:
         from lcpcli.rational.linear import require
 
         require()
-    of_z = {name: given[name] for name in BOUNDS}
+    of_z = {name: given[name] for name in OF_BOUNDS}
     _refuse_amiss(problems_in.inputs(files, of_z), output, plot, given.get("resume"))
     bounds = limits(given)
     works, several = problems_in.works(files, given.get("game", False))
@@ -147,7 +147,7 @@ def _read(
             continue
         held += found
         sources += work.sources
-        for line in [] if quiet else chain.from_iterable(each.faults for each in found):
+        for line in [] if quiet else chain.from_iterable(each.remarks for each in found):
             problems_in.tell(line)
     return held, sources, faults
 

@@ -14,6 +14,7 @@ from lcpcli.diagnosis import matrix, rates, remarks
 from lcpcli.diagnosis.factorization import Factorization, factorization
 from lcpcli.diagnosis.guarantees import Guarantee, guarantees
 from lcpcli.linalg.band import affordable
+from lcpcli.model import far_bounds
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
 
@@ -76,7 +77,6 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     definite = found["symmetric"].word == found["positive_definite"].word == YES
     before, after, scaled = matrix.spreads(problem)
     condition = equilibrated = spectrum = published = best = None
-    hints: list[str] = []
     with suppress(Late):
         if affordable(problem.M):
             check()
@@ -88,8 +88,9 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
             spectrum = matrix.eigenvalues(problem.M, definite)
         check()
         published, best = rates.rates(problem.M, spectrum if definite else None)
+    hints = [far] if (far := far_bounds.remark(problem)) else []
     with suppress(Late):
-        hints = remarks.hints(problem, found, (before, after), equilibrated, spectrum, check)
+        hints += remarks.hints(problem, found, (before, after), equilibrated, spectrum, check)
     return Inspection(
         problem=problem,
         nonzeros=matrix.nonzeros(problem.M),

@@ -1,7 +1,10 @@
-"""Bounds of z from the command line: one number for all, numbers typed, or a file with one for each unknown."""
+"""Bounds of z from the command line: one number for all, numbers typed, or a file with one for each unknown; and the
+size from which on bounds are none.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Mapping
@@ -9,9 +12,13 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lcpcli.errors import OptionError, ProblemError, quoted
 from lcpcli.files import csv_format, json_format, mat_format, npy_format, npz_format, reading, typed
 from lcpcli.files.content import decode
+from lcpcli.files.keys import BOUNDS
+from lcpcli.model import far_bounds
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import fraction, ratio
 
@@ -22,14 +29,29 @@ ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
 
 
-def bounded(problem: Problem, given: Mapping[str, str | None], fetch: reading.Fetch = reading.content_of) -> Problem:
+def bounded(problem: Problem, given: Mapping[str, Any], fetch: reading.Fetch = reading.content_of) -> Problem:
     """The problem with the bounds given by name, lower and upper; those that are None stay as they are. What is known
     of the solutions for other bounds is dropped.
 
     A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list, whose content is
-    what fetch(name, hint for an empty one) gives.
+    what fetch(name, hint for an empty one) gives. From the size infinity on it is none.
     """
-    values = {name: _values(name, text, fetch, exact=False) for name, text in given.items() if text is not None}
+    problem = _with_bounds(problem, {name: given[name] for name in BOUNDS if given[name] is not None}, fetch)
+    if given["infinity"] is None:
+        return problem
+    try:
+        return far_bounds.with_infinity(problem, given["infinity"])
+    except ProblemError as error:
+        raise error.inside("--infinity") from None
+
+
+def remark(problem: Problem, given: Mapping[str, Any]) -> str:
+    """That bounds may stand for none, if nothing is said about that; "" if they do not look so."""
+    return far_bounds.remark(problem) if given["infinity"] is None else ""
+
+
+def _with_bounds(problem: Problem, given: Mapping[str, str], fetch: reading.Fetch) -> Problem:
+    values = {name: _values(name, text, fetch, exact=False) for name, text in given.items()}
     if not values:
         return problem
     if problem.origin is not None:
@@ -43,20 +65,26 @@ def bounded(problem: Problem, given: Mapping[str, str | None], fetch: reading.Fe
         return replace(problem, solutions=(), verdict="", **values)
     except ProblemError as error:
         name = next((name for name in values if error.where.startswith(name)), next(iter(values)))
-        text = str(given[name])
+        text = given[name]
         typed_here = _is_typed(text) and error.where.startswith(name)
         file = "" if _is_typed(text) else f"{reading.place(text)}: "
         where = f"--{error.where}" if typed_here else f"--{name}: {file}{error.where}"
         raise ProblemError(where, error.fault, error.hint) from None
 
 
-def exactly_bounded(data: ExactProblem, given: Mapping[str, str | None], fetch: reading.Fetch) -> ExactProblem:
-    """The exact data of a problem that `bounded` has made, with these bounds as written."""
-    for name, text in given.items():
-        if text is not None:
-            values = _values(name, text, fetch, exact=True)
-            bounds: Bounds = [_exact(value) for value in (values if isinstance(values, list) else data.n * [values])]
-            setattr(data, name, bounds)
+def exactly_bounded(
+    data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: reading.Fetch
+) -> ExactProblem:
+    """The exact data of the problem that `bounded` has made of theirs, with the bounds as written."""
+    if problem.origin is not None and problem is not data.problem:  # without sides of rows, which may be in M and q
+        return (data.of_floats if data.are_floats() else data.of_decimals)(problem)
+    for name in BOUNDS:
+        bounds: Bounds = getattr(data, name)
+        if given[name] is not None:
+            values = _values(name, given[name], fetch, exact=True)
+            bounds = [_exact(value) for value in (values if isinstance(values, list) else data.n * [values])]
+        ends = np.broadcast_to(getattr(problem, name), data.n)
+        setattr(data, name, [value if math.isfinite(end) else None for value, end in zip(bounds, ends, strict=True)])
     return data
 
 

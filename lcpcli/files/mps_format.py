@@ -1,7 +1,8 @@
 """Linear and quadratic programs in MPS (fixed and free, with QUADOBJ or QMATRIX) and in the LP format, read by HiGHS.
 
 What HiGHS warns of, or repairs in silence, is refused: a number that is none, a column or an entry given twice, and a
-negative upper bound without a lower one, which some programs read as a bound from below too. Needs highspy.
+negative upper bound without a lower one, which some programs read as a bound from below too. Bounds, right-hand sides
+and ranges of 1e20 or more are none. Needs highspy.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import numpy as np
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.content import unpacked
 from lcpcli.files.mps_lines import line_of, refuse_misread, undeclared, unknown_row
+from lcpcli.linalg.doubles import EPS
+from lcpcli.model.arrays import NO_BOUND
 from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -70,6 +73,7 @@ def _read(text: bytes, ending: str) -> Any:
         raise ProblemError("", f"is read by {PACKAGE}, which is not installed", HINT) from None
     highs = highspy.Highs()
     highs.setOptionValue("log_to_console", False)
+    highs.setOptionValue("infinite_bound", NO_BOUND)
     told: list[str] = []
     highs.cbLogging.subscribe(
         lambda event: told.append(event.message) if event.message.startswith(("WARNING", "ERROR")) else None
@@ -104,7 +108,7 @@ def _problem(highs: Any, text: bytes, is_mps: bool) -> Problem:
     if is_mps:
         _refuse_undeclared(lp, A, names, text)
     _refuse_crossed(low, high, names, text)
-    rows = np.array(lp.row_lower_), np.array(lp.row_upper_)
+    rows = _sides(np.array(lp.row_lower_), np.array(lp.row_upper_))
     if k + lp.num_row_ <= DENSE:
         A, Q = A.toarray(), None if Q is None else Q.toarray()
     return from_qp(
@@ -121,6 +125,12 @@ def _problem(highs: Any, text: bytes, is_mps: bool) -> Problem:
         columns=names,
         name=name[1].decode("utf-8", "replace") if (name := NAME.search(text)) else "",
     )
+
+
+def _sides(low: Vector, high: Vector) -> tuple[Vector, Vector]:
+    """The sides of rows, without the one that a range of NO_BOUND makes of a right-hand side that is not 0."""
+    ranges = (high - low >= (1 - EPS) * NO_BOUND) & np.isfinite(high - low)
+    return np.where(ranges & (-low > high), -np.inf, low), np.where(ranges & (-low <= high), np.inf, high)
 
 
 def _sparse(matrix: Any, shape: tuple[int, int]) -> Matrix:

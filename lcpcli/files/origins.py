@@ -1,30 +1,30 @@
 """Programs and games among the objects of files: which keys tell them, and what else is refused.
 
-A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the names of qpsolvers; a game A and
-B. Each may have name, source and note.
+A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the names of qpsolvers or of OSQP; a
+game A and B. Each may have name, source and note.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Any
+from collections.abc import Callable, Collection, Mapping
+from itertools import combinations
+from typing import Any, NamedTuple
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.keys import THREE_PLAYERS, is_for_bounds, refuse_unknown
 from lcpcli.model.from_game import from_game
-from lcpcli.model.from_program import from_qp, from_qpsolvers
+from lcpcli.model.from_program import from_osqp, from_qp, from_qpsolvers
 from lcpcli.model.problem import Problem
 
 TEXTS = ("name", "source", "note")
 OF_ROWS = ("A", "b", "row_lower", "row_upper", "rows")
 NATIVE = ("Q", "c", *OF_ROWS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
 QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
+OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", *TEXTS)
-ONLY_NATIVE = [key for key in NATIVE if key not in QPSOLVERS]
-ONLY_QPSOLVERS = [key for key in QPSOLVERS if key not in NATIVE]
 READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
-    "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub"
+    "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
 )
 EQUATIONS = (
     'write "A": Aeq, "b": beq beside P, q, G, h, lb, ub, '
@@ -39,8 +39,20 @@ OF_OTHERS = {
     **dict.fromkeys(("A_ub", "b_ub"), INEQUALITIES),
     **dict.fromkeys(("H", "f"), QUADPROG),
 }
-KNOWN = {*NATIVE, *QPSOLVERS, *GAME, *OF_OTHERS}
+KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *OF_OTHERS}
 TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *OF_OTHERS} - {"f"}
+
+
+class Form(NamedTuple):
+    """A way to write a program: its keys, the vector and the matrix of its objective, what makes the problem."""
+
+    keys: tuple[str, ...]
+    vector: str
+    matrix: str
+    make: Callable[..., Problem]
+
+
+FORMS = (Form(NATIVE, "c", "Q", from_qp), Form(QPSOLVERS, "q", "P", from_qpsolvers), Form(OSQP, "q", "P", from_osqp))
 
 
 def kind_of(keys: Collection[str]) -> str:
@@ -48,7 +60,7 @@ def kind_of(keys: Collection[str]) -> str:
     given = set(keys)
     if "M" in given:
         return ""
-    if given & TELLING or {"A", "b", "q"} <= given:
+    if given & TELLING or ({"A", "q"} <= given and given & {"b", "l", "u"}):
         return "program"
     return "game" if given & {"A", "B"} and not given & {"b", "q"} else ""
 
@@ -62,15 +74,24 @@ def _program(held: Mapping[str, Any]) -> Problem:
     for key in held:
         if key in OF_OTHERS:
             raise ProblemError(key, "is not a key of a program", OF_OTHERS[key])
-    native, foreign = ([key for key in held if key in own] for own in (ONLY_NATIVE, ONLY_QPSOLVERS))
-    if native and foreign:
-        raise ProblemError(foreign[0], f"and {native[0]} are of two ways to write a program", READINGS)
-    keys, objective, make = (QPSOLVERS, "q", from_qpsolvers) if foreign else (NATIVE, "c", from_qp)
-    refuse_unknown("", held, keys, "a program")
-    if objective not in held:
-        raise ProblemError(objective, "is missing", f"add the objective, {objective}'x")
-    matrix = "P" if foreign else "Q"
-    return make(**{matrix: None} | dict(held))
+    form = _form(held)
+    refuse_unknown("", held, form.keys, "a program")
+    if form.vector not in held:
+        raise ProblemError(form.vector, "is missing", f"add the objective, {form.vector}'x")
+    if form.keys is OSQP and "P" not in held:
+        hint = "add it, all zeros for a linear program; the matrix of a complementarity problem is called M"
+        raise ProblemError("P", "is missing", hint)
+    return form.make(**{form.matrix: None} | dict(held))
+
+
+def _form(keys: Collection[str]) -> Form:
+    """The first way to write a program that has those of the keys that any has; ProblemError if none has them all."""
+    known = sorted((key for key in keys if any(key in form.keys for form in FORMS)), key=lambda key: key not in NATIVE)
+    for form in FORMS:
+        if set(known) <= set(form.keys):
+            return form
+    one, other = next(two for two in combinations(known, 2) if not any(set(two) <= set(form.keys) for form in FORMS))
+    raise ProblemError(other, f"and {one} are of two ways to write a program", READINGS)
 
 
 def _game(held: Mapping[str, Any]) -> Problem:

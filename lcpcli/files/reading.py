@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -15,6 +16,7 @@ from lcpcli.files.content import without_mark
 from lcpcli.files.formats import Format, load
 from lcpcli.files.recognition import form_of, uncompressed
 from lcpcli.model.box import Box, Orthant
+from lcpcli.model.far_bounds import with_infinity
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -30,11 +32,14 @@ T = TypeVar("T")
 Fetch = Callable[[str, str], bytes]
 
 
-def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None) -> Problem:
+def read(
+    path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None, *, infinity: float = math.inf
+) -> Problem:
     """The problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
 
-    The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. Raises
-    ProblemError, which says where (file, field or line), what is wrong, and how to fix it.
+    The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. From the size
+    infinity on, often 1e20, bounds are none, and sides of the rows of a program. Raises ProblemError, which says where
+    (file, field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")
@@ -44,7 +49,9 @@ def read(path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = N
     Traceback (most recent call last):
     lcpcli.errors.ProblemError: missing.json: ...
     """
-    return problem_of(os.fspath(path), None if q_path is None else os.fspath(q_path), content_of)
+    name = os.fspath(path)
+    problem = problem_of(name, None if q_path is None else os.fspath(q_path), content_of)
+    return _blaming(name, lambda: with_infinity(problem, infinity))
 
 
 def read_origin(kind: str, path: str) -> Problem:
@@ -71,14 +78,15 @@ def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
     return ExactProblem(problem_of(path, q_path, fetch), *exact_parts_of(path, q_path, fetch))
 
 
-def read_next(paths: Sequence[str]) -> tuple[Problem, Sequence[str]]:
+def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem, Sequence[str]]:
     """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is in.
 
     Raises ProblemError as `read` does.
     """
     held = held_in(paths[0], content_of)
     used = paths[: 1 if isinstance(held, Problem) else 2]
-    return _completed(held, paths[0], used[1] if len(used) > 1 else None, content_of), used
+    problem = _completed(held, paths[0], used[1] if len(used) > 1 else None, content_of)
+    return _blaming(paths[0], lambda: with_infinity(problem, infinity)), used
 
 
 def problem_of(path: str, q_path: str | None, fetch: Fetch) -> Problem:

@@ -11,10 +11,12 @@ import numpy as np
 from lcpcli.errors import REAL, ProblemError, count, kind, misread
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.matrices import is_sparse, row_maxima
+from lcpcli.options import INFINITY
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 ROWS = "a list of rows of numbers"
+NO_BOUND = 1e20  # the size from which on a bound is none, by the convention of MPS files and of OSQP
 
 
 def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
@@ -30,11 +32,11 @@ def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown"
     return v
 
 
-def as_bounds(lower: Any, upper: Any, n: int) -> tuple[Vector, Vector] | None:
+def as_bounds(lower: Any, upper: Any, n: int, infinity: float = math.inf) -> tuple[Vector, Vector] | None:
     """l and u, each of shape (n,), or None if they are those of an LCP, 0 and infinity; else a ProblemError."""
     if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
         return None
-    low, high = as_intervals(("lower", "upper"), lower, upper, n)
+    low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
     return None if not low.any() and (high == math.inf).all() else (low, high)
 
 
@@ -58,23 +60,38 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     return columns
 
 
-def as_intervals(fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown") -> tuple[Vector, Vector]:
-    """Lower and upper bounds, for each of n things of a kind, infinite for none; or a ProblemError for their fields."""
+def as_intervals(
+    fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown", infinity: float = math.inf
+) -> tuple[Vector, Vector]:
+    """Lower and upper bounds, for each of n things of a kind, infinite for none; or a ProblemError for their fields.
+
+    infinity : the size from which on a bound is infinite.
+    """
     below, above = fields
-    low, high = as_bound(below, lower, n, of, -math.inf), as_bound(above, upper, n, of, math.inf)
-    for field, wrong, fault, none in (
-        (below, low == math.inf, "is infinite", "-inf"),
-        (above, high == -math.inf, "is minus infinity", "inf"),
+    ends = as_bound(below, lower, n, of, -math.inf), as_bound(above, upper, n, of, math.inf)
+    low, high = (with_infinity(end, infinity) for end in ends)
+    for field, end, wrong, fault, none in (
+        (below, ends[0], low == math.inf, "is infinite", "-inf"),
+        (above, ends[1], high == -math.inf, "is minus infinity", "inf"),
     ):
         if wrong.any():
-            place = f"{field}[{int(np.argmax(wrong))}]"
-            raise ProblemError(place, fault, f"give a number, or {none} for none {FROM_0}")
+            i = int(np.argmax(wrong))
+            size = "" if math.isinf(end[i]) else f", as it is {end[i]:g} and infinity begins at {infinity:g}"
+            raise ProblemError(f"{field}[{i}]", f"{fault}{size}", f"give a number, or {none} for none {FROM_0}")
     crossed = low > high
     if crossed.any():
         i = int(np.argmax(crossed))
         fault = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
         raise ProblemError(f"{below}[{i}]", fault, f"make every lower bound at most the upper one {FROM_0}")
     return low, high
+
+
+def with_infinity(bound: Vector, infinity: float) -> Vector:
+    """A bound with infinite entries in place of those of at least that size."""
+    if infinity == math.inf:
+        return bound
+    INFINITY.check(infinity)
+    return np.where(np.abs(bound) >= infinity, np.copysign(np.inf, bound), bound)
 
 
 def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:

@@ -16,7 +16,7 @@ from lcpcli.linalg.factors import SMALL
 from lcpcli.linalg.matrices import dense
 from lcpcli.linalg.principal_many import well_conditioned_inverse
 from lcpcli.linalg.products import absolute_product, product
-from lcpcli.model.arrays import as_bound, as_columns, as_intervals
+from lcpcli.model.arrays import as_bound, as_columns, as_intervals, with_infinity
 from lcpcli.model.box import Box, Orthant
 from lcpcli.model.problem import CANCELLATION, Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -25,18 +25,18 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 class Columns:
     """k problems with M of shape (n, n) and the columns of Q, of shape (n, k), and with bounds; validated.
 
-    lower, upper : as in `Problem`, or of shape (n, k), a column for each problem.
+    lower, upper, infinity : as in `Problem`, but bounds may be of shape (n, k), a column for each problem.
     M : dense if it is small, for computing with many columns at once.
     """
 
-    def __init__(self, M: Any, Q: Any, lower: Any, upper: Any) -> None:
+    def __init__(self, M: Any, Q: Any, lower: Any, upper: Any, infinity: float = math.inf) -> None:
         self.Q = as_columns("Q", Q)
         n, self.k = self.Q.shape
         self._bounds = None
         if max(np.ndim(lower), np.ndim(upper)) > 1:
-            self._bounds = _bounds_of_columns(lower, upper, n, self.k)
+            self._bounds = _bounds_of_columns(lower, upper, n, self.k, infinity)
             lower, upper = 0.0, math.inf
-        self.like = _problem(M, self.Q, lower, upper)
+        self.like = _problem(M, self.Q, lower, upper, infinity)
         self.M = dense(self.like.M) if n <= SMALL else self.like.M
 
     @property
@@ -65,7 +65,7 @@ class Columns:
             yield self.block(j, j + 1).problem(0)
 
 
-def _problem(M: Any, Q: Vector, lower: Any, upper: Any) -> Problem:
+def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Problem:
     """The problem with q = 0, or a ProblemError in the words of Q."""
     n, shape = Q.shape[0], tuple[int, ...](getattr(M, "shape", ()))
     if isinstance(M, (list, tuple)):
@@ -76,10 +76,12 @@ def _problem(M: Any, Q: Vector, lower: Any, upper: Any) -> Problem:
         transposed = ", as Q.T here" if Q.shape[1] == shape[0] else ""
         fault = f"has shape {Q.shape}, and M is {shape[0]} x {shape[0]}"
         raise ProblemError("Q", fault, f"give one right-hand side in each column{transposed}")
-    return Problem(M, np.zeros(n), lower=lower, upper=upper)
+    return Problem(M, np.zeros(n), lower=lower, upper=upper, infinity=infinity)
 
 
-def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int) -> tuple[Vector, Vector] | None:
+def _bounds_of_columns(
+    lower: Any, upper: Any, n: int, k: int, infinity: float = math.inf
+) -> tuple[Vector, Vector] | None:
     """Both bounds of shape (n, k); None if they are those of an LCP."""
     given = []
     for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
@@ -91,7 +93,7 @@ def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int) -> tuple[Vector, 
             fault = f"has shape {values.shape}, and Q has {(n, k)}"
             raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
         given.append(values)
-    low, high = (np.broadcast_to(bound, (n, k)) for bound in given)
+    low, high = (np.broadcast_to(with_infinity(bound, infinity), (n, k)) for bound in given)
     for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=0))[:1]:
         try:
             as_intervals(("lower", "upper"), low[:, j], high[:, j], n)

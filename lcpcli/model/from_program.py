@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.matrices import compressed, is_sparse, stack
-from lcpcli.model.arrays import FROM_0, as_intervals, as_matrix, as_square, as_vector
+from lcpcli.model.arrays import FROM_0, NO_BOUND, as_intervals, as_matrix, as_square, as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
 from lcpcli.typing import Matrix, Vector
@@ -35,6 +36,7 @@ def from_qp(
     constant: float = 0.0,
     rows: Sequence[str] = (),
     columns: Sequence[str] = (),
+    infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
     """The conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <= row_upper and lower <= x <= upper.
@@ -49,6 +51,7 @@ def from_qp(
     free : indices of the x_i without bounds, beside which lower and upper are left out.
     sense : "min" or "max", for which Q is to be negative semidefinite.
     rows, columns : names of the rows of A and of the variables, or nothing.
+    infinity : the size from which on bounds, of rows too, are infinite, often 1e20; by default only infinite ones are.
     texts : name, source and note of the problem.
 
     The unknowns are z = (x, y, s), with the multipliers y of the rows and s = Ax in the rows between two different
@@ -62,13 +65,13 @@ def from_qp(
     """
     linear, sign = _objective("c", c), SENSES[sense_of(sense)]
     k = linear.size
-    bounds = _bounds(lower, upper, free, k)
+    bounds = _bounds(lower, upper, free, k, infinity)
     if b is not None and row_lower is not None:
         raise ProblemError("b", "is short for row_lower, which is given too", "leave one out")
     field, row_low = ("row_lower", row_lower) if b is None else ("b", b)
     matrix = _rows("A", A, k, {field: row_low, "row_upper": row_upper})
     m = matrix.shape[0]
-    ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row")
+    ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row", infinity)
     data = _program(_symmetric("Q", Q, k, "c"), linear, matrix, ends, bounds, sign)
     names = names_of("rows", rows, m, "row"), names_of("columns", columns, k, "variable")
     return _problem(data, Program(k, int(data.ranges.sum()), sense, constant_of(constant), *names), texts)
@@ -83,6 +86,8 @@ def from_qpsolvers(
     b: ArrayLike | None = None,
     lb: ArrayLike | None = None,
     ub: ArrayLike | None = None,
+    *,
+    infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
     """The conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the names of qpsolvers.
@@ -91,6 +96,7 @@ def from_qpsolvers(
     q : shape (k,).
     G, h : shapes (m, k) and (m,), or both None; A, b : shapes (p, k) and (p,), or both None.
     lb, ub : numbers or of shape (k,); None, or infinite, for no bound, so that x is free by default.
+    infinity : the size from which on lb, ub and h are infinite, often 1e20; by default only infinite ones are.
     texts : name, source and note of the problem.
 
     The multipliers in `Result.answer` are those of the m rows of G and then those of the p rows of A. (S. Caron et al.,
@@ -101,16 +107,52 @@ def from_qpsolvers(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
-    return _problem(qpsolvers_program(P, q, G, h, A, b, lb, ub), Program(np.size(q)), texts)
+    return _problem(qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity), Program(np.size(q)), texts)
 
 
-def qpsolvers_program(P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any) -> ProgramData:
+def from_osqp(
+    P: Any,
+    q: ArrayLike,
+    A: Any = None,
+    l: ArrayLike | None = None,  # noqa: E741 (its name there)
+    u: ArrayLike | None = None,
+    **texts: str,
+) -> Problem:
+    """The conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the names of OSQP.
+
+    P : shape (k, k), symmetric, or the upper triangle of that; dense, nested sequences or scipy sparse; None for a
+        linear program.
+    q : shape (k,).
+    A : shape (m, k), or None if there are no rows. Bounds of x are rows, else it is free.
+    l, u : numbers or of shape (m,); None, and sizes from 1e20 on, for no bound.
+    texts : name, source and note of the problem.
+
+    The multipliers in `Result.answer` are minus those of OSQP. (B. Stellato et al., OSQP: an operator splitting solver
+    for quadratic programs.) Raises ProblemError, which names the field.
+
+    >>> import lcpcli
+    >>> problem = lcpcli.from_osqp([[2, 0], [0, 2]], [-3, 1], [[1, 1], [0, 1]], l=[1, 0], u=[1, 1e20])
+    >>> lcpcli.run(problem).answer.x.tolist()
+    [1.0, 0.0]
+    """
+    linear = _objective("q", q)
+    k = linear.size
+    matrix = _rows("A", A, k, {"l": l, "u": u})
+    ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
+    quadratic = None if P is None else _symmetric("P", _from_triangle("P", P, k, "q"), k, "q")
+    data = _program(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf)))
+    return _problem(data, Program(k, int(data.ranges.sum())), texts)
+
+
+def qpsolvers_program(
+    P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any, infinity: float = math.inf
+) -> ProgramData:
     """The program with the arguments of `from_qpsolvers`."""
     linear = _objective("q", q)
     k = linear.size
-    bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable")
+    bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
     below, equal = _rows("G", G, k, {"h": h}), _rows("A", A, k, {"b": b})
-    least, most = as_intervals(("h", "h"), None, h, below.shape[0], "row")
+    least, most = as_intervals(("h", "h"), None, h, below.shape[0], "row", infinity)
     value = as_vector("b", [] if b is None else b, equal.shape[0], "row")
     if is_sparse(equal):
         below = compressed(below)
@@ -118,9 +160,9 @@ def qpsolvers_program(P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, u
     return _program(_symmetric("P", P, k, "q"), linear, stack([[below], [equal]]), ends, bounds)
 
 
-def _bounds(lower: Any, upper: Any, free: Any, k: int) -> Interval:
+def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:
     """The bounds of k variables, none of the free ones."""
-    low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable")
+    low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
     if not isinstance(free, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
     indices = as_vector("free", list(free))
@@ -159,6 +201,16 @@ def _symmetric(field: str, given: Any, k: int, other: str) -> Matrix | None:
     return quadratic
 
 
+def _from_triangle(field: str, given: Any, k: int, other: str) -> Matrix:
+    """A matrix of shape (k, k), with its upper triangle repeated below if there is nothing."""
+    matrix, _ = as_square(field, given, k, other)
+    if is_sparse(matrix):
+        from scipy.sparse import tril, triu
+    else:
+        tril, triu = np.tril, np.triu
+    return matrix if (tril(matrix, -1) != 0).sum() else matrix + triu(matrix, 1).T
+
+
 def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
     """The matrix of the rows, of shape (m, k), with m = 0 if neither it nor its bounds are given."""
     present = [name for name, bound in bounds.items() if bound is not None]
@@ -188,7 +240,7 @@ def _program(
     return ProgramData(sign * Q, sign * c, A, *ends, *bounds)
 
 
-def _problem(data: ProgramData, program: Program, texts: Mapping[str, str]) -> Problem:
+def _problem(data: ProgramData, program: Program, texts: Mapping[str, Any]) -> Problem:
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     vars(problem)["origin"] = program  # which fits, as it has just made them: `Problem` would check that

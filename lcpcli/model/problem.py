@@ -47,6 +47,7 @@ class Problem:
     q : shape (n,).
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
         infinity in u are no bounds. They are kept as those two numbers if they are nothing else, as arrays otherwise.
+    infinity : the size from which on bounds are infinite, often 1e20; by default only infinite ones are.
     name, source, note : its name, its source, a remark.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
@@ -103,6 +104,7 @@ class Problem:
         origin: Any = None,
         lower: ArrayLike | None = 0.0,
         upper: ArrayLike | None = math.inf,
+        infinity: float = math.inf,
     ) -> None:
         vector_q = as_vector("q", q)
         n = vector_q.size
@@ -112,7 +114,7 @@ class Problem:
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
-        bounds = as_bounds(lower, upper, n)
+        bounds = as_bounds(lower, upper, n, infinity)
         least_row, largest_entry = sizes(row_maxima)
         self.__dict__.update(  # as it is frozen
             M=matrix,

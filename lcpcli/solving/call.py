@@ -28,6 +28,7 @@ def solve(
     *,
     lower: ArrayLike | None = 0.0,
     upper: ArrayLike | None = math.inf,
+    infinity: float = math.inf,
     x0: ArrayLike | None = None,
     z0: ArrayLike | None = None,
     basis: Sequence[str] | None = None,
@@ -45,7 +46,7 @@ def solve(
     Parameters
     ----------
     M, q : shape (n, n), a dense array, nested sequences, or a scipy sparse matrix or array of any format; shape (n,).
-    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None or infinite for none.
+    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and none; None, or a size from infinity on.
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
         "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "interior" (Mehrotra 1992;
         Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988); sources are in their modules.
@@ -54,8 +55,7 @@ def solve(
     max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     threads : for dense linear algebra, by default one unless the environment sets it or M is very large.
-    scale, finish : for "shi" and "fixed-point", to work on the equilibrated problem, and to stop once the active set
-        yields the solution.
+    scale, finish : for "shi" and "fixed-point", to equilibrate the problem, and to stop once the active set solves it.
     options : of the method; None means "not given". For "shi" p, k_star, rho, sigma and x1, for "fixed-point" omega
         and anderson, for "interior" start_slack and regularization: `lcp solve --help` describes them.
 
@@ -80,7 +80,7 @@ def solve(
     began = seconds()
     limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     given = dict(x0=x0, z0=z0, basis=basis, trace=trace, threads=threads, scale=scale, finish=finish, **options)
-    return _run(Problem(M, q, lower=lower, upper=upper), method, began, limits, given)
+    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), method, began, limits, given)
 
 
 def run(

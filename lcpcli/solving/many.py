@@ -42,6 +42,7 @@ def solve_many(
     *,
     lower: ArrayLike | None = 0.0,
     upper: ArrayLike | None = math.inf,
+    infinity: float = math.inf,
     method: MethodName = "auto",
     **options: Any,
 ) -> Iterator[Result]:
@@ -58,6 +59,7 @@ def solve_many(
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k). Or, in their
         place, an iterable of Problems, and possibly the method. Q is read as results are asked for.
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) for each column its own.
+    infinity : the size from which on they are infinite, often 1e20; by default only infinite ones are.
     method, options : as in `solve`, for every problem; a time limit is for each of them. Anything but tol,
         max_iterations, time_limit and threads has the columns solved one by one.
 
@@ -85,9 +87,9 @@ def solve_many(
     methods.declared(method)
     limits = Limits(**{name: given[name] for name in LIMITS if name in given})
     if Q is None:
-        _refuse_as_problems(M, lower, upper)
+        _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         return (run(problem, method, **given) for problem in M)
-    columns = Columns(M, Q, lower, upper)
+    columns = Columns(M, Q, lower, upper, infinity)
     if method != AUTO or not given.keys() <= {*LIMITS, "threads"} or columns.k < FEW:
         return (run(problem, method, **given) for problem in columns.problems())
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
@@ -95,12 +97,12 @@ def solve_many(
     return _by_blocks(columns, limits, given)
 
 
-def _refuse_as_problems(problems: Any, lower: Any, upper: Any) -> None:
+def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
     """Raise ProblemError or OptionError for what is no iterable of Problems, or has bounds beside it."""
     if not isinstance(problems, Iterable) or is_sparse(problems) or isinstance(problems, np.ndarray):
         raise ProblemError("Q", "is missing", "give M and Q, or an iterable of Problems")
-    for name, bound, usual in (("lower", lower, 0.0), ("upper", upper, math.inf)):
-        if not np.isscalar(bound) or bound != usual:
+    for name, bound in bounds.items():
+        if not np.isscalar(bound) or bound != (0.0 if name == "lower" else math.inf):
             raise ParameterError(name, "has no effect on Problems, which have their own bounds", "leave it out")
 
 

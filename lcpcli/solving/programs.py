@@ -4,6 +4,7 @@ Python, https://github.com/qpsolvers/qpsolvers), and for its users as one of its
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import Any
 
@@ -29,12 +30,14 @@ def solve_qp(
     lb: ArrayLike | None = None,
     ub: ArrayLike | None = None,
     method: MethodName = "auto",
+    *,
+    infinity: float = math.inf,
     **options: Any,
 ) -> Vector | None:
     """The x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if none is
     found, with a warning if there is only a stationary point, as P is not positive semidefinite.
 
-    The program is given as to `from_qpsolvers`, the method and its options as to `run`.
+    The program, with infinity, is given as to `from_qpsolvers`, the method and its options as to `run`.
     `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the stationary point, and why there is no x.
     Raises LCPError, which names the argument.
 
@@ -42,7 +45,7 @@ def solve_qp(
     >>> lcpcli.solve_qp([[2, 0], [0, 2]], [-3, 1], G=[[-1, -1]], h=[-1], lb=[0, 0]).tolist()
     [1.5, 0.0]
     """
-    data = qpsolvers_program(P, q, G, h, A, b, lb, ub)
+    data = qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity)
     M, linear, lower, upper = data.conditions()
     result = run(Problem(M, linear, lower=lower, upper=upper), method, **options)
     if not result.solved:
@@ -60,8 +63,8 @@ def _warn_of_stationary_point() -> None:
 def add_to_qpsolvers() -> None:
     """Make `qpsolvers.solve_qp(..., solver="lcp")` and `qpsolvers.solve_problem` call this package.
 
-    Keyword arguments are those of `run`; initvals and verbose have no effect, and initvals a warning. Raises
-    OptionError if qpsolvers is not installed.
+    Keyword arguments are infinity and those of `run`; initvals and verbose have no effect, and initvals a warning.
+    Raises OptionError if qpsolvers is not installed.
 
     >>> import lcpcli
     >>> lcpcli.add_to_qpsolvers()  # doctest: +SKIP
@@ -76,14 +79,21 @@ def add_to_qpsolvers() -> None:
             names.append("lcp")
 
 
-def _solve_problem(problem: Any, initvals: Any = None, verbose: bool = False, **options: Any) -> Any:  # noqa: ARG001
+def _solve_problem(
+    problem: Any,
+    initvals: Any = None,
+    verbose: bool = False,  # noqa: ARG001
+    infinity: float = math.inf,
+    **options: Any,
+) -> Any:
     """A solver as qpsolvers calls it; its multipliers have the signs of Px + q + G'z + A'y + z_box = 0."""
     from qpsolvers import Solution
 
     if initvals is not None:
         warnings.warn("lcp does not use initvals", stacklevel=3)
     names = ("P", "q", "G", "h", "A", "b", "lb", "ub")
-    result = run(from_qpsolvers(**{name: getattr(problem, name) for name in names}), **options)
+    given = {name: getattr(problem, name) for name in names}
+    result = run(from_qpsolvers(**given, infinity=infinity), **options)
     solution = Solution(problem)
     answer: Any = result.answer
     solution.found = result.solved and answer.proved != STATIONARY

@@ -120,6 +120,15 @@ GIVEN = [
     of_solving("lower-option-empty", "--lower ", "--lower:", "neither a file nor numbers"),
     of_solving("lower-option-brackets", "--lower []", "--lower:", "neither a file nor numbers"),
     of_solving("lower-option-long-text", f"--lower {LONG}", "--lower:", "neither a file nor numbers"),
+    of_solving("infinity-zero", "--infinity 0", "--infinity:", "0.0", "size > 0"),
+    of_solving("infinity-negative", "--infinity -1e20", "--infinity:", "-1e+20", "size > 0"),
+    of_solving("infinity-nan", "--infinity nan", "--infinity:", "nan", "size > 0"),
+    of_solving("infinity-text", "--infinity none", "--infinity", "'none'", "float", "--help"),
+    of_solving(
+        "infinity-of-lower", "--lower 5 --upper 9 --infinity 4", "--infinity: lower[0]:", "it is 5", "begins at 4"
+    ),
+    of_line("infinity-of-many", "solve good.json good.json --infinity 0", "lcp: --infinity:", "size > 0"),
+    of_line("infinity-of-a-suite", "bench quick --infinity 1e20", "--infinity:", "no effect", "suite", "name a file"),
     of_solving("lower-option-overwritten", "--lower t.csv -o t.csv", "t.csv:", "holds the problem", t="0\n0\n"),
     of_line("upper-overwritten", "convert M.csv q.csv --upper t.csv -o t.csv", "t.csv:", "another file", t="1\n1\n"),
     *(

@@ -27,7 +27,9 @@ ONLY_NATIVE = {
     "columns": ["x", "y"],
 }
 ONLY_FOREIGN = {"P": [[2, 0], [0, 2]], "q": [1, 1], "G": [[1, 1]], "h": [1], "lb": 0, "ub": 9}
-READINGS = ("two ways to write a program", "row_lower <= Ax <= row_upper", "Gx <= h, Ax = b")
+ONLY_OSQP = {"l": [0], "u": 9}
+OSQP = {"P": [[2, 0], [0, 2]], "q": [-1, -1], "A": [[1, 1]], "l": [1], "u": [2]}
+READINGS = ("two ways to write a program", "row_lower <= Ax <= row_upper", "Gx <= h, Ax = b", "l <= Ax <= u")
 MPS = """NAME p
 ROWS
  N cost
@@ -58,6 +60,12 @@ def of_foreign(name: str, parts: dict[str, Any], *words: str) -> Any:
     return of_json(f"qpsolvers-{name}", json.dumps(whole), *words)
 
 
+def of_osqp(name: str, parts: dict[str, Any], *words: str) -> Any:
+    """The same in the names of OSQP."""
+    whole = {key: value for key, value in (OSQP | parts).items() if value is not ...}
+    return of_json(f"osqp-{name}", json.dumps(whole), *words)
+
+
 def of_mps(old: str, new: str, *words: str) -> Any:
     """The file with a part replaced."""
     assert old in MPS
@@ -78,6 +86,36 @@ def npz(**arrays: Any) -> bytes:
 PROGRAMS = [
     *(of_foreign(f"and-{key}", {key: value}, *READINGS) for key, value in ONLY_NATIVE.items()),
     *(of_program(f"and-{key}", {key: value}, *READINGS) for key, value in ONLY_FOREIGN.items()),
+    *(of_osqp(f"and-{key}", {key: value}, *READINGS) for key, value in ONLY_NATIVE.items()),
+    *(
+        of_osqp(f"and-{key}", {key: value}, f" {key}:", *READINGS)
+        for key, value in ONLY_FOREIGN.items()
+        if key not in OSQP
+    ),
+    *(of_osqp(f"and-b-without-{key}", {"b": [1], key: ...}, "and b are", *READINGS) for key in "PAlu"),
+    *(of_foreign(f"and-{key}", {key: value}, f" {key}:", *READINGS) for key, value in ONLY_OSQP.items()),
+    *(of_program(f"and-{key}", {key: value}, f" {key}: and Q", *READINGS) for key, value in ONLY_OSQP.items()),
+    of_osqp("no-P", {"P": ...}, " P:", "missing", "zeros", "is called M"),
+    of_osqp("no-q", {"q": ...}, " q:", "missing", "q'x"),
+    of_osqp("no-A", {"A": ...}, " A:", "missing", "with l"),
+    of_osqp("no-ends", {"l": ..., "u": ...}, " b:", "missing", "with A"),
+    of_osqp("M", {"P": ..., "A": ..., "M": [[1, 0], [0, 1]]}, " l:", "not a key of a problem", "lower"),
+    of_osqp("P-and-M", {"M": [[1, 0], [0, 1]]}, " P:", "not a key of a problem"),
+    of_osqp("misspelt", {"L": [1]}, " L:", "not a key of a program", "did you mean l?"),
+    of_osqp("unsymmetric", {"P": [[1, 2], [3, 1]]}, " P[0][1]:", "unsymmetric", "(P + P') / 2"),
+    of_osqp("columns", {"A": [[1]]}, " A:", "1 column for 2 variables"),
+    of_osqp("lengths", {"l": [1, 2]}, " l:", "2 entries for 1 row"),
+    of_osqp("crossed", {"l": [3]}, " l[0]:", "is 3, above u[0] = 2"),
+    of_osqp("infinite", {"l": [1e20], "u": ...}, " l[0]:", "infinite", "1e+20", "-inf for none"),
+    of_osqp("minus-infinite", {"u": -1e30, "l": ...}, " u[0]:", "minus infinity", "-1e+30"),
+    of_file(
+        "p.npz",
+        npz(P=np.eye(2), q=np.ones(2), l=np.ones(1), u=np.ones(1), lb=0.0),
+        "solve p.npz",
+        "p.npz: lb:",
+        *READINGS,
+    ),
+    of_file("p.npz", npz(q=np.ones(2), A=np.eye(2), l=np.ones(2), u=np.ones(2)), "solve p.npz", "p.npz: P:", "zeros"),
     *(
         of_program(f"with-{key}", {key: [1]}, f" {key}:", '"row_lower": beq', '"b": beq')
         for key in ("Aeq", "beq", "A_eq", "b_eq")

@@ -16,11 +16,12 @@ from lcpcli.linalg.band import is_narrow
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
 from lcpcli.methods.auto.small import PIVOTS, exactly, small
-from lcpcli.methods.auto.turns import Turns, from_reference
+from lcpcli.methods.auto.turns import Search, Turns, from_reference
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
 from lcpcli.methods.newton import block_pivoting
 from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
+from lcpcli.model.far_bounds import relaxed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -45,7 +46,8 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     conditions of programs are given to newton, while it is fast, and interior, after `linear` if M is skew. If these
     break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
     otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
-    that there is none, or reaches its limits. Few unknowns: `small`.
+    that there is none, or reaches its limits. Few unknowns: `small`. Bounds of 1e20 and beyond: all of these but milp
+    first without them.
 
     Parameters
     ----------
@@ -61,15 +63,24 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     -------
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
-    search = partial(_search, time_limit=time_limit)
-    if problem.n <= measure.FEW:
-        return (yield from small(problem, x0, search))
-    return (yield from from_reference(problem, x0, search))
+    search, change = partial(_search, deadline=time.perf_counter() + time_limit), relaxed(problem)
+    if change is None:
+        return (yield from _from_start(problem, x0, search))
+    first = _from_start(change.problem, change.start(x0), partial(search, milp=False))
+    turns = Turns(x0)
+    ending = yield from turns.take("", in_given_variables(change, first))
+    if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
+        return ending
+    return (yield from turns.take("", _from_start(problem, x0, search)))
 
 
-def _search(problem: Problem, turns: Turns, time_limit: float) -> Stage:
-    """The methods in turn, from the start in `turns`."""
-    deadline, x0, criterion = time.perf_counter() + time_limit, turns.last.x, Criterion(problem)
+def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
+    return (yield from (small if problem.n <= measure.FEW else from_reference)(problem, x0, search))
+
+
+def _search(problem: Problem, turns: Turns, deadline: float, milp: bool = True) -> Stage:
+    """The methods in turn, from the start in `turns`; milp is whether that is the last one."""
+    x0, criterion = turns.last.x, Criterion(problem)
     for name, stage in chain(_presolved_stages(problem, x0, deadline), _stages(problem, x0, deadline)):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
@@ -84,6 +95,8 @@ def _search(problem: Problem, turns: Turns, time_limit: float) -> Stage:
         ending = yield from exactly(problem, turns, decide=True)
         if not isinstance(ending, Stalled):
             return ending
+    if not milp:
+        return Stalled("no other method is tried")
     return (yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline))))
 
 

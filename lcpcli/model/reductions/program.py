@@ -15,6 +15,7 @@ import numpy as np
 from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.arrays import as_intervals
 from lcpcli.typing import Mask, Matrix, Vector
 
 KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
@@ -49,6 +50,15 @@ class ProgramData(NamedTuple):
     def ranges(self) -> Mask:
         """The rows between two different finite bounds."""
         return np.isfinite(self.row_lower) & np.isfinite(self.row_upper) & (self.row_lower < self.row_upper)
+
+    def with_infinity(self, infinity: float) -> ProgramData:
+        """The program without bounds, and sides of rows, of at least that size; or a ProblemError."""
+        names = (("row_lower", "row_upper", "row"), ("lower", "upper", "variable"))
+        ends = dict[str, Vector]()
+        for below, above, of in names:
+            low, high = getattr(self, below), getattr(self, above)
+            ends |= zip((below, above), as_intervals((below, above), low, high, low.size, of, infinity), strict=True)
+        return self._replace(**ends)
 
     def conditions(self) -> Conditions:
         """The first-order conditions in z = (x, y, s).

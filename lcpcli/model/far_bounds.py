@@ -1,0 +1,121 @@
+"""Bounds so far from 0 that they most likely stand for none, as 1e20 and 1e30 do.
+
+They are none where the user says so, by `with_infinity`. Where nobody has said so they count, but their size leaves no
+digits to anything beside them: a method does better with the problem `relaxed` first, whose solutions within the bounds
+are solutions.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lcpcli.errors import count
+from lcpcli.model.arrays import NO_BOUND, as_intervals
+from lcpcli.model.box import Box
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.reductions.program import Conditions, Program
+from lcpcli.typing import Mask, Vector
+
+Sides = tuple[Mask, Mask, Mask]
+
+
+def with_infinity(problem: Problem, infinity: float) -> Problem:
+    """The problem without bounds of at least that size and, if it comes from a program, without such sides of rows.
+
+    Raises ProblemError where a lower bound is that large, or an upper one minus that.
+    """
+    if infinity == math.inf:
+        return problem
+    origin, before, kept = problem.origin, conditions_of(problem), np.arange(problem.n)
+    if isinstance(origin, Program):
+        program = origin.program(before)
+        assert program is not None
+        changed = program.with_infinity(infinity)
+        after, first = changed.conditions(), problem.n - origin.ranges
+        kept = np.append(kept[:first], first + np.flatnonzero(changed.ranges[program.ranges]))
+        origin = replace(origin, ranges=kept.size - first)
+    else:
+        bounds = as_intervals(("lower", "upper"), before.lower, before.upper, problem.n, infinity=infinity)
+        after = Conditions(problem.M, problem.q, *bounds)
+    if all(map(np.array_equal, after[1:], before[1:])):
+        return problem
+    starts = {name: start[kept] for name in ("x0", "x1") if (start := getattr(problem, name)) is not None}
+    solutions = tuple(z[kept] for z in problem.solutions)
+    return replace(problem, **after._asdict(), origin=origin, verdict="", solutions=solutions, **starts)
+
+
+def remark(problem: Problem) -> str:
+    """That a problem has such bounds, and what to do if they stand for none; "" if it has none of them."""
+    sides = _far_sides(problem)
+    if sides is None:
+        return ""
+    number = sum(int(np.count_nonzero(side)) for side in sides)
+    return f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 takes them for none"
+
+
+def _far_sides(problem: Problem) -> Sides | None:
+    """Where z has such a lower bound, such an upper one, and where it is the multiplier of a row with such a bound as
+    its only one; None if there is nothing of these."""
+    origin = problem.origin if isinstance(problem.origin, Program) else None
+    ends = [problem.box.lower, problem.box.upper] if isinstance(problem.box, Box) else []
+    if not any(map(_has_far, [*ends, problem.q] if origin else ends)):
+        return None
+    _, q, low, high = conditions_of(problem)
+    rows = np.zeros(problem.n, dtype=bool)
+    if origin is not None:
+        y = slice(origin.variables, problem.n - origin.ranges)
+        from_below, from_above = (low == 0) & (high == np.inf), (low == -np.inf) & (high == 0)
+        rows[y] = ((from_below & (q >= NO_BOUND)) | (from_above & (q <= -NO_BOUND)))[y]
+    sides = (low <= -NO_BOUND) & (low > -np.inf), (high >= NO_BOUND) & (high < np.inf), rows
+    return sides if any(side.any() for side in sides) else None
+
+
+def _has_far(values: Vector) -> bool:
+    sizes = np.abs(values)
+    return bool(((sizes >= NO_BOUND) & (sizes < np.inf)).any())
+
+
+@dataclass(frozen=True, eq=False)
+class Relaxed:
+    """A problem without far bounds, in the variables of the given one, with the multipliers of rows without any fixed
+    at 0; `rows` says which."""
+
+    problem: Problem
+    given: Problem
+    rows: Mask
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the two problems have the same solutions: only those within the bounds."""
+        return False
+
+    def start(self, x: Vector) -> Vector:
+        """x of the problem without far bounds."""
+        return np.where(self.rows, 0.0, x)
+
+    def back(self, x: Vector) -> Vector:
+        """x of the given problem."""
+        return np.where(self.rows, x - self.given.q / 2, x)
+
+    def residual(self, F: Vector) -> Vector:
+        """F of the given problem, where its far bounds hold."""
+        return F
+
+    def multipliers(self, y: Vector) -> Vector:
+        """Farkas' y, if it is one for the given problem."""
+        return y
+
+
+def relaxed(problem: Problem) -> Relaxed | None:
+    """The problem without far bounds; None if it has none."""
+    sides = _far_sides(problem)
+    if sides is None:
+        return None
+    _, q, low, high = conditions_of(problem)
+    lower, upper, rows = sides
+    low[lower], high[upper] = -np.inf, np.inf
+    low[rows], high[rows] = 0.0, 0.0
+    return Relaxed(Problem(problem.M, np.where(rows, 0.0, q), lower=low, upper=high), problem, rows)
