@@ -91,13 +91,16 @@ def _search(problem: Problem, turns: Turns, deadline: float, milp: bool = True) 
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
             if (yield from _improved(problem, turns)):
                 return Finished()
+    undecided = Stalled("no other method is tried")
     if problem.n <= measure.FEW:
         ending = yield from exactly(problem, turns, decide=True)
         if not isinstance(ending, Stalled):
             return ending
+        undecided = ending
     if not milp:
-        return Stalled("no other method is tried")
-    return (yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline))))
+        return undecided
+    ending = yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline)))
+    return undecided if problem.n <= measure.FEW and isinstance(ending, Stalled) else ending
 
 
 def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
