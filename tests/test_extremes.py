@@ -15,6 +15,7 @@ from lcpcli import Problem, Result, Status, Trace, solve
 from lcpcli.bounds.error_bound import error_bound
 from lcpcli.diagnosis.inspection import inspect
 from lcpcli.errors import ProblemError
+from lcpcli.gallery import families
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.proof import prove
@@ -173,3 +174,13 @@ def test_other_types_of_numbers_are_taken_for_what_they_are(dtype: type) -> None
 def test_problem_without_unknowns_is_refused() -> None:
     with pytest.raises(ProblemError, match="is empty"):
         Problem(np.empty((0, 0)), np.empty(0))
+
+
+def test_answer_that_is_there_ends_the_search() -> None:
+    """Far eccentric bearings, and rows and columns in units up to 1e8 apart, leave a residual near the tolerance."""
+    assert run(families.make("journal-bearing", 2500), "auto").route == ("interior",)
+    for seed in range(8):
+        random, n = np.random.default_rng(seed), 30
+        skew, (R, C) = random.standard_normal((n, n)), 10 ** random.uniform(-8, 8, (2, n))
+        result = solve(R[:, None] * (skew - skew.T + np.eye(n) / 10) * C, R * random.standard_normal(n))
+        assert (result.solved, "milp" in result.route) == (True, False)
