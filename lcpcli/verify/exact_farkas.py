@@ -17,7 +17,7 @@ from lcpcli.rational.sums import over_one_denominator, whole_multiple
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE, SNAP, is_short
 
-MOST_ENTRIES = 50_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
+MOST_ENTRIES = 2_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
 SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
 GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which those are rounded that others follow from
 
@@ -65,14 +65,15 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
     """
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     sizes, active = [abs(value) for value in snapped if value], _active(data, y)
+    largest, least = max(sizes), min(sizes)
     simple = (
         [(value / unit).limit_denominator(most) for value in snapped]
         for most in SIMPLE_DENOMINATORS
-        for unit in (max(sizes), min(sizes))
+        for unit in (largest, least)
     )
     yield from islice(simple, 2)
     for grid in GRIDS:
-        steps = [Fraction(round(grid * value / max(sizes))) for value in snapped]
+        steps = [Fraction(round(grid * value / largest)) for value in snapped]
         corrected = next(_corrected(data, steps, active, quickly), steps)
         yield corrected
         if quickly and max(map(abs, whole_multiple(corrected))) > LARGEST_INTEGER:
