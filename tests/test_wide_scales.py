@@ -21,6 +21,7 @@ from .exact_program import LinearProgram, fault, verdict
 from .test_mixed_oracle import Mixed, is_solvable
 
 COUNT = int(os.environ.get("LCP_ORACLE", "150"))
+ROUNDED_AWAY = 6761  # has solutions with thirds that rounding destroys, and others in integers
 TOL = Fraction(1, 10**8)
 
 
@@ -83,7 +84,7 @@ def judged(given: LinearProgram) -> str:
 @pytest.mark.parametrize("units", ["given", "other"])
 def test_linear_programs(units: str) -> None:
     said: Counter[str] = Counter()
-    for seed in range(COUNT):
+    for seed in (*range(COUNT), ROUNDED_AWAY):
         given = program(seed)
         said[judged(given if units == "given" else in_other_units(given, np.random.default_rng(seed)))] += 1
     assert said["undecided"] == 0

@@ -7,6 +7,7 @@ From a point near a solution by `verify.exact_solution`; if that finds none, by 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
@@ -26,6 +27,7 @@ from lcpcli.verify.refinement import is_rounded_solution
 
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
+ROUNDED = "there is a solution, but rounded to doubles it is none"
 UNDECIDED = "exact arithmetic did not decide it in time"
 
 
@@ -36,26 +38,40 @@ def exact(problem: Problem, z: Vector, decide: bool) -> Stage:
 
     Returns
     -------
-    Finished : there is one. NoSolution : it is proved that there is none. Stalled : doubles cannot represent it, or
-        none was found, or not in time.
+    Finished : there is one. NoSolution : it is proved that there is none. Stalled : those that were found are out of
+        range, or none when they are rounded to doubles; or none was found in time.
     """
     data, deadline = ExactProblem.of_floats(problem), time.perf_counter() + min(SECONDS, remaining())
-    solution = from_point(data, np.where(np.isfinite(z), z, 0.0), deadline)
-    if solution is None and decide:
-        try:
-            solution = first_solution(data, alarm(deadline))
+    reason = UNDECIDED
+    try:
+        for solution in _solutions(data, np.where(np.isfinite(z), z, 0.0), decide, deadline):
             if solution is None:
                 return NoSolution(_certificate(problem, farkas_vector(data, alarm(deadline))))
-        except TimeIsUp:
-            return Stalled(UNDECIDED)
-    if solution is None:
-        return Stalled(UNDECIDED)
-    z, w = rounded(solution), rounded(data.w(solution))
-    if not (np.isfinite(z).all() and np.isfinite(w).all()):
-        return Stalled(OUT_OF_RANGE)
-    x = problem.box.x_of(z, w)
-    yield Iterate(x, None, "exact", 1)
-    return Finished() if _is_solution(problem, problem.box.z_of(x)) else Stalled(OUT_OF_RANGE)
+            x = _in_doubles(problem, solution, data.w(solution))
+            if x is not None:
+                yield Iterate(x, None, "exact", 1)
+                if _is_solution(problem, problem.box.z_of(x)):
+                    return Finished()
+            reason = OUT_OF_RANGE if x is None else ROUNDED
+    except TimeIsUp:
+        pass
+    return Stalled(reason)
+
+
+def _solutions(data: ExactProblem, z: Vector, decide: bool, deadline: float) -> Iterator[list[Fraction] | None]:
+    """The solution near z and, to decide, that of the tree, None if it proves that there is none."""
+    near = from_point(data, z, deadline)
+    if near is not None:
+        yield near
+    if decide:
+        yield first_solution(data, alarm(deadline))
+
+
+def _in_doubles(problem: Problem, solution: list[Fraction], w: list[Fraction]) -> Vector | None:
+    """(z - w) / 2 of a solution z and its w; None if they are out of range."""
+    rounded_z, rounded_w = rounded(solution), rounded(w)
+    within = np.isfinite(rounded_z).all() and np.isfinite(rounded_w).all()
+    return problem.box.x_of(rounded_z, rounded_w) if within else None
 
 
 def _certificate(problem: Problem, y: list[Fraction] | None) -> Certificate:
