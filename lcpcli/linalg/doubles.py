@@ -52,7 +52,7 @@ def are_moderate(values: Vector) -> bool:
 def sizes(values: Vector) -> tuple[float, float]:
     """The least |value| but 0, infinite if there is none, and the largest."""
     if values.size <= SHORT:
-        found = [abs(value) for value in values.ravel().tolist() if value]
+        found = list(map(abs, filter(None, values.ravel().tolist())))
         return (min(found), max(found)) if found else (math.inf, 0.0)
     positive = np.abs(values)
     return float(positive.min(where=positive > 0, initial=math.inf)), float(positive.max())

@@ -165,11 +165,22 @@ class Block:
         return w
 
     @cached_property
+    def _sizes_of_q(self) -> tuple[Vector, Vector]:
+        """The least |q_i| but 0 and the largest, of each problem."""
+        sizes = np.abs(self.q)
+        return sizes.min(axis=1, where=sizes > 0, initial=np.inf), sizes.max(axis=1)
+
+    @cached_property
     def are_moderate(self) -> Mask:
         """Which of the problems have moderate numbers, as `Problem.is_moderate`; shape (m,)."""
-        sizes = np.abs(self.q)
-        in_range = (sizes <= FAR) & ((sizes >= 1 / FAR) | (sizes == 0))
-        return np.asarray(in_range.all(axis=1) & are_moderate(self.like.row_maxima))
+        least, largest = self._sizes_of_q
+        return np.asarray((largest <= FAR) & (least >= 1 / FAR) & are_moderate(self.like.row_maxima))
+
+    @cached_property
+    def _fields_of_q(self) -> list[tuple[tuple[float, float], bool]]:
+        """sizes_of_q and is_moderate of each problem."""
+        least, largest = self._sizes_of_q
+        return list(zip(zip(least.tolist(), largest.tolist(), strict=True), self.are_moderate.tolist(), strict=True))
 
     @property
     def reference_z(self) -> Vector | None:
@@ -191,7 +202,7 @@ class Block:
         problem, q = Problem.__new__(Problem), self.q[i]
         fields = vars(problem)  # as it is frozen
         fields.update(self._fields)
-        fields["q"], fields["is_moderate"] = q, bool(self.are_moderate[i])
+        fields["q"], (fields["sizes_of_q"], fields["is_moderate"]) = q, self._fields_of_q[i]
         if isinstance(self.box, Box):
             low, high = self.box.lower[i], self.box.upper[i]
             fields.update(lower=low, upper=high, box=Box(low, high))

@@ -55,6 +55,7 @@ class Problem:
     verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or None.
     row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
+    sizes_of_q : the least |q_i| but 0, infinite if there is none, and the largest.
     is_moderate : whether no row of M, and no q_i, is so large or small that products of a few over- or underflow.
     is_mixed, box : whether it has other bounds than z >= 0, and the set of admissible z, with what depends on it.
 
@@ -87,6 +88,7 @@ class Problem:
     box: Orthant | Box = declared(init=False, repr=False)
     row_maxima: Vector = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
+    sizes_of_q: tuple[float, float] = declared(init=False, repr=False)
     is_moderate: bool = declared(init=False, repr=False)
 
     def __init__(
@@ -116,6 +118,7 @@ class Problem:
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
         bounds = as_bounds(lower, upper, n, infinity)
         least_row, largest_entry = sizes(row_maxima)
+        least_q, largest_q = sizes(vector_q)
         self.__dict__.update(  # as it is frozen
             M=matrix,
             q=vector_q,
@@ -130,7 +133,8 @@ class Problem:
             origin=None,
             row_maxima=row_maxima,
             largest=largest_entry,
-            is_moderate=least_row >= 1 / FAR and largest_entry <= FAR and are_moderate(vector_q),
+            sizes_of_q=(least_q, largest_q),
+            is_moderate=min(least_row, least_q) >= 1 / FAR and max(largest_entry, largest_q) <= FAR,
             lower=0.0 if bounds is None else bounds[0],
             upper=math.inf if bounds is None else bounds[1],
             is_mixed=bounds is not None,

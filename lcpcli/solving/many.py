@@ -153,16 +153,17 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
     """w and terms of all z, of shape (m, n), and which of these surely solve their problems, shape (m,), after those
     whose residual may be more than rounding have been refined in place."""
     given = measure.rows(z)
-    solved = measure.surely_solves(z, given, tol)
-    rows = (found.ended & ~measure.surely_solves(z, given, min(tol, SHARP))).nonzero()[0]
+    solved = measure.surely_solves(z, given, min(tol, SHARP))
+    rows = (found.ended & ~solved).nonzero()[0]
     if rows.size:
         part = frame.block.part(rows)
         again, better_z = Measure(part), in_given_variables(frame_of(part), refined(frame, found, rows, given.w[rows]))
         better = again.rows(better_z)
         before, after = again.largest_ratio(z[rows], given.part(rows)), again.largest_ratio(better_z, better)
+        solved[rows] = np.minimum(before, after) <= tol
         kept = after < before
         rows = rows[kept]
-        z[rows], solved[rows] = better_z[kept], after[kept] <= tol
+        z[rows] = better_z[kept]
         for values, others in zip(given, better, strict=True):
             values[rows] = others[kept]
     return given, solved
@@ -198,7 +199,7 @@ class _Solved:
         problem = self.block.problem(i)
         criterion = Criterion(problem, self.tol)
         if self._solved[i]:
-            point = Point.of_solution(criterion, self.z[i], Rows(*(values[i] for values in self.rows)))
+            point = Point.of_solution(criterion, self.z[i], self.rows, i)
         else:
             point = Point(criterion, self.z[i])
             if not point.solves():

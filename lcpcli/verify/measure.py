@@ -47,6 +47,7 @@ FEW = 20  # unknowns up to which entries that may be rounding are taken literall
 NEGLIGIBLE = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
 NOISE = 1e-13  # relative to k, and to the largest distance: a distance from z_ref that rounding may have made of 0
 NEAR = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
+YES = np.array(True)
 LARGEST_POWER = 1000.0  # exponents of products of units are limited to this, so that they are finite
 
 
@@ -58,8 +59,8 @@ class Rows(NamedTuple):
     given: Vector
     error: Vector
 
-    def part(self, rows: Indices) -> Rows:
-        """The rows of some of m points."""
+    def part(self, rows: Indices | int) -> Rows:
+        """The rows of some of m points, or of one."""
         return Rows(*(values[rows] for values in self))
 
 
@@ -109,9 +110,17 @@ class Measure:
         """
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
-        closed = worst <= tol * np.minimum(rows.terms, np.abs(self.data.q_ref))
+        least = np.abs(self.data.q_ref)
+        if self.data.reference_z is not None:  # else the terms include it
+            least = np.minimum(least, rows.terms)
+        closed = worst <= tol * least
         if np.count_nonzero(closed) == closed.size:
-            return np.ones(closed.shape[:-1], dtype=bool)
+            return YES if closed.ndim == 1 else np.ones(len(z), dtype=bool)
+        if isinstance(self.data, Block) and closed.all(axis=1).any():
+            solved: Mask = np.asarray(closed.all(axis=1))
+            some = (~solved).nonzero()[0]
+            solved[some] = Measure(self.data.part(some)).surely_solves(z[some], rows.part(some), tol)
+            return solved
         if self._is_small and (excess - rows.error > _most(rows, tol)).any(axis=-1).all():
             return np.zeros(closed.shape[:-1], dtype=bool)
         return np.asarray((worst <= self._allowed(rows, self.caps(z), tol)).all(axis=-1))

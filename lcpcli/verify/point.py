@@ -29,7 +29,11 @@ class Criterion:
         units = None if problem.is_moderate or literal else scaled.scale(problem)
         self._units = units if units is not None and units.is_exact else None
         self.sums_exactly = not problem.is_moderate and self._units is None
-        self.measure = Measure(problem if self._units is None else self._units.problem)
+
+    @cached_property
+    def measure(self) -> Measure:
+        """That of the data."""
+        return Measure(self.data)
 
     def for_point(self, z: Vector) -> Criterion:
         """The criterion to measure a point by, which is this one unless its z is out of range in other units."""
@@ -96,6 +100,8 @@ class Point:
     is_admissible : whether z is known to lie within its bounds, as iterates do; otherwise that is looked at.
     """
 
+    _place: tuple[Rows, int] | None = None
+
     def __init__(self, criterion: Criterion, z: Vector, is_admissible: bool = True) -> None:
         self.criterion, self.z = criterion.for_point(z), z
         self._inside = self.criterion.inside(z)
@@ -104,15 +110,18 @@ class Point:
         self._plain: Rows | None = None
 
     @classmethod
-    def of_solution(cls, criterion: Criterion, z: Vector, rows: Rows) -> Point:
-        """A point that is known to solve the problem, with its w and terms."""
+    def of_solution(cls, criterion: Criterion, z: Vector, block: Rows, i: int) -> Point:
+        """A point that is known to solve the problem; its w and terms are those of point i of a block."""
         point = cls.__new__(cls)
         point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
-        point._plain = rows
+        point._plain, point._place = None, (block, i)
         return point
 
     def _plain_rows(self) -> Rows:
-        if self._plain is None:
+        if self._plain is None and self._place is not None:
+            block, i = self._place
+            self._plain = block.part(i)
+        elif self._plain is None:
             self._plain = self.criterion.measure.rows(self._inside)
             if self.criterion.sums_exactly:
                 self._plain = self._plain._replace(error=np.full(self.z.size, np.inf))
@@ -139,24 +148,22 @@ class Point:
     def solves(self) -> bool:
         """Whether the relative residual is at most the tolerance, by bounds on it as far as they decide."""
         if self._solves is None:
-            with np.errstate(over="ignore", invalid="ignore"):
-                self._solves = self._decision()
+            self._solves = self._decision()
         return self._solves
 
     def _decision(self) -> bool:
-        criterion = self.criterion
-        problem, tol = criterion.problem, criterion.tol
-        if self._beyond is not None:
-            return self.relative_residual <= max(tol, ROUNDING)
-        is_reference = not np.count_nonzero(problem.from_reference(self.z))
+        criterion, problem = self.criterion, self.criterion.problem
+        is_reference = self._beyond is None and not np.count_nonzero(problem.from_reference(self.z))
         if is_reference and (criterion.reference_solves or not problem.is_mixed):
             return criterion.reference_solves
-        rows = self._plain_rows()
-        if criterion.measure.surely_solves(self._inside, rows, tol):
-            return True
-        if criterion.measure.surely_fails(self._inside, rows, tol):
-            return False
-        return self.relative_residual <= max(tol, ROUNDING)
+        with np.errstate(over="ignore", invalid="ignore"):
+            if self._beyond is None:
+                rows = self._plain_rows()
+                if criterion.measure.surely_solves(self._inside, rows, criterion.tol):
+                    return True
+                if criterion.measure.surely_fails(self._inside, rows, criterion.tol):
+                    return False
+            return self.relative_residual <= max(criterion.tol, ROUNDING)
 
     @property
     @np.errstate(over="ignore", invalid="ignore")

@@ -33,8 +33,12 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
     """
     start = x0 if np.count_nonzero(x0) else _reference(problem)
-    if problem.n <= factors.SMALL:
-        return (yield from block_pivoting(problem, start, LEAST_INDEX_STEPS))
+    if problem.n > factors.SMALL:
+        return _after_gradients(problem, x0, start)
+    return block_pivoting(problem, start, LEAST_INDEX_STEPS)
+
+
+def _after_gradients(problem: Problem, x0: Vector, start: Vector) -> Stage:
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
     if not isinstance(ending, Breakdown):

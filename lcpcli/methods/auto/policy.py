@@ -21,7 +21,7 @@ from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.methods.newton import block_pivoting
 from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
-from lcpcli.model.far_bounds import relaxed
+from lcpcli.model.far_bounds import Relaxed, relaxed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -64,8 +64,11 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
     search, change = partial(_search, deadline=time.perf_counter() + time_limit), relaxed(problem)
-    if change is None:
-        return (yield from _from_start(problem, x0, search))
+    return _from_start(problem, x0, search) if change is None else _relaxed_first(problem, change, x0, search)
+
+
+def _relaxed_first(problem: Problem, change: Relaxed, x0: Vector, search: Search) -> Stage:
+    """First without far bounds, except for milp, then with them."""
     first = _from_start(change.problem, change.start(x0), partial(search, milp=False))
     turns = Turns(x0)
     ending = yield from turns.take("", in_given_variables(change, first))
@@ -75,7 +78,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 
 
 def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
-    return (yield from (small if problem.n <= measure.FEW else from_reference)(problem, x0, search))
+    return (small if problem.n <= measure.FEW else from_reference)(problem, x0, search)
 
 
 def _search(problem: Problem, turns: Turns, deadline: float, milp: bool = True) -> Stage:

@@ -31,27 +31,27 @@ def small(problem: Problem, x0: Vector, search: Search) -> Stage:
     What is found where rounding hides terms is replaced by an exact solution. What pivoting does not find is decided in
     exact arithmetic, for at most MOST_DECIDED unknowns.
     """
-    turns = Turns(x0)
-    stage = from_reference(problem, x0, _pivoting if problem.n <= MOST_DECIDED else search)
+    decide, x, evaluations = problem.n <= MOST_DECIDED, x0, 0
+    stage = from_reference(problem, x0, _pivoting if decide else search)
     while isinstance(step := advance(stage), Iterate):
-        turns.last = step
-        if step.signs_final and _is_doubtful(problem, problem.box.z_of(step.x)):
-            ending = yield from exactly(problem, turns, decide=problem.n <= MOST_DECIDED)
+        x, evaluations = step.x, step.evaluations
+        if step.signs_final and _is_doubtful(problem, problem.box.z_of(x)):
+            ending = yield from exactly(problem, Turns(x, evaluations), decide)
             if not isinstance(ending, Stalled):
                 return ending
         yield step
-    if problem.n > MOST_DECIDED or (isinstance(step, NoSolution) and step.certificate.kind != "ray"):
+    if not decide or (isinstance(step, NoSolution) and step.certificate.kind != "ray"):
         return step
-    ending = yield from exactly(problem, turns, decide=True)
+    ending = yield from exactly(problem, Turns(x, evaluations), decide=True)
     if not isinstance(ending, Stalled):
         return ending
-    return (yield from from_reference(problem, turns.last.x, search))
+    return (yield from from_reference(problem, x, search))
 
 
 def _is_doubtful(problem: Problem, z: Vector) -> bool:
     """Whether z solves the problem, but rounding hides a term of a row of M z + q, or integers may have been
     rounded."""
-    (least_z, largest_z), (least_q, largest_q) = sizes(z), sizes(problem.q)
+    (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
     if max(problem.largest, largest_q) > LONG:
         return Point(Criterion(problem), z).solves()
     if min(problem.largest * least_z, least_q) >= HIDDEN * max(problem.largest * largest_z, largest_q):

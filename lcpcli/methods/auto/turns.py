@@ -14,10 +14,10 @@ from lcpcli.typing import Vector
 
 
 class Turns:
-    """The turns taken so far. last : the newest iterate, or the start."""
+    """The turns taken so far. last : the newest iterate, or the start, after as many evaluations as given."""
 
-    def __init__(self, x0: Vector) -> None:
-        self.last = Iterate(x0, None, "", 0)
+    def __init__(self, x0: Vector, evaluations: int = 0) -> None:
+        self.last = Iterate(x0, None, "", evaluations)
 
     def take(self, method: str, stage: Stage) -> Stage:
         """One turn of a method, which may itself consist of named methods; FAULTS are breakdowns."""
@@ -34,16 +34,16 @@ class Turns:
             yield self.last
 
 
-Search: TypeAlias = Callable[[Problem, Turns], Stage]
-"""Methods that take turns on a problem, from the last iterate of the turns."""
+Search: TypeAlias = Callable[..., Stage]
+"""Methods that take turns on a problem, called with it and with the turns, from whose last iterate they start."""
 
 
 def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
     """A search in the variables in which the reference point of the problem is 0."""
     if problem.reference_z is None:
-        return (yield from search(problem, Turns(x0)))
+        return search(problem, Turns(x0))
     with imports:
         from lcpcli.model.shifted import shifted
 
     change = shifted(problem)
-    return (yield from in_given_variables(change, search(change.problem, Turns(change.start(x0)))))
+    return in_given_variables(change, search(change.problem, Turns(change.start(x0))))
