@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from importlib.machinery import ExtensionFileLoader, ModuleSpec, SourceFileLoader, SourcelessFileLoader
+from types import ModuleType
+from typing import Any
 
 PARTS = ("setup", "solve", "verify")
+LOADERS = (SourceFileLoader, SourcelessFileLoader, ExtensionFileLoader)
 
 
 class _Imports:
-    """A context for imports that are put off until they are needed: the clock stands still in it."""
+    """All imports from the first one of this module on, whoever needs them: the clock stands still in them.
+
+    It stands first in sys.meta_path, where it finds what the finders behind it do, and times them and the loading of
+    modules from files. So it counts also what scipy, for instance, puts off until it is called.
+    """
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -25,12 +34,34 @@ class _Imports:
         if not self._depth:
             self.seconds += time.perf_counter() - self._began
 
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """The module as the finders behind this one find it, with a loader that is timed."""
+        finders = sys.meta_path[sys.meta_path.index(self) + 1 :]
+        with self:
+            found = (finder.find_spec(fullname, path, target) for finder in finders if hasattr(finder, "find_spec"))
+            spec = next((spec for spec in found if spec is not None), None)
+        loader: Any = None if spec is None else spec.loader
+        if isinstance(loader, LOADERS):  # each has one instance for each module
+            for step in ("create_module", "exec_module"):
+                setattr(loader, step, self._timed(getattr(loader, step)))
+        return spec
+
+    def _timed(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        def timed(*arguments: Any) -> Any:
+            with self:
+                return function(*arguments)
+
+        return timed
+
 
 imports = _Imports()
+sys.meta_path.insert(0, imports)
 
 
 def seconds() -> float:
-    """Seconds since an arbitrary moment, without those spent in `imports`."""
+    """Seconds since an arbitrary moment, without those that imports have taken."""
     return time.perf_counter() - imports.seconds
 
 

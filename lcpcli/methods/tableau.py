@@ -200,5 +200,7 @@ class Tableau:
         inverse -= change
         np.abs(change, out=change)
         change *= NOISE
-        inverse[np.abs(inverse) <= change] = 0.0
+        cancelled = inverse <= change
+        cancelled &= inverse >= np.negative(change, out=change)
+        inverse[cancelled] = 0.0
         inverse[:, row] = quotients
