@@ -14,6 +14,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem, Trace, clock
 from lcpcli.bench.answer import Method
+from lcpcli.cli import repetition
 from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS
 from lcpcli.solving.run import run
@@ -130,19 +131,48 @@ def test_bench_times_from_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
     assert answer.curve[-1][1] <= answer.seconds
 
 
-def test_short_runs_are_repeated_and_the_fastest_is_shown(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
+    """The results of runs that a command makes, in a process that has made none."""
     from lcpcli.solving import run as driver
 
     results: list[lcpcli.Result] = []
     real = driver.run
 
-    def kept(*given: Any, **named: Any) -> lcpcli.Result:
+    def noted(*given: Any, **named: Any) -> lcpcli.Result:
         results.append(real(*given, **named))
         return results[-1]
 
-    monkeypatch.setattr(driver, "run", kept)
-    for command in ("solve", "compare"):
-        results.clear()
-        shown = json.loads(lcp(command, EXAMPLE, "--method", "newton", "--format", "json").out)
-        assert len(results) == 3
-        assert shown["seconds"] == min(result.seconds for result in results)
+    monkeypatch.setattr(driver, "run", noted)
+    monkeypatch.setattr(repetition, "_methods", set())
+    return results
+
+
+def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
+    shown = json.loads(lcp("solve", EXAMPLE, "--method", "newton", "--format", "json").out)
+    assert len(runs) == 2
+    assert shown["seconds"] == runs[1].seconds
+    runs.clear()
+    lines = lcp("solve", EXAMPLE, EXAMPLE, "--method", "lemke", "--format", "json").out.splitlines()
+    assert len(runs) == 3
+    assert [json.loads(line)["seconds"] for line in lines] == [run.seconds for run in runs[1:]]
+
+
+def test_each_step_of_runs_that_are_compared_has_the_least_time_of_several(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
+    shown = json.loads(lcp("compare", EXAMPLE, "--method", "fixed-point", "--trace", "--format", "json").out)
+    assert len(runs) == 1 + repetition.ENOUGH
+    traces = [run.trace for run in runs[1:]]
+    steps = [np.diff([row.seconds for row in trace.rows], prepend=0.0) for trace in traces if trace is not None]
+    assert [row["seconds"] for row in shown["trace"]] == pytest.approx(np.cumsum(np.min(steps, axis=0)), rel=1e-9)
+    assert shown["solve_seconds"] == min(run.solve_seconds for run in runs[1:])
+    assert shown["trace"][-1]["seconds"] <= shown["seconds"]
+    assert {level["k"]: level["seconds"] for level in shown["milestones"]}.items() <= {
+        row["k"]: row["seconds"] for row in shown["trace"]
+    }.items()
+
+
+def test_a_pause_of_the_processor_is_in_no_curve() -> None:
+    """In three repetitions of three steps, two have a pause of 3 s, and one was cut."""
+    repetitions = [{0: 1.0, 1: 5.0, 9: 6.5}, {0: 1.5, 1: 2.5, 9: 7.0}, {0: 0.5}]
+    assert clock.least_steps(repetitions) == {0: 1.0, 1: 2.0, 9: 3.5}
+    assert clock.least_steps(repetitions[2:]) == {0: 0.5}

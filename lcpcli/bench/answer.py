@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -50,6 +51,18 @@ class Answer:
     evaluations: int | None = None
     curve: Curve | None = None
     milestones: Milestones | None = None
+
+    @property
+    def times(self) -> dict[int, float]:
+        """The seconds to each iterate of the curve and of the milestones, by its number."""
+        return {k: passed for k, passed, _ in self.curve or ()} | {k: passed for _, k, passed in self.milestones or ()}
+
+    def retimed(self, times: Mapping[int, float]) -> Answer:
+        """The same answer with other `times`."""
+        curve = self.curve and [(k, times[k], error) for k, _, error in self.curve]
+        return replace(
+            self, curve=curve, milestones=self.milestones and [(a, k, times[k]) for a, k, _ in self.milestones]
+        )
 
 
 class Solver(Protocol):

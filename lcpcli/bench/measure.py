@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 
 from lcpcli.bench.answer import Answer
 from lcpcli.bench.statistics import median_interval, summary
+from lcpcli.clock import least_steps
 from lcpcli.linalg.products import THREADED
 
 LEAST, MOST = 3, 25  # repeats
 NARROW = 0.05  # half-width of the median's interval, relative to the median, at which it counts as known
 WARM_UP = 0.02  # seconds of untimed runs before brief ones are measured
-CURVES = 3  # runs of which the fastest provides the curve
+CURVES = 5  # runs of which each step of the curve has the least time
 REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
 
@@ -39,7 +40,8 @@ def measure(
     The first run provides the curve and is an untimed warm-up, unless it claims nothing: as times of failures are not
     used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least LEAST repeats; they
     end when their median is known, after MOST of them, or when the budget of wall-clock time is spent; a repeat longer
-    than the whole budget is always the last. Otherwise the curve is recorded again, by the fastest of CURVES warm runs.
+    than the whole budget is always the last. Otherwise the curve is recorded again, with the least time of each step in
+    CURVES warm runs, as by `clock.least_steps`.
 
     solve : makes one run; its argument is whether to record the error curve.
     budget : seconds for the repeats.
@@ -60,13 +62,10 @@ def measure(
             return first, times
         if len(times) >= LEAST and (is_stable(times) or clock() - began >= budget):
             break
-    return (_quickest(solve, rest, sleep) if first.curve else first), times
-
-
-def _quickest(solve: Callable[[bool], Answer], rest: float, sleep: Callable[[float], None]) -> Answer:
-    """The fastest of CURVES runs with a curve: a single interruption by another process would distort it."""
+    if not first.curve:
+        return first, times
     runs = []
     for _ in range(CURVES):
         sleep(rest)
         runs.append(solve(True))
-    return min(runs, key=lambda answer: answer.seconds)
+    return runs[0].retimed(least_steps([run.times for run in runs])), times

@@ -69,7 +69,7 @@ class Output:
             refuse_unwritable(output)
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
-        self._shown, self._every, self._compared = shown, every, compared
+        self._shown, self._every, self.compared = shown, every, compared
 
     def trace(self, problem: Problem, width: int | None) -> Trace | None:
         """An empty trace for a run whose iterates are shown in that width, or written; it keeps only what is needed."""
@@ -102,7 +102,7 @@ class Output:
         """The largest number of rows shown: for a single result, what a screen holds below it."""
         if self.form == "latex":
             return PRINTED_ROWS
-        if width is None or self._compared:
+        if width is None or self.compared:
             return MOST_ROWS
         from shutil import get_terminal_size
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from lcpcli.cli import exit_codes, problems, runs
 from lcpcli.cli.methods import for_methods
 from lcpcli.cli.options import limits
+from lcpcli.cli.repetition import timed
 from lcpcli.errors import LCPError
 from lcpcli.files.inputs import QColumns, Work
 from lcpcli.files.keys import OF_BOUNDS
@@ -107,8 +108,12 @@ class Task:
 
         (options,) = for_methods(self.given, [self.variant], problem)
         bounds = limits(self.given)
-        trace = Trace(self.every) if self.every else None
-        result = driver.run(problem, self.variant.method, limits=bounds, trace=trace, conclude=False, **options)
+
+        def once() -> Result:
+            trace = Trace(self.every) if self.every else None
+            return driver.run(problem, self.variant.method, limits=bounds, trace=trace, conclude=False, **options)
+
+        (result,) = timed(once, compared=False)
         if data is not None:
             result = prove(data, result, bounds.time_limit - result.seconds)
         if self.given["bound"] and not result.interrupted:

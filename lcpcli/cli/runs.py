@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ import click
 
 from lcpcli.cli.output import Output, Plot
 from lcpcli.cli.progress import Line
+from lcpcli.cli.repetition import timed
 
 if TYPE_CHECKING:
     from lcpcli.methods.variants import Variant
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from lcpcli.solving.limits import Limits
     from lcpcli.solving.result import Result
     from lcpcli.typing import Vector
-
-BRIEF, REPEATS = 0.02, 3  # shorter runs, in seconds, are timed as the fastest of that many: a first one is slow
 
 
 def each(
@@ -40,7 +39,7 @@ def each(
     from lcpcli.solving import run as driver
 
     output, plot, width = shown
-    timed = plot.path is not None or not output.silent
+    compared = plot.path is not None or (output.compared and not output.silent)
 
     def run_once(problem: Problem, variant: Variant, label: str, values: dict[str, Any]) -> Result:
         trace, curve = output.trace(problem, width), plot.curve(problem)
@@ -61,29 +60,12 @@ def each(
     for i, (problem, own) in enumerate(zip(problems, chosen, strict=True)):
         near = None if warm is None else _near(problem, warm)
         for variant, label, values in zip(variants, labels(variants), own, strict=True):
-            for result in _quickest(partial(run_once, problem, variant, label, values), timed):
+            for result in timed(partial(run_once, problem, variant, label, values), compared):
                 yield i, result
             if near is not None and METHODS[variant.method].uses_start:
                 again = {**values, "x0": near, "z0": None, "basis": None}
-                for result in _quickest(partial(run_once, problem, variant, label, again), timed):
+                for result in timed(partial(run_once, problem, variant, label, again), compared):
                     yield i, replace(result, warm=True)
-
-
-def _quickest(once: Callable[[], Result], timed: bool) -> Iterator[Result]:
-    """A run; if it is timed and short, the fastest of several.
-
-    Raises KeyboardInterrupt after the result if a repetition was interrupted.
-    """
-    runs, interrupted = [once()], False
-    try:
-        while timed and len(runs) < REPEATS and runs[0].seconds < BRIEF and not runs[-1].interrupted:
-            runs.append(once())
-    except KeyboardInterrupt:
-        interrupted = True
-    whole = [run for run in runs if not run.interrupted]
-    yield min(whole or runs, key=lambda result: result.seconds)
-    if interrupted or (whole and len(whole) < len(runs)):
-        raise KeyboardInterrupt
 
 
 def finished(

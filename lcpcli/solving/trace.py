@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -116,6 +116,16 @@ class Trace:
         kept = [*(row for row in rows if chosen._is_kept(row.k)), *last]
         chosen.rows = [row if components is None else replace(row, z=row.z[components]) for row in kept]
         return chosen
+
+    @property
+    def times(self) -> dict[int, float]:
+        """The seconds to each iterate that is kept or noted, by its number."""
+        return {row.k: row.seconds for row in self.rows} | {level.k: level.seconds for level in self.milestones}
+
+    def retimed(self, times: Mapping[int, float]) -> Trace:
+        """The same trace with other `times`."""
+        rows = [replace(row, seconds=times[row.k]) for row in self.rows]
+        return replace(self, rows=rows, milestones=[replace(each, seconds=times[each.k]) for each in self.milestones])
 
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
