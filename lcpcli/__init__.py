@@ -7,6 +7,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     read, write  problems from and to files
     run          one call from a Problem to a Result, with the options of solve
     Result       the outcome: its Status, z, w, the residual, a Trace of the iterates if asked for, and more
+    Interrupted  what Ctrl-C raises: a KeyboardInterrupt with the Result until then
     solve_many   the results of many problems, or of one M with many q, one after another
     exact        the solution of a Problem in fractions, or the fact that there is none, proved
     solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from lcpcli.bounds.error_bound import error_bound as error_bound
     from lcpcli.diagnosis.inspection import inspect as inspect
     from lcpcli.enumeration.search import solutions as solutions
+    from lcpcli.errors import Interrupted as Interrupted
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.model.from_game import from_game as from_game
@@ -61,6 +63,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Interrupted": "errors",
     "Problem": "model.problem",
     "Result": "solving.result",
     "Status": "solving.result",
@@ -85,6 +88,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Interrupted",
     "Problem",
     "Result",
     "Status",

@@ -12,3 +12,4 @@ Indices: TypeAlias = NDArray[np.intp]
 Mask: TypeAlias = NDArray[np.bool_]
 Matrix: TypeAlias = Any  # a dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations
 MethodName: TypeAlias = Literal["auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp"]
+Interrupts: TypeAlias = Literal["raise", "return"]

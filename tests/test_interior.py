@@ -212,7 +212,7 @@ def test_a_cut_off_in_a_factorization_leaves_the_best_iterate(
 
     monkeypatch.setattr(AccurateSystems, "factorize", cut_off)
     problem = gallery.make("control", 200)
-    result = run(problem, "interior")
+    result = run(problem, "interior", interrupts="return")
     assert result.status is status
     assert not result.solved
     assert ("memory" in result.message) == (cut is MemoryError)

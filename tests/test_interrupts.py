@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -199,7 +200,49 @@ def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Run) -> None:
 
 def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Loop, "_take", interrupt)
-    solved = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [5, 6]))
+    solved = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [5, 6]), interrupts="return")
     assert (solved.status, solved.interrupted) == (Status.SOLVED, True)
-    open_still = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
+    open_still = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]), interrupts="return")
     assert (open_still.status, open_still.interrupted) == (Status.INTERRUPTED, True)
+
+
+def exact_solution(problem: lcpcli.Problem, **options: Any) -> lcpcli.Result:
+    pytest.importorskip("flint")
+    return lcpcli.exact(problem, **options)
+
+
+CALLS: dict[str, Callable[..., Any]] = {
+    "run": lcpcli.run,
+    "solve": lambda problem, **options: lcpcli.solve(problem.M, problem.q, **options),
+    "solve_many of problems": lambda problem, **options: next(lcpcli.solve_many([problem], **options)),
+    "solve_many of columns": lambda problem, **options: next(lcpcli.solve_many(problem.M, [[-5], [-6]], **options)),
+    "exact": exact_solution,
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    call, problem = CALLS[name], lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
+    monkeypatch.setattr(Loop, "_take", interrupt)
+    with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
+        call(problem)
+    assert isinstance(ending.value, KeyboardInterrupt)
+    assert (ending.value.result.status, ending.value.result.z.tolist()) == (Status.INTERRUPTED, [0, 0])
+    assert call(problem, interrupts="return").interrupted
+    with pytest.raises(lcpcli.errors.OptionError, match='interrupts: \'ignore\' is unknown; give "raise" or "return"'):
+        call(problem, interrupts="ignore")
+    assert isinstance(pickle.loads(pickle.dumps(ending.value)), lcpcli.Interrupted)
+
+
+def test_loop_of_a_user_ends_with_ctrl_c() -> None:
+    code = """
+import os, signal, lcpcli
+from lcpcli.solving.loop import Loop
+Loop._take = lambda *_: os.kill(os.getpid(), signal.SIGINT)
+for i in range(2):
+    print(i, flush=True)
+    lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+"""
+    done = python(code)
+    assert done.stdout == "0\n"
+    assert done.stderr.splitlines()[-1] == "lcpcli.errors.Interrupted: interrupted"

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, get_args
 
 from numpy.typing import ArrayLike
 
 from lcpcli.clock import seconds
-from lcpcli.errors import OptionError, likely
+from lcpcli.errors import Interrupted, OptionError, ParameterError, likely
 from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.solving import run as driver
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
-from lcpcli.typing import MethodName
+from lcpcli.typing import Interrupts, MethodName
 
-COMMON_OPTIONS = ("x0", "z0", "basis", "tol", "max_iterations", "time_limit", "scale", "finish", "trace", "threads")
+LIMITS = ("tol", "max_iterations", "time_limit")
+RAISE: Interrupts = "raise"
+COMMON_OPTIONS = ("x0", "z0", "basis", *LIMITS, "scale", "finish", "trace", "threads", "interrupts")
 
 
 def solve(
@@ -39,6 +41,7 @@ def solve(
     threads: int | None = None,
     scale: bool = False,
     finish: bool = False,
+    interrupts: Interrupts = RAISE,
     **options: Any,
 ) -> Result:
     """Find z >= 0 with w = M z + q >= 0 and z'w = 0, or with bounds the z of `Problem`; arrays are never modified.
@@ -49,12 +52,13 @@ def solve(
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and none; None, or a size from infinity on.
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
         "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "interior" (Mehrotra 1992;
-        Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988); sources are in their modules.
+        Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988).
     x0, z0, basis : the start, x = (z - w) / 2, z with w = M z + q, or a `Result.basis`; at most one, by default x0 = 0.
     tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
     max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     threads : for dense linear algebra, by default one unless the environment sets it or M is very large.
+    interrupts : what Ctrl-C does, "raise" Interrupted or "return" the result.
     scale, finish : for "shi" and "fixed-point", to equilibrate the problem, and to stop once the active set solves it.
     options : of the method; None means "not given". For "shi" p, k_star, rho, sigma and x1, for "fixed-point" omega
         and anderson, for "interior" start_slack and regularization: `lcp solve --help` describes them.
@@ -65,21 +69,19 @@ def solve(
 
     Raises
     ------
-    ProblemError, OptionError : M, q or the start cannot be used; the method is unknown, or an option is unknown, out of
-        range or without effect on the method. Both are a ValueError.
+    ProblemError, OptionError : M, q, the start or an option cannot be used. Both are a ValueError.
+    Interrupted : a KeyboardInterrupt; its `result` has the best z found.
 
     Examples
     --------
-    >>> import lcpcli
-    >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
-    >>> result.status.word, result.z.round(6).tolist()
-    ('solved', [1.333333, 2.333333])
-    >>> lcpcli.solve([[2, 1], [1, 2]], [-5, -6], lower=[None, 0], upper=2).z.tolist()
+    >>> from lcpcli import solve
+    >>> solve([[2, 1], [1, 2]], [-5, -6], lower=[None, 0], upper=2).z.tolist()
     [1.5, 2.0]
     """
     began = seconds()
     limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     given = dict(x0=x0, z0=z0, basis=basis, trace=trace, threads=threads, scale=scale, finish=finish, **options)
+    given["interrupts"] = interrupts
     return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), method, began, limits, given)
 
 
@@ -97,6 +99,7 @@ def run(
     threads: int | None = None,
     scale: bool = False,
     finish: bool = False,
+    interrupts: Interrupts = RAISE,
     **options: Any,
 ) -> Result:
     """Solve a Problem, for instance one from a file: as `solve`, with the same options.
@@ -120,14 +123,21 @@ def run(
     limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     starts = {"x0": x0, "z0": z0, "basis": basis}
     given = {**starts, "trace": trace, "threads": threads, "scale": scale, "finish": finish, **options}
-    return _run(as_problem(problem), method, began, limits, given)
+    return _run(as_problem(problem), method, began, limits, given | {"interrupts": interrupts})
+
+
+def unless_interrupted(result: Result, interrupts: str) -> Result:
+    """The result, unless Ctrl-C has ended it and is to raise Interrupted."""
+    if result.interrupted and interrupts == RAISE:
+        raise Interrupted(result)
+    return result
 
 
 def _run(problem: Problem, method: str, began: float, limits: dict[str, Any], given: dict[str, Any]) -> Result:
     refuse_unknown_options(method, given)
     limits, chosen = _given(limits), _given(given)
-    trace = chosen.pop("trace", False)
-    return driver.run(
+    trace, interrupts = chosen.pop("trace", False), chosen.pop("interrupts")
+    result = driver.run(
         problem,
         method,
         limits=Limits(**limits) if limits else None,
@@ -135,15 +145,19 @@ def _run(problem: Problem, method: str, began: float, limits: dict[str, Any], gi
         began=began,
         **chosen,
     )
+    return unless_interrupted(result, interrupts)
 
 
 def _given(options: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def refuse_unknown_options(method: str, names: Collection[str]) -> None:
-    """Raise OptionError for a name that is not an option of any method, with those that this method has."""
-    names = [name for name in names if name not in COMMON_OPTIONS]
+def refuse_unknown_options(method: str, given: Mapping[str, Any]) -> None:
+    """Raise OptionError for a name that is not an option of any method, with those that this method has, or for
+    something else that Ctrl-C is to do."""
+    if given.get("interrupts", RAISE) not in get_args(Interrupts):
+        raise ParameterError("interrupts", f"{given['interrupts']!r} is unknown", 'give "raise" or "return"')
+    names = [name for name in given if name not in COMMON_OPTIONS]
     if not names:
         return
     known = [name for name in methods.parameters_of(method) if name not in COMMON_OPTIONS]

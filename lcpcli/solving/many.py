@@ -19,7 +19,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.column_starts import pivoted
 from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables, refined
 from lcpcli.model.columns import Block, Columns
-from lcpcli.solving.call import refuse_unknown_options, run
+from lcpcli.solving.call import LIMITS, refuse_unknown_options, run
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.neighbours import one_after_another
 from lcpcli.solving.result import Result, Status
@@ -33,7 +33,6 @@ FIRST, GROWTH = 64, 4  # columns of the first block, and how much longer each ne
 NUMBERS = 1 << 16  # in each array of a block, so that a few of them stay in the cache
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
 SHARP = 1e-13  # the relative residual from which on a solution is refined, as rounding alone leaves less
-LIMITS = ("tol", "max_iterations", "time_limit")
 
 
 def solve_many(
@@ -61,7 +60,7 @@ def solve_many(
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) for each column its own.
     infinity : the size from which on they are infinite, often 1e20; by default only infinite ones are.
     method, options : as in `solve`, for every problem; a time limit is for each of them. Anything but tol,
-        max_iterations, time_limit and threads has the columns solved one by one.
+        max_iterations, time_limit, threads and interrupts has the columns solved one by one.
 
     Yields
     ------
@@ -70,6 +69,7 @@ def solve_many(
     Raises
     ------
     ProblemError, OptionError : as `solve`, on the call; for a stream of Problems when its turn comes.
+    KeyboardInterrupt : by Ctrl-C; of a problem that is solved by itself the Interrupted of `solve`.
 
     Examples
     --------
@@ -90,7 +90,7 @@ def solve_many(
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         return (run(problem, method, **given) for problem in M)
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= {*LIMITS, "threads"} or columns.k < FEW:
+    if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEW:
         return (run(problem, method, **given) for problem in columns.problems())
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, limits, given)

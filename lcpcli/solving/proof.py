@@ -28,10 +28,11 @@ from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving import run as driver
+from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupted
 from lcpcli.solving.conclusions import concluded
 from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.result import Exact, Result, Status
-from lcpcli.typing import Vector
+from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.exact_farkas import exact_proof
 from lcpcli.verify.exact_solution import from_point
@@ -46,7 +47,7 @@ UNPROVED = "no exact proof was found for the numbers as written"
 SEARCH = 60.0  # seconds of search without a time limit: up to 20 unknowns a second is enough, beyond 30 it may not be
 
 
-def exact(problem: Problem, time_limit: float | None = None) -> Result:
+def exact(problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE) -> Result:
     """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact`.
 
     The doubles M and q count as they are, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
@@ -57,6 +58,7 @@ def exact(problem: Problem, time_limit: float | None = None) -> Result:
     problem : a Problem.
     time_limit : seconds after which to give up; by default a minute is the limit for the search in rational arithmetic,
         and there is none for the rest.
+    interrupts : what Ctrl-C does, as in `solve`.
 
     Returns
     -------
@@ -66,6 +68,7 @@ def exact(problem: Problem, time_limit: float | None = None) -> Result:
     Raises
     ------
     OptionError : python-flint is missing, which comes with the extra `exact`, or the time limit is out of range.
+    Interrupted : by Ctrl-C, as `solve`.
 
     Examples
     --------
@@ -75,9 +78,11 @@ def exact(problem: Problem, time_limit: float | None = None) -> Result:
     (['4/3', '7/3'], "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic")
     """
     require()
+    refuse_unknown_options("auto", {"interrupts": interrupts})
     limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
     result = driver.run(as_problem(problem), "auto", limits=limits, conclude=False)
-    return concluded([prove(ExactProblem.of_floats(problem), result, limits.time_limit - result.seconds)])[0]
+    result = prove(ExactProblem.of_floats(problem), result, limits.time_limit - result.seconds)
+    return unless_interrupted(concluded([result])[0], interrupts)
 
 
 def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> Result:
