@@ -89,6 +89,11 @@ def assert_refused(result: Result, *statuses: str) -> None:
     assert true > result.tol
     assert result.relative_residual == pytest.approx(true, rel=0.1)
     if result.problem.origin is not None:
-        assert record["answer"]["statement"].startswith("not solved, so there ")
+        statement = record["answer"]["statement"]
         shown = {key for key, value in record["answer"].items() if value is not None}
-        assert shown <= {"kind", "statement"}
+        if record["answer"]["kind"] == "qp":
+            assert statement.startswith("x does not solve the program: ")
+            assert shown <= {"kind", "statement", "x", "y", "bound_multipliers", "objective", "rows", "columns"}
+        else:
+            assert statement.startswith("not solved, so there ")
+            assert shown <= {"kind", "statement"}

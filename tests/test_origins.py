@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -170,9 +171,31 @@ def test_an_lcp_without_solution_says_why_there_is_no_minimum(c: Any, A: Any, b:
     assert minimum(slim).statement == statement
 
 
-def test_a_run_that_has_not_solved_has_no_answer() -> None:
-    program = run(from_qp(PORTFOLIO_Q, [0, 0, 0], PORTFOLIO_A, PORTFOLIO_B), "shi", max_iterations=1)
-    assert (minimum(program).x, minimum(program).statement) == (None, "not solved, so there is no x")
+@pytest.mark.parametrize("sense", ["min", "max"])
+@pytest.mark.parametrize("options", [{"max_iterations": 1}, {"max_iterations": 3}, {"time_limit": 1e-9}])
+def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options: dict[str, Any], sense: str) -> None:
+    sign = 1 if sense == "min" else -1
+    Q, A, c = sign * np.array(PORTFOLIO_Q), np.array(PORTFOLIO_A), np.array([1.0, 2.0, 3.0])
+    result = run(from_qp(Q, c, A, PORTFOLIO_B, sense=sense, constant=7), "shi", **options)
+    answer = minimum(result)
+    assert result.exit_code == 1
+    assert answer.x is not None
+    assert answer.y is not None
+    assert answer.bound_multipliers is not None
+    assert np.array_equal(answer.x, result.z[:3])
+    assert np.array_equal(answer.y, sign * result.z[3:])
+    assert answer.bound_multipliers.shape == (3,)
+    assert answer.objective == pytest.approx(answer.x @ Q @ answer.x / 2 + c @ answer.x + 7)
+    assert (answer.proved, answer.exact, answer.ray, answer.certificate) == (None, None, None, None)
+    size = f"{result.relative_residual:.1e}"
+    assert (
+        answer.statement == f"x does not solve the program: it is the best iterate, with a relative residual of {size}"
+    )
+    record = json.loads(result.to_json())["answer"]
+    assert (record["x"], record["objective"], record["proved"]) == (answer.x.tolist(), answer.objective, None)
+
+
+def test_a_run_that_has_not_solved_a_game_has_no_strategies() -> None:
     game = equilibrium(run(from_game(*BATTLE), "shi", max_iterations=1))
     assert (game.row, game.payoffs, game.statement) == (None, None, "not solved, so there are no strategies")
 

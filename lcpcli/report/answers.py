@@ -48,7 +48,12 @@ def _parts(result: Result) -> list[str]:
         if answer.x is None or answer.y is None:
             return []
         multipliers = [f"y = {_named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
-        return [f"x = {_named(answer.x.tolist(), origin.columns)}", *multipliers, f"objective {answer.objective:.7g}"]
+        best = "best " * (not result.solved)
+        return [
+            f"{best}x = {_named(answer.x.tolist(), origin.columns)}",
+            *multipliers,
+            f"objective {answer.objective:.7g}",
+        ]
     if not isinstance(answer, Equilibrium) or answer.row is None or answer.column is None or answer.payoffs is None:
         return []
     strategies = [

@@ -18,10 +18,11 @@ one of the two."""
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """What a solution of the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and
+    """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and
     bounds.
 
-    x : the point, shape (k,); None, as are the next three, if the conditions are not solved.
+    x : the point, shape (k,), if the conditions are not solved the best iterate; None, as are the next three, if it is
+        proved that they have no solution.
     y, bound_multipliers : those of the m rows and of the bounds of the k variables: the derivative of the optimal
         objective with respect to the bound that holds with equality, 0 where none does.
     objective : the value at x, in the program's own sense and with its constant.

@@ -16,7 +16,7 @@ from lcpcli.model.reductions.program import SENSES, Program, ProgramData
 from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Minimum
 from lcpcli.solving.no_minimum import without_minimum
 from lcpcli.solving.other_minimum import has_other_minimum
-from lcpcli.solving.result import Result
+from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Matrix
 
 SECONDS = 1.0  # for deciding whether Q is positive semidefinite
@@ -26,22 +26,30 @@ DEFINITE = {"min": "positive", "max": "negative"}
 
 
 def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
-    """What each of the results on one problem means for the program: x, y and the objective if it is solved."""
+    """What each of the results on one problem means for the program: x, y and the objective, of the best iterate if it
+    is not solved, unless it is proved that there is no solution."""
     problem = results[0].problem
     data = program.program(conditions_of(problem))
     assert data is not None
     solved = _kind_of_point(data, program) if any(result.solved for result in results) else None
     return [
-        _minimum(result, program, data, solved) if solved and result.solved else without_minimum(result, program, data)
+        without_minimum(result, program, data)
+        if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE)
+        else _minimum(result, program, data, solved if solved and result.solved else _unsolved(result))
         for result in results
     ]
 
 
 class _Kind(NamedTuple):
-    """What a solution of the first-order conditions is: `proved` as in `Minimum`, and the sentence."""
+    """What a solution of the first-order conditions, or another x, is: `proved` as in `Minimum`, and the sentence."""
 
     proved: str | None
     statement: str
+
+
+def _unsolved(result: Result) -> _Kind:
+    size = f"{result.relative_residual:.1e}"
+    return _Kind(None, f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
 
 
 def _minimum(result: Result, program: Program, data: ProgramData, kind: _Kind) -> Minimum:

@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import compressed
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.program import Program, ProgramData
 from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Minimum
-from lcpcli.solving.result import Result, Status
+from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import farkas, proof
 
@@ -31,11 +31,10 @@ WORDS = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
 def without_minimum(result: Result, program: Program, data: ProgramData) -> Minimum:
-    """Which constraints exclude each other, or in which direction the objective improves for ever."""
+    """Which constraints exclude each other, or in which direction the objective improves for ever, where it is proved
+    that the conditions have no solution."""
     problem, k = result.problem, program.variables
     best, side = WORDS[program.sense]
-    if result.status not in (Status.INFEASIBLE, Status.UNSOLVABLE):
-        return _nowhere("not solved, so there is no x")
     of_x, of_rows = _halves(result, k)
     known = _feasibility(problem, data, of_rows)
     if known.feasible is False:
