@@ -176,7 +176,7 @@ def test_what_is_given_is_never_changed() -> None:
     M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([[-5.0, 1.0], [-6.0, -1.0]])
     before = M.copy(), Q.copy()
     for result in lcpcli.solve_many(M, Q):
-        result.z[:] = result.problem.q[:] = 7.0
+        result.z[:] = result.w[:] = 7.0
     assert np.array_equal(M, before[0])
     assert np.array_equal(Q, before[1])
     assert lcpcli.solve_many(M, Q.astype(np.float32)).__next__().solved

@@ -20,7 +20,8 @@ NO_BOUND = 1e20  # the size from which on a bound is none, by the convention of 
 
 
 def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
-    """Values as a float64 vector, one for each of n things of a kind (any number if None), or a ProblemError."""
+    """Values as a float64 vector of `own` memory, one for each of n things of a kind (any number if None), or a
+    ProblemError."""
     if isinstance(values, (list, tuple)):
         _refuse_other_than_numbers(field, values)
     v = _as_floats(field, values)
@@ -28,8 +29,36 @@ def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown"
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a flat list of numbers")
     if n is not None and v.size != n:
         raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
+    v = own(v, values)
     _refuse_infinite(field, v)
     return v
+
+
+def own(array: Vector, given: Any = None) -> Vector:
+    """The array, made of what is given, in memory that nobody else changes, and read-only: a copy, unless lists were
+    given or it is read-only already."""
+    if not isinstance(given, (list, tuple)) and _is_writeable(array):
+        array = array.copy(order="K")
+    array.setflags(write=False)
+    return array
+
+
+def own_matrix(M: Matrix, given: Any = None) -> Matrix:
+    """The same of a matrix. A sparse one is owned with its values."""
+    if not is_sparse(M):
+        return own(M, given)
+    if _is_writeable(M.data):
+        M.data, M.indices, M.indptr = own(M.data), M.indices.copy(), M.indptr.copy()
+    return M
+
+
+def _is_writeable(array: Any) -> bool:
+    """Whether somebody may change the numbers, through the array that it is a view of, or through another view."""
+    while isinstance(array, np.ndarray):
+        if array.flags.writeable:
+            return True
+        array = array.base
+    return False
 
 
 def as_bounds(lower: Any, upper: Any, n: int, infinity: float = math.inf) -> tuple[Vector, Vector] | None:
@@ -37,7 +66,7 @@ def as_bounds(lower: Any, upper: Any, n: int, infinity: float = math.inf) -> tup
     if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
         return None
     low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
-    return None if not low.any() and (high == math.inf).all() else (low, high)
+    return None if not low.any() and (high == math.inf).all() else (own(low, lower), own(high, upper))
 
 
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:

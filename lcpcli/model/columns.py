@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate
+from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate, is_finite
 from lcpcli.linalg.factors import SMALL
 from lcpcli.linalg.matrices import dense
 from lcpcli.linalg.principal_many import well_conditioned_inverse
 from lcpcli.linalg.products import absolute_product, product
-from lcpcli.model.arrays import as_bound, as_columns, as_intervals, with_infinity
+from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, own, with_infinity
 from lcpcli.model.box import Box, Orthant
 from lcpcli.model.problem import CANCELLATION, Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -49,10 +49,16 @@ class Columns:
         return well_conditioned_inverse(self.M) if self.n < min(self.k, SMALL + 1) else None
 
     def block(self, first: int, last: int) -> Block:
-        """The problems of columns first to last - 1."""
-        q = np.ascontiguousarray(self.Q[:, first:last].T, dtype=np.float64)
+        """The problems of columns first to last - 1, copied and checked as they are now, as the arrays may have changed
+        since the call. Raises ProblemError."""
+        q = _copy(self.Q[:, first:last])
+        if not is_finite(q.reshape(-1)):
+            j, i = (int(place) for place in np.argwhere(~np.isfinite(q))[0])
+            fault = "is not a finite number any more, since the call"
+            raise ProblemError(f"Q[{i}][{first + j}]", fault, f"give solve_many a copy {FROM_0}")
         if self._bounds is not None:
-            low, high = (np.ascontiguousarray(bound[:, first:last].T) for bound in self._bounds)
+            low, high = (_copy(bound[:, first:last]) for bound in self._bounds)
+            _refuse_crossed(low, high, first)
             return Block(self, q, Box(low, high))
         box = self.like.box
         if isinstance(box, Box):
@@ -63,6 +69,11 @@ class Columns:
         """One problem after another."""
         for j in range(self.k):
             yield self.block(j, j + 1).problem(0)
+
+
+def _copy(columns: Vector) -> Vector:
+    """Some columns, each in a row of a new array, which is read-only."""
+    return own(np.array(columns.T, dtype=np.float64, order="C"), [])
 
 
 def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Problem:
@@ -94,12 +105,17 @@ def _bounds_of_columns(
             raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
         given.append(values)
     low, high = (np.broadcast_to(with_infinity(bound, infinity), (n, k)) for bound in given)
-    for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=0))[:1]:
-        try:
-            as_intervals(("lower", "upper"), low[:, j], high[:, j], n)
-        except ProblemError as error:
-            raise error.inside(f"column {j}") from None
+    _refuse_crossed(low.T, high.T)
     return None if not low.any() and (high == np.inf).all() else (low, high)
+
+
+def _refuse_crossed(low: Vector, high: Vector, first: int = 0) -> None:
+    """Raise ProblemError if bounds, of shape (m, n), contain no numbers, for the columns from first on."""
+    for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1))[:1]:
+        try:
+            as_intervals(("lower", "upper"), low[j], high[j], low.shape[1])
+        except ProblemError as error:
+            raise error.inside(f"column {first + j}") from None
 
 
 @dataclass(frozen=True, eq=False)

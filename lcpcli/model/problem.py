@@ -19,7 +19,7 @@ from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate, is_finite, la
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.linalg.units import Units, units
-from lcpcli.model.arrays import as_bounds, as_square, as_vector
+from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
 from lcpcli.model.box import ORTHANT, Box, Orthant
 from lcpcli.typing import Matrix, Vector
 
@@ -43,7 +43,8 @@ class Problem:
     finite, all lengths agree, and l <= u.
 
     M : shape (n, n); nested sequences, a dense array or a scipy sparse matrix or array. Kept dense or in compressed
-        sparse rows, without a copy if already in that form.
+        sparse rows, as are all arrays in memory of its own that is read-only: what happens to yours later changes
+        nothing. Only arrays that are read-only already are not copied.
     q : shape (n,).
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
         infinity in u are no bounds. They are kept as those two numbers if they are nothing else, as arrays otherwise.
@@ -120,7 +121,7 @@ class Problem:
         least_row, largest_entry = sizes(row_maxima)
         least_q, largest_q = sizes(vector_q)
         self.__dict__.update(  # as it is frozen
-            M=matrix,
+            M=own_matrix(matrix, M),
             q=vector_q,
             name=name,
             x0=None if x0 is None else as_vector("x0", x0, n),

@@ -87,6 +87,7 @@ def scale(problem: Problem) -> Scaled:
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
     """The problem in the units of these positive diagonals, each of shape (n,)."""
     M, q = matrices.scaled(problem.M, R, C), R * problem.q
+    (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
     if not problem.is_mixed:
         return Scaled(Problem(M, q), R, C, problem)
     with np.errstate(over="ignore"):

@@ -56,7 +56,7 @@ def solve_many(
     Parameters
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k). Or, in their
-        place, an iterable of Problems, and possibly the method. Q is read as results are asked for.
+        place, an iterable of Problems, and possibly the method. Q is copied as results are asked for, M at once.
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) for each column its own.
     infinity : the size from which on they are infinite, often 1e20; by default only infinite ones are.
     method, options : as in `solve`, for every problem; a time limit is for each of them. Anything but tol,

@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.errors import ProblemError, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.model.arrays import as_matrix
+from lcpcli.model.arrays import as_matrix, own
 from lcpcli.model.reductions.program import Conditions, names_of
 from lcpcli.typing import Vector
 
@@ -53,7 +53,7 @@ class Game:
         """The game with these payoffs, fractions like "1/3" among them, and names, or a ProblemError."""
         fractional = [_with_fractions(values) for values in (A, B)]
         payoffs = [as_matrix(field, _rounded(values)) for field, values in zip("AB", fractional, strict=True)]
-        one, other = (matrices.dense(payoff) for payoff in payoffs)
+        one, other = (own(matrices.dense(payoff)) for payoff in payoffs)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
             raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree")
