@@ -13,6 +13,8 @@ import pytest
 from lcpcli import Problem, run
 from lcpcli.errors import LCPError
 from lcpcli.files import shipped, writing
+from lcpcli.gallery import families
+from lcpcli.gallery.american_put import american_put
 from lcpcli.model.start import x_of_states
 
 Lcp = Callable[..., Any]
@@ -74,6 +76,43 @@ def test_command_starts_from_a_list_of_states_or_from_an_earlier_result(
     for given in (result, table, states, ",".join(basis), " ".join(basis)):
         outcome = lcp("solve", file, "--method", "newton", "--basis", given, "--format", "json")
         assert json.loads(outcome.out)["iterations"] == 1
+
+
+@pytest.mark.parametrize("family", ["american-put", "obstacle", "harker-pang", "degenerate", "boxes", "control"])
+def test_auto_factorizes_the_basis_of_a_solution_once_and_is_done(family: str) -> None:
+    problem = families.make(family, 300, 1)
+    first = run(problem)
+    again = run(problem, basis=first.basis)
+    assert first.iterations > 1
+    assert (again.solved, again.iterations, again.evaluations, again.route) == (True, 1, 1, ("newton",))
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_auto_exchanges_the_few_wrong_states_of_the_step_before(dense: bool) -> None:
+    before, problem = (american_put(1000, 0, years=years) for years in (0.45, 0.5))
+    if dense:
+        problem = Problem(problem.M.toarray(), problem.q)
+    basis = run(before).basis
+    result = run(problem, basis=basis)
+    changes = sum(old != new for old, new in zip(basis, result.basis, strict=True))
+    assert result.solved
+    assert 0 < changes <= 5
+    assert result.iterations <= changes + 1
+
+
+def test_auto_leaves_a_basis_that_is_far_from_right_after_a_few_steps() -> None:
+    problem = families.make("obstacle", 2500, 0)
+    cold, result = run(problem), run(problem, basis=["lower"] * 2500)
+    assert result.solved
+    assert result.iterations <= cold.iterations + 15
+
+
+def test_auto_solves_what_has_a_singular_basis() -> None:
+    problem = Problem([[0, 0], [0, 0]], [0, 1])
+    assert run(problem, basis=["basic", "basic"]).solved
+    larger = families.make("contact", 100, 1)
+    result = run(larger, basis=run(larger).basis)
+    assert (result.solved, result.route[-1]) == (True, "lemke")
 
 
 def test_start_by_states_stands_beside_a_warm_one(lcp: Lcp) -> None:

@@ -16,6 +16,8 @@ import math
 import numpy as np
 
 from lcpcli.linalg import factors
+from lcpcli.linalg.band import is_narrow
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -23,6 +25,8 @@ from lcpcli.verify.basic_solution import BasicSolutions
 
 LEAST_INDEX = "least index"
 PATIENCE = 10  # block steps without a new minimum of infeasible indices, before single exchanges
+FAST = 0.5  # of the violations: what a fast step from given states leaves at most
+SLOW, SLOW_NARROW = 2, 12  # other steps after which they are not nearly right; one costs little if the band is narrow
 
 
 def newton(problem: Problem, x0: Vector) -> Stage:
@@ -75,3 +79,32 @@ def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
         if step == LEAST_INDEX:
             found.wrong[infeasible[1:]] = False
         basis = problem.box.exchanged(basis, found.wrong, found.z)
+
+
+def from_states(problem: Problem, x0: Vector) -> Stage:
+    """Block pivoting from states that are nearly right, while most steps leave at most FAST of the violations.
+
+    The states of a solution take one factorization, even where many components are 0 but for rounding.
+
+    Returns
+    -------
+    Finished : no sign is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
+    """
+    box, solutions, evaluations = problem.box, BasicSolutions(problem), 0
+    basis, before = box.basis_of(x0), problem.n
+    slow = SLOW_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW
+    while slow:
+        try:
+            found = solutions.at(basis)
+        except factors.SingularMatrix:
+            return Breakdown("the principal submatrix of the given basis is singular")
+        evaluations += 1
+        violated = solutions.violated(found)
+        violations = int(np.count_nonzero(violated))
+        if not violations:
+            yield Iterate(box.x_within(found.z, found.w, basis), None, "block", evaluations)
+            return Finished()
+        yield Iterate(found.x, None, "block", evaluations, signs_final=False)
+        slow -= violations > FAST * before
+        basis, before = box.exchanged(basis, violated, found.z), violations
+    return Stalled("the given basis is not nearly right")

@@ -53,7 +53,8 @@ def solve(
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
         "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "interior" (Mehrotra 1992;
         Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988).
-    x0, z0, basis : the start, x = (z - w) / 2, z with w = M z + q, or a `Result.basis`; at most one, by default x0 = 0.
+    x0, z0, basis : the start, x = (z - w) / 2, z with w = M z + q, or a `Result.basis`, which "auto" and "newton"
+        factorize first; at most one, by default x0 = 0.
     tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
     max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.

@@ -72,7 +72,8 @@ def run(
     observer = None if observe is None else Observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
     in_force = methods.options_in_force(method, changes[-1].problem if changes else problem, chosen)
-    stage = partial(_stage, method, problem, changes, start, in_force, clock if finish else None)
+    own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
+    stage = partial(_stage, method, problem, changes, start, own, clock if finish else None)
     stopwatch.count("setup")
     loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start)
     bounded = limits.time_limit < math.inf or observer is not None

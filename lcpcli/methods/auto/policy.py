@@ -18,7 +18,7 @@ from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
 from lcpcli.methods.auto.small import PIVOTS, exactly, small
 from lcpcli.methods.auto.turns import Search, Turns, from_reference
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
-from lcpcli.methods.newton import block_pivoting
+from lcpcli.methods.newton import block_pivoting, from_states
 from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.far_bounds import Relaxed, relaxed
@@ -36,7 +36,7 @@ FEW = 50  # unknowns up to which lemke is as fast as the interior point method
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 
 
-def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:
+def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: bool = False) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     Dense M: `dense_route`, as newton solves almost every problem with a P-matrix in a handful of factorizations, and
@@ -54,6 +54,8 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     problem : the LCP, n unknowns.
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
+    states : whether x0 stands for states that may be those of a solution: they are tried first, and if they are not
+        nearly right, x0 is not used any further.
 
     Yields
     ------
@@ -63,7 +65,8 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     -------
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
-    search, change = partial(_search, deadline=time.perf_counter() + time_limit), relaxed(problem)
+    search = partial(_search, deadline=time.perf_counter() + time_limit, states=states)
+    change = relaxed(problem)
     return _from_start(problem, x0, search) if change is None else _relaxed_first(problem, change, x0, search)
 
 
@@ -81,10 +84,13 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
     return (small if problem.n <= measure.FEW else from_reference)(problem, x0, search)
 
 
-def _search(problem: Problem, turns: Turns, deadline: float, milp: bool = True) -> Stage:
-    """The methods in turn, from the start in `turns`; milp is whether that is the last one."""
+def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp: bool = True) -> Stage:
+    """The methods in turn, from the start in `turns`; states is as in `auto`, milp whether that is the last one."""
     x0, criterion = turns.last.x, Criterion(problem)
-    for name, stage in chain(_presolved_stages(problem, x0, deadline), _stages(problem, x0, deadline)):
+    first = [("newton", from_states(problem, x0))] if states else []
+    if states:
+        x0 = np.zeros(problem.n)
+    for name, stage in chain(first, _presolved_stages(problem, x0, deadline), _stages(problem, x0, deadline)):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
