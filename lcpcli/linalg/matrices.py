@@ -19,8 +19,8 @@ MODERATE = 2.0**100  # factors between its inverse and this over- or underflow o
 
 
 def is_sparse(M: Any) -> bool:
-    """Whether M is a scipy sparse matrix or array, determined without importing scipy."""
-    return type(M) is not np.ndarray and type(M).__module__.startswith("scipy.sparse")
+    """Whether M is a scipy sparse matrix or array, no linear operator, determined without importing scipy."""
+    return type(M) is not np.ndarray and type(M).__module__.startswith("scipy.sparse") and hasattr(M, "tocsr")
 
 
 def norm_inf(M: Matrix) -> float:

@@ -11,20 +11,23 @@ import numpy as np
 from lcpcli.errors import REAL, ProblemError, count, kind, misread
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.matrices import is_sparse, row_maxima
+from lcpcli.model.array_likes import plain
 from lcpcli.options import INFINITY
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
-ROWS = "a list of rows of numbers"
+NUMBERS, ROWS, ROW = "a list of numbers", "a list of rows of numbers", "a row, a list of numbers"
+TO_DENSE = "give a dense array, as by toarray()"
 NO_BOUND = 1e20  # the size from which on a bound is none, by the convention of MPS files and of OSQP
 
 
 def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
     """Values as a float64 vector of `own` memory, one for each of n things of a kind (any number if None), or a
-    ProblemError."""
+    ProblemError. An array of a single row or column counts as a vector."""
+    values = plain(field, values, NUMBERS)
     if isinstance(values, (list, tuple)):
         _refuse_other_than_numbers(field, values)
-    v = _as_floats(field, values)
+    v = _flat(_as_floats(field, values))
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a flat list of numbers")
     if n is not None and v.size != n:
@@ -72,12 +75,12 @@ def as_bounds(lower: Any, upper: Any, n: int, infinity: float = math.inf) -> tup
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     """Values as an array of shape (n, k) of real numbers of any type, one vector in each column, or a ProblemError."""
     per_column = "give one vector in each column, shape (n, k)"
-    if is_sparse(values):
-        raise ProblemError(field, "is sparse", "give a dense array, as by toarray()")
-    if isinstance(values, (list, tuple)) and any(isinstance(row, (list, tuple)) for row in values):
-        _refuse_other_than_rows(field, values)
-    if hasattr(values, "to_numpy"):
-        values = values.to_numpy()
+    values = plain(field, values, ROWS)
+    if isinstance(values, (list, tuple)) and values:
+        if any(isinstance(row, (list, tuple)) or np.ndim(row) for row in values):
+            values = _listed_rows(field, values)
+        else:
+            _refuse_other_than_numbers(field, values)
     known = isinstance(values, np.ndarray) and not np.ma.is_masked(values) and values.dtype.kind in "fiu"
     columns: Vector = np.asarray(values) if known else _as_floats(field, values, ROWS)
     if columns.ndim == 1:
@@ -87,6 +90,14 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     if finite and columns.size and not (math.isfinite(columns.max()) and math.isfinite(columns.min())):
         _refuse_infinite(field, columns)
     return columns
+
+
+def has_columns(field: str, bound: Any) -> bool:
+    """Whether a bound has rows, and is no array of a single column, which counts as a vector."""
+    given = plain(field, bound, NUMBERS)
+    if isinstance(given, (list, tuple)):
+        return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in given)
+    return np.ndim(given) > 1 and np.shape(given)[1] != 1
 
 
 def as_intervals(
@@ -127,17 +138,17 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     """A bound, of shape (n,): a number for all, or one each, possibly infinite; None stands for an absent one."""
     if values is None:
         return np.full(n, absent)
+    expected = "a number, or a list of numbers"
     if isinstance(values, (bool, np.bool_, str)):
-        raise ProblemError(field, f"is {kind(values)}", "give a number, or a list of numbers")
-    if isinstance(values, (int, float, np.integer, np.floating)) or (
-        isinstance(values, np.ndarray) and values.ndim == 0 and values.dtype.kind in "fiu"
-    ):
+        raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
+    values = values if isinstance(values, (int, float)) else plain(field, values, expected)
+    if isinstance(values, (int, float)) or _is_number_in_array(values):
         with np.errstate(over="ignore"):
             values = np.full(n, _as_floats(field, [values])[0])
     if isinstance(values, (list, tuple)):
         values = [absent if value is None else value for value in values]
         _refuse_other_than_numbers(field, values)
-    v = _as_floats(field, values, "a number, or a list of numbers")
+    v = _flat(_as_floats(field, values, expected))
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a number, or a flat list of numbers")
     if v.size != n:
@@ -168,8 +179,9 @@ def as_matrix(field: str, values: Any) -> Matrix:
 
 def _as_rows(field: str, values: Any) -> Matrix:
     """Values as a two-dimensional dense array, or unchanged if they are a sparse matrix."""
+    values = plain(field, values, ROWS)
     if isinstance(values, (list, tuple)):
-        _refuse_other_than_rows(field, values)
+        values = _listed_rows(field, values)
     M: Matrix = values if is_sparse(values) else _as_floats(field, values, ROWS)
     if M.shape and not M.shape[0]:
         raise ProblemError(field, "is empty", f"give {ROWS}")
@@ -202,13 +214,19 @@ def _as_sparse(field: str, M: Any) -> Matrix:
     return compressed
 
 
-def _as_floats(field: str, values: Any, expected: str = "a list of numbers") -> Vector:
+def _flat(v: Vector) -> Vector:
+    """A single row or column as a vector; anything else unchanged."""
+    return v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
+
+
+def _as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
+    """The numbers of an array, or of a list that has been checked."""
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         raise ProblemError(field, "has masked entries", "fill them, or leave them out")
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
         return np.asarray(values)
-    if hasattr(values, "to_numpy"):  # of pandas; its labels are not used
-        return _as_floats(field, values.to_numpy(), expected)
+    if is_sparse(values):
+        raise ProblemError(field, "is sparse", TO_DENSE)
     if not isinstance(values, (list, tuple, np.ndarray)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     if isinstance(values, np.ndarray):
@@ -230,21 +248,42 @@ def _refuse_other_types(field: str, values: Any) -> None:
         raise ProblemError(field, f"contains {values.dtype.name} values", "give real numbers")
 
 
-def _refuse_other_than_rows(field: str, rows: Sequence[Any]) -> None:
-    for i, row in enumerate(rows):
-        if not isinstance(row, (list, tuple)):
-            raise ProblemError(f"{field}[{i}]", f"is {kind(row)}", f"give a row, a list of numbers {FROM_0}")
-        if len(row) != len(rows[0]):
-            lengths = f"has {count(len(row), 'entry')} where {field}[0] has {len(rows[0])}"
+def _listed_rows(field: str, rows: Sequence[Any]) -> list[Any]:
+    """The rows, each a list or an array of as many numbers as the first."""
+    listed = [row if isinstance(row, (list, tuple)) else _row(f"{field}[{i}]", row) for i, row in enumerate(rows)]
+    for i, row in enumerate(listed):
+        if len(row) != len(listed[0]):
+            lengths = f"has {count(len(row), 'entry')} where {field}[0] has {len(listed[0])}"
             raise ProblemError(f"{field}[{i}]", lengths, f"make all rows the same length {FROM_0}")
-        _refuse_other_than_numbers(f"{field}[{i}]", row)
+        if not isinstance(row, np.ndarray):
+            _refuse_other_than_numbers(f"{field}[{i}]", row)
+    return listed
+
+
+def _row(field: str, values: Any) -> Any:
+    """A list, or a vector, of what is no list; an array of one row counts as a vector, one of one column does not."""
+    row = plain(field, values, ROW)
+    if isinstance(row, (list, tuple)):
+        return row
+    if not isinstance(row, np.ndarray) or not row.ndim:
+        raise ProblemError(field, f"is {kind(values)}", f"give {ROW} {FROM_0}")
+    if row.ndim > 1 and row.shape[0] != 1:
+        raise ProblemError(field, f"has {count(row.ndim, 'dimension')}", f"give {ROW} {FROM_0}")
+    return as_vector(field, row)
+
+
+def _is_number_in_array(value: Any) -> bool:
+    """Whether it is an array of no dimensions with a real number."""
+    return isinstance(value, np.ndarray) and not value.ndim and value.dtype.kind in "fiu"
 
 
 def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
     if {type(v) for v in values} <= {int, float}:
         return
     for i, v in enumerate(values):
-        if isinstance(v, (bool, np.bool_)) or not isinstance(v, (int, float, np.integer, np.floating)):
+        if isinstance(v, (int, float, np.integer, np.floating)) and not isinstance(v, bool):
+            continue
+        if not _is_number_in_array(v):
             text = str(v) if isinstance(v, (str, complex)) else ""
             fault, hint = misread(text, f"is {kind(v)}")
             raise ProblemError(f"{field}[{i}]", fault, f"{hint} {FROM_0}")

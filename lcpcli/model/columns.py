@@ -16,7 +16,7 @@ from lcpcli.linalg.factors import SMALL
 from lcpcli.linalg.matrices import dense
 from lcpcli.linalg.principal_many import well_conditioned_inverse
 from lcpcli.linalg.products import absolute_product, product
-from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, own, with_infinity
+from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, has_columns, own, with_infinity
 from lcpcli.model.box import Box, Orthant
 from lcpcli.model.problem import CANCELLATION, Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -33,7 +33,7 @@ class Columns:
         self.Q = as_columns("Q", Q)
         n, self.k = self.Q.shape
         self._bounds = None
-        if max(np.ndim(lower), np.ndim(upper)) > 1:
+        if has_columns("lower", lower) or has_columns("upper", upper):
             self._bounds = _bounds_of_columns(lower, upper, n, self.k, infinity)
             lower, upper = 0.0, math.inf
         self.like = _problem(M, self.Q, lower, upper, infinity)
@@ -96,7 +96,7 @@ def _bounds_of_columns(
     """Both bounds of shape (n, k); None if they are those of an LCP."""
     given = []
     for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
-        if np.ndim(bound) < 2:
+        if not has_columns(field, bound):
             given.append(as_bound(field, bound, n, "unknown", absent)[:, np.newaxis])
             continue
         values = as_columns(field, bound, finite=False)

@@ -19,6 +19,7 @@ from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate, is_finite, la
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.linalg.units import Units, units
+from lcpcli.model.array_likes import plain
 from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
 from lcpcli.model.box import ORTHANT, Box, Orthant
 from lcpcli.typing import Matrix, Vector
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
+SOLUTIONS = "a list of solutions, each a list of numbers"
 SMALL_INTEGER = 2**20
 CANCELLATION = 1000  # of the terms of a row of M z + q at the reference point: if more is lost, it is summed exactly
 
@@ -42,10 +44,10 @@ class Problem:
     (In some programs the sign of w is the opposite one.) It is validated on construction: all numbers but bounds are
     finite, all lengths agree, and l <= u.
 
-    M : shape (n, n); nested sequences, a dense array or a scipy sparse matrix or array. Kept dense or in compressed
-        sparse rows, as are all arrays in memory of its own that is read-only: what happens to yours later changes
-        nothing. Only arrays that are read-only already are not copied.
-    q : shape (n,).
+    M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix
+        or array. Kept dense or in compressed sparse rows, as are all arrays in memory of its own that is read-only:
+        what happens to yours later changes nothing. Only arrays that are read-only already are not copied.
+    q : shape (n,); as any vector also an array of shape (n, 1) or (1, n).
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
         infinity in u are no bounds. They are kept as those two numbers if they are nothing else, as arrays otherwise.
     infinity : the size from which on bounds are infinite, often 1e20; by default only infinite ones are.
@@ -126,7 +128,7 @@ class Problem:
             name=name,
             x0=None if x0 is None else as_vector("x0", x0, n),
             x1=None if x1 is None else as_vector("x1", x1, n),
-            solutions=_solutions(solutions, n) if len(solutions) else (),
+            solutions=_solutions(solutions, n),
             verdict=verdict,
             source=source,
             note=note,
@@ -258,7 +260,10 @@ def as_problem(given: Any) -> Problem:
     return given
 
 
-def _solutions(given: Sequence[ArrayLike], n: int) -> tuple[Vector, ...]:
+def _solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
+    given = plain("solutions", solutions, SOLUTIONS)
+    if not isinstance(given, (list, tuple)) and not (isinstance(given, np.ndarray) and given.ndim):
+        raise ProblemError("solutions", f"is {kind(given)}", f"give {SOLUTIONS}")
     names = ("solution",) if len(given) == 1 else (f"solution[{i}]" for i in range(len(given)))
     return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
 
