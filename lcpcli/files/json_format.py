@@ -12,9 +12,10 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import ProblemError, kind
+from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.files import coordinates, origins
 from lcpcli.files.content import decode
 from lcpcli.files.keys import BOUNDS, KEYS, TEXTS, refuse_unknown
@@ -24,10 +25,10 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
+SHORTEST = 15  # digits that every double has
+LARGEST = 10**1000  # what payoffs and their denominators stay below
 
 if TYPE_CHECKING:
-    from fractions import Fraction
-
     from lcpcli.rational.problem import ExactParts, Rows
 
 
@@ -36,10 +37,10 @@ def parse(content: bytes) -> Problem:
     data = load(decode(content))
     if not isinstance(data, dict):
         raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q, or one in each line")
-    if origins.kind_of(data):
+    if told := origins.kind_of(data):
         for key in [key for key in MATRICES if isinstance(data.get(key), dict)]:
             data[key] = coordinates.matrix(key, data[key])
-        return origins.made(data)
+        return origins.made(data if told == "program" else data | _payoffs(load(decode(content), payoff)))
     refuse_unknown("", data, KEYS)
     for key in ("M", "q"):
         if key not in data:
@@ -60,7 +61,7 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
 
 
 def parse_exact(content: bytes) -> ExactParts:
-    """A problem that `parse` has accepted, with all decimals; of a program or a game the shortest decimals."""
+    """A problem that `parse` has accepted, with all decimals; of a program the shortest decimals."""
     from lcpcli.rational.problem import ExactParts, decimal_parts_of
 
     data = load(decode(content), fraction_or_none)
@@ -75,6 +76,36 @@ def parse_exact(content: bytes) -> ExactParts:
         if value:
             rows[int(i)][int(j)] = value
     return ExactParts(rows, q, **bounds)
+
+
+def payoff(text: str) -> float | Fraction:
+    """A payoff as it is written: the nearest double, or a fraction where that has another shortest decimal."""
+    double = float(text)
+    if (len(text) <= SHORTEST and "e" not in text.casefold()) or not math.isfinite(double):
+        return double
+    from lcpcli.rational.numbers import fraction
+
+    exact = fraction(text)
+    if exact == Fraction(repr(double)):
+        return double
+    if max(abs(exact.numerator), exact.denominator) >= LARGEST:
+        raise ProblemError("", f"has the payoff {quoted(text)}", "write it with at most 1000 digits")
+    return exact
+
+
+def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
+    """The payoffs that are tables, entries in coordinates put in their places."""
+    tables: dict[str, list[Any]] = {}
+    for key in ("A", "B"):
+        held = data.get(key)
+        if isinstance(held, dict):
+            m, k = map(int, held["shape"])
+            tables[key] = [[0.0] * k for _ in range(m)]
+            for i, j, value in zip(held["rows"], held["cols"], held["values"], strict=True):
+                tables[key][int(i)][int(j)] = value
+        elif isinstance(held, list) and all(isinstance(row, list) for row in held):
+            tables[key] = held
+    return tables
 
 
 def fraction_or_none(text: str) -> Fraction | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import Context, Decimal, localcontext
 from fractions import Fraction
 from typing import Any
 
@@ -21,6 +21,8 @@ from lcpcli.typing import Vector
 KEYS = ("kind", "A", "B", "rows", "columns")
 RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}\s*")
 
+EXACT = Context(prec=1000)  # digits enough for sums and differences of any doubles, which have 650 at most
+
 Payoffs = list[list[Fraction]]
 
 
@@ -30,7 +32,8 @@ class Game:
 
     A, B : the payoffs of the row and the column player, both of shape (m, k).
     rows, columns : the names of the strategies; empty if they have none.
-    written : A and B before rounding, if some payoffs are fractions; else the shortest decimals count.
+    written : A and B before rounding, if some payoffs are fractions or have more digits than doubles; else the shortest
+        decimals count.
     """
 
     A: Vector
@@ -91,7 +94,8 @@ class Game:
         """M and q."""
         m, k = self.A.shape
         M = np.zeros((m + k, m + k))
-        M[:m, m:], M[m:, :m] = _costs("A", self._numbers(0)), _costs("B", self._numbers(1)).T
+        with localcontext(EXACT):
+            M[:m, m:], M[m:, :m] = _costs("A", self._numbers(0)), _costs("B", self._numbers(1)).T
         return M, -np.ones(m + k)
 
     def payoffs(self) -> tuple[Payoffs, Payoffs]:
@@ -101,7 +105,8 @@ class Game:
 
     def cost_constants(self) -> tuple[Fraction, Fraction]:
         """The numbers from which the payoffs of the row and of the column player are subtracted."""
-        r, c = (Fraction(_constant(self._numbers(player))) for player in (0, 1))
+        with localcontext(EXACT):
+            r, c = (Fraction(_constant(self._numbers(player))) for player in (0, 1))
         return r, c
 
     def _numbers(self, player: int) -> Any:
@@ -175,6 +180,7 @@ def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
     ]
     for row, fractions in zip(rows, exact or (), strict=False):
         row[:] = [
-            v if Fraction(repr(v)) == fraction else str(fraction) for v, fraction in zip(row, fractions, strict=True)
+            v if Fraction(repr(v)) == fraction else f"{fraction.numerator}/{fraction.denominator}"
+            for v, fraction in zip(row, fractions, strict=True)
         ]
     return rows
