@@ -138,5 +138,7 @@ def kind(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, str):
         return f"the text {quoted(value)}"
-    names = {type(None): "null", dict: "an object", list: "a list", tuple: "a list", int: "a number", float: "a number"}
+    if hasattr(value, "numerator"):
+        return "a number"
+    names = {type(None): "null", dict: "an object", list: "a list", tuple: "a list", float: "a number"}
     return names.get(type(value), f"of type {type(value).__name__}")

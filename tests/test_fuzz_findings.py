@@ -53,7 +53,7 @@ ARCHIVES = {
 
 @pytest.mark.parametrize("content", ARCHIVES.values(), ids=ARCHIVES)
 @pytest.mark.parametrize(
-    "read", [reading.read, lambda path: reading.read_candidate(path, 2)], ids=["problem", "answer"]
+    "read", [reading.read, lambda path: reading.read_candidates(path, 2)], ids=["problem", "answer"]
 )
 def test_broken_archive_is_reported_in_one_short_line(
     read: Callable[[str], Any], content: bytes, tmp_path: Path

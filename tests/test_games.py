@@ -1,4 +1,4 @@
-"""Games as people have them: payoffs count as they are written, however large and with however many digits."""
+"""Games as people have them: payoffs of any size and with any digits, and strategies that are checked as such."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import lcpcli
@@ -85,3 +86,113 @@ def test_payoffs_that_cannot_be_written_out_are_refused(lcp: Callable[..., Any],
     refused = lcp("solve", str(tmp_path / "game.json"))
     assert refused.code == 2
     assert "game.json: has the payoff '1e-4000'; write it with at most 1000 digits" in refused.err
+
+
+@pytest.fixture
+def sexes(tmp_path: Path) -> str:
+    """The battle of the sexes."""
+    (tmp_path / "sexes.json").write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["opera", "box"]}')
+    return str(tmp_path / "sexes.json")
+
+
+@pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
+@pytest.mark.parametrize("strategies", ["0.6,0.4,0.4,0.6", "1,0,1,0", "0 1 0 1", "3/5,2/5,2/5,3/5"])
+def test_the_strategies_of_an_equilibrium_are_accepted(
+    strategies: str, options: tuple[str, ...], sexes: str, lcp: Callable[..., Any]
+) -> None:
+    checked = lcp("check", sexes, strategies, *options)
+    assert checked.code == 0
+    assert "the strategies are an equilibrium: by a best response the row player would gain 0" in checked.out
+
+
+@pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
+def test_other_strategies_are_refused_with_what_each_player_would_gain(
+    options: tuple[str, ...], sexes: str, lcp: Callable[..., Any]
+) -> None:
+    checked = lcp("check", sexes, "0.5,0.5,0.4,0.6", "--format", "json", *options)
+    record = json.loads(checked.out)
+    assert checked.code == 1
+    assert "are not an equilibrium" in record["message"]
+    assert [float(Fraction(gain)) for gain in record["strategies"]["gains"]] == pytest.approx([0, 0.2])
+    assert record["violated"] == 1  # the column that is played and no best response
+    assert record["violations"][0]["index"] == 2
+
+
+def test_printed_digits_are_divided_by_their_sum(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "rps.json").write_text(
+        '{"A": [[0, -1, 1], [1, 0, -1], [-1, 1, 0]], "B": [[0, 1, -1], [-1, 0, 1], [1, -1, 0]]}'
+    )
+    checked = lcp("check", str(tmp_path / "rps.json"), ",".join(6 * ["0.3333333"]))
+    assert checked.code == 0
+    assert "the strategies, divided by their sums, are an equilibrium" in checked.out
+
+
+@pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
+def test_what_solve_has_written_of_a_game_is_checked(
+    options: tuple[str, ...], sexes: str, lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "one.json").write_text(lcp("solve", sexes, "--format", "json", *options).out)
+    one = lcp("check", sexes, str(tmp_path / "one.json"), *options)
+    assert one.code == 0
+    assert "as strategies, an equilibrium" in one.out
+    (tmp_path / "all.json").write_text(lcp("solve", sexes, "--all", "--format", "json", "--exact").out)
+    every = lcp("check", sexes, str(tmp_path / "all.json"), *options)
+    assert every.code == 0
+    assert [f"solution {k} of 3: the strategies are" in every.out for k in (1, 2, 3)] == [True] * 3
+    wrong = json.loads((tmp_path / "all.json").read_text())
+    wrong["solutions"][1]["equilibrium"]["row"] = ["1/2", "1/2"]
+    (tmp_path / "wrong.json").write_text(json.dumps(wrong))
+    refused = lcp("check", sexes, str(tmp_path / "wrong.json"), "--format", "json", *options)
+    assert refused.code == 1
+    assert [json.loads(line)["accepted"] for line in refused.out.splitlines()] == [True, False, True]
+
+
+def test_all_solutions_of_any_problem_are_checked(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "two.json").write_text('{"M": [[-1]], "q": [1]}')
+    (tmp_path / "all.json").write_text(lcp("solve", str(tmp_path / "two.json"), "--all", "--format", "json").out)
+    checked = lcp("check", str(tmp_path / "two.json"), str(tmp_path / "all.json"), "--exact")
+    assert (checked.code, checked.out.count("z is an exact solution")) == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("strategies", "fault"),
+    [
+        ({"row": [0.6, 0.5], "column": [0.4, 0.6]}, "row: has the sum 1.1"),
+        ({"row": [0.6, 0.4], "column": [1.4, -0.4]}, "column: has a negative entry"),
+        ({"row": [0.6], "column": [0.4, 0.4, 0.6]}, "row: has 1 entry for 2 strategies"),
+        ({"row": "0.6", "column": [0.4, 0.6]}, "row: is the text"),
+        ({"solutions": []}, "solutions: is empty"),
+        ({"solutions": [3]}, "solutions[0]: is a number"),
+    ],
+)
+def test_what_are_no_strategies_gets_a_line(
+    strategies: dict[str, Any], fault: str, sexes: str, lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "s.json").write_text(json.dumps(strategies))
+    refused = lcp("check", sexes, str(tmp_path / "s.json"))
+    assert refused.code == 2
+    assert f"s.json: {fault}" in refused.err
+
+
+def test_strategies_need_a_game(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "p.json").write_text('{"M": [[1, 0], [0, 1]], "q": [-1, -1]}')
+    (tmp_path / "s.json").write_text('{"row": [1], "column": [1]}')
+    refused = lcp("check", str(tmp_path / "p.json"), str(tmp_path / "s.json"))
+    assert refused.code == 2
+    assert "s.json: row: is a strategy, but the problem is no game; give z" in refused.err
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_library_accepts_the_strategies_of_its_results_at_any_scale(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    scale, offset = 10.0 ** rng.integers(-8, 9), rng.integers(-3, 4)
+    A, B = (scale * (rng.normal(size=(3, 4)) + offset) for _ in range(2))
+    problem = lcpcli.from_game(A, B)
+    answer = lcpcli.run(problem, "auto").answer
+    verification = lcpcli.check(problem, np.concatenate((answer.row, answer.column)))
+    assert verification
+    assert verification.strategies is not None
+    assert verification.strategies.payoffs == pytest.approx(answer.payoffs)
+    other = lcpcli.check(problem, [1, 0, 0, 0.25, 0.25, 0.25, 0.25])
+    assert not other
+    assert max(other.strategies.gains) > 0  # type: ignore[union-attr]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,11 +11,14 @@ import click
 from lcpcli.cli import candidates, output, problems, session, threads
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import format_option, numeric, with_bounds
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, ProblemError
 from lcpcli.options import TOL
 from lcpcli.report.verification import FORMATS
 
 if TYPE_CHECKING:
+    from lcpcli.files.candidate import Candidate
+    from lcpcli.model.problem import Problem
+    from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
 
@@ -36,7 +40,9 @@ if TYPE_CHECKING:
         "FILE [Q_FILE]": "As for lcp solve.",
         "SOLUTION": "A result of lcp solve in JSON or CSV (the first of several), or z as a list in JSON, as a row, a "
         "column or a table of numbers, or as numbers here: 1,0,15/29; fractions too. Of a result with fractions "
-        "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof. - is standard input.",
+        "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof; of lcp solve --all in "
+        "JSON each solution. Of a game also strategies: the probabilities of rows, then of columns, or a JSON object "
+        "with row and column. - is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
@@ -54,33 +60,52 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, **g
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
     threads.settle(paths)
     session.refuse_twice(problems.inputs(paths, given))
-    verification = _verification(paths[:-1], given, paths[-1], tol, exact)
+    verifications = _verifications(paths[:-1], given, paths[-1], tol, exact)
     from lcpcli.report.verification import render
 
-    output.emit(render(verification, form, output.terminal()[0]), color=False)
-    return verification.exit_code
+    texts = (render(verification, form, output.terminal()[0]) for verification in verifications)
+    output.emit(("\n" * (form == "table")).join(texts), color=False)
+    return max(verification.exit_code for verification in verifications)
 
 
-def _verification(
+def _verifications(
     problem_paths: tuple[str, ...], given: problems.Given, solution: str, tol: float | None, exact: bool
-) -> Verification:
+) -> list[Verification]:
     from lcpcli import options
     from lcpcli.files import reading
-    from lcpcli.rational.numbers import rounded
-    from lcpcli.verify import verification
 
     options.check((TOL,), {"tol": tol})
     data = problems.read_exact(problem_paths, given) if exact else None
     problem = data.problem if data else problems.read(problem_paths, given)
-    answer = reading.read_candidate(solution, problem.n)
+    answers = reading.read_candidates(solution, problem.n)
+    try:
+        found = [_verification(problem, data, answer, tol) for answer in answers]
+    except ProblemError as fault:
+        raise fault.inside(reading.place(solution)) from None
+    if len(found) == 1:
+        return found
+    places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
+    return [replace(each, message=place + each.message) for place, each in zip(places, found, strict=True)]
+
+
+def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate, tol: float | None) -> Verification:
+    """The verification of one answer, in exact arithmetic where there are exact data."""
+    from lcpcli.rational.numbers import rounded
+    from lcpcli.verify import equilibrium, verification
+
     if answer.kind == "farkas":
         if tol is not None:
             raise OptionError("--tol", "has no effect on a proof", "leave it out")
         if data:
             return verification.verify_farkas_exactly(data, answer.values, is_rounded=not answer.exact)
         return verification.verify_farkas(problem, answer.values)
+    if answer.rows is not None:
+        equilibrium.require_strategies(problem, answer.values, answer.rows)
     if data:
-        verified = verification.verify_exactly(data, answer.values, answer.w)
+        verify = partial(verification.verify_exactly, data, given_w=answer.w)
+        verified = equilibrium.verified(problem, answer.values, verify, data=data)
     else:
-        verified = verification.verify(problem, rounded(answer.values), tol or TOL.value)
+        tol = tol or TOL.value
+        verify = partial(verification.verify, problem, tol=tol)
+        verified = equilibrium.verified(problem, rounded(answer.values), verify, tol=tol)
     return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified

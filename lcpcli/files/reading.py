@@ -161,8 +161,8 @@ def read_start(field: str, path: str, n: int, box: Orthant | Box | None = None) 
     return _blaming(path, parse)
 
 
-def read_candidate(path: str, n: int) -> Candidate:
-    """A proposed solution of n entries, from a result or a vector in any format, fractions allowed.
+def read_candidates(path: str, n: int) -> list[Candidate]:
+    """Proposed solutions of n entries, from a result, all solutions or a vector in any format, fractions allowed.
 
     path : a file, or the numbers themselves, as in `typed`.
     """
@@ -172,13 +172,13 @@ def read_candidate(path: str, n: int) -> Candidate:
     numbers = typed.numbers(path)
     content = content_of(path, LINE) if numbers is None else " ".join(numbers).encode()
 
-    def parse() -> Candidate:
+    def parse() -> list[Candidate]:
         form = csv_format if numbers else format_of(path, content)
         if form is json_format:
             return candidate.of_json(content, n)
         if form is csv_format:
-            return candidate.of_text(content, n)
-        return candidate.Candidate("solution", fractions_of(form.parse_vector("z", content, n)))
+            return [candidate.of_text(content, n)]
+        return [candidate.Candidate("solution", fractions_of(form.parse_vector("z", content, n)))]
 
     return _blaming(path, parse)
 

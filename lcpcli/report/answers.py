@@ -56,11 +56,18 @@ def _parts(result: Result) -> list[str]:
         ]
     if not isinstance(answer, Equilibrium) or answer.row is None or answer.column is None or answer.payoffs is None:
         return []
-    strategies = [
-        _strategy(player, probabilities.tolist(), getattr(origin, f"{player}s"))
-        for player, probabilities in (("row", answer.row), ("column", answer.column))
+    return strategies(origin, answer.row.tolist(), answer.column.tolist(), answer.payoffs)
+
+
+def strategies(
+    game: Any, row: list[Any], column: list[Any], payoffs: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format
+) -> list[str]:
+    """A mixed strategy of each player of a game, a vector or the names of those that are played, and their payoffs."""
+    return [
+        f"row = {_named(row, game.rows, cell, sparing=True)}",
+        f"column = {_named(column, game.columns, cell, sparing=True)}",
+        f"payoffs {cell(payoffs[0])} and {cell(payoffs[1])}",
     ]
-    return [*strategies, f"payoffs {answer.payoffs[0]:.7g} and {answer.payoffs[1]:.7g}"]
 
 
 def _proofs(result: Result) -> list[str]:
@@ -81,18 +88,13 @@ def _proofs(result: Result) -> list[str]:
 
 
 def _named(
-    values: list[float], names: Sequence[str], cell: Callable[[float], str] = "{:.7g}".format, sparing: bool = False
+    values: list[Any], names: Sequence[str], cell: Callable[[Any], str] = "{:.7g}".format, sparing: bool = False
 ) -> str:
     """A vector, or its entries with their names, if they have any; of a sparing one only those that are not 0."""
     if not names:
         return numbers.vector(values, cell)
     named = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
     return numbers.vector(named, lambda each: f"{each[0]} {cell(each[1])}")
-
-
-def _strategy(player: str, probabilities: list[float], names: Sequence[str]) -> str:
-    """A mixed strategy: a vector or, if the strategies have names, the names of those that are played."""
-    return f"{player} = {_named(probabilities, names, sparing=True)}"
 
 
 def _json(value: Any) -> Any:

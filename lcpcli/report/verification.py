@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from fractions import Fraction
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from lcpcli.report.numbers import above, finite, short, size, title
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
+    from lcpcli.verify.equilibrium import Strategies
     from lcpcli.verify.verification import Verification, Violation
 
 FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
@@ -24,6 +26,11 @@ def render(verification: Verification, form: str, width: int | None = None) -> s
 def _lines(verification: Verification, width: int | None) -> str:
     name = title(verification.problem)
     lines = [f"{name}: {size(verification.problem)}", verification.message]
+    if own := verification.strategies:
+        from lcpcli.report import answers
+
+        told = own.row.tolist(), own.column.tolist(), own.payoffs
+        lines.append(", ".join(answers.strategies(verification.problem.origin, *told, _size)))
     measures = {
         "residual": verification.residual,
         "relative residual": verification.relative_residual,
@@ -77,12 +84,19 @@ def _json(verification: Verification) -> str:
         "error": _number(verification.error),
         "error_bound": _number(verification.bound.value) if verification.bound else None,
         "error_bound_source": verification.bound.source if verification.bound else None,
+        "strategies": _strategies(verification.strategies),
         "violated": verification.violated,
         "violations": [
             {"index": v.index, "kind": v.kind, "z": _number(v.z), "w": _number(v.w)} for v in verification.violations
         ],
     }
     return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _strategies(own: Strategies | None) -> dict[str, list[Any]] | None:
+    """The strategies that were verified of a game, by the names of their parts."""
+    parts = None if own is None else {field.name: getattr(own, field.name) for field in fields(own)}
+    return parts and {name: [_number(value) for value in values] for name, values in parts.items()}
 
 
 def _number(value: float | Fraction | None) -> Any:

@@ -32,6 +32,7 @@ from lcpcli.rational.numbers import brief, rounded
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.equilibrium import Strategies, verified
 from lcpcli.verify.point import Criterion, Point
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
@@ -69,6 +70,7 @@ class Verification:
     bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None in exact
         arithmetic, for a vector y, beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
+    strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.
     """
 
     problem: Problem
@@ -83,6 +85,7 @@ class Verification:
     bound: Bound | None = None
     violations: Sequence[Violation[float] | Violation[Fraction]] = ()
     violated: int = 0
+    strategies: Strategies | None = None
 
     def __bool__(self) -> bool:
         """Whether the answer is accepted."""
@@ -102,7 +105,8 @@ def check(
     Parameters
     ----------
     problem : a Problem.
-    z : shape (n,); accepted if its relative residual is at most tol.
+    z : shape (n,); accepted if its relative residual is at most tol. Of a game also the probabilities of the row and
+        then of the column player's strategies: each player's are nonnegative with the sum 1.
     y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
     tol : 1e-10 by default.
 
@@ -131,7 +135,8 @@ def check(
     if z is not None and y is not None:
         raise ParameterError("y", "is given beside z", "leave one out")
     if z is not None:
-        return verify(problem, as_vector("z", z, n), TOL.value if tol is None else tol)
+        tol = TOL.value if tol is None else tol
+        return verified(problem, as_vector("z", z, n), lambda z: verify(problem, z, tol), tol=tol)
     if tol is not None:
         raise ParameterError("tol", "has no effect on a proof", "leave it out")
     return verify_farkas(problem, fractions_of(as_vector("y", y, n)))

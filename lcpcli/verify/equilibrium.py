@@ -1,0 +1,137 @@
+"""Strategies as a proposed solution of a game: the z that they stand for, and what a best response would gain.
+
+The components of z that belong to a player are its probabilities divided by what a best response costs the other one.
+A z whose two parts are nonnegative with the sum 1 is read as strategies: it solves the LCP only if these costs are 1,
+where both readings are the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lcpcli.errors import ProblemError, count
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.model.reductions.game import Game
+from lcpcli.typing import Vector
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.verify.verification import Verification
+
+SUM = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits
+HINT = "give probabilities, at least 0 and with the sum 1"
+
+
+@dataclass(frozen=True, eq=False)
+class Strategies:
+    """What a pair of mixed strategies is for the players of a game.
+
+    row, column : the probabilities. payoffs : what the row and the column player get. gains : how much each would gain
+    by a best response to the other, 0 if that is only rounding. All are doubles, or all fractions.
+    """
+
+    row: Vector
+    column: Vector
+    payoffs: tuple[Any, ...]
+    gains: tuple[Any, ...]
+
+    @classmethod
+    def of(cls, game: Game, x: Vector, y: Vector) -> Strategies:
+        """Of doubles for the payoffs as doubles, or of fractions in arrays of objects for the payoffs as written."""
+        exact = x.dtype == object
+        number: Any = Fraction if exact else float
+        A, B = (np.array(own, dtype=object) for own in game.payoffs()) if exact else (game.A, game.B)
+        by_row, by_column = A @ y, x @ B
+        row, column = number(x @ by_row), number(by_column @ y)
+        gains = number(by_row.max()) - row, number(by_column.max()) - column
+        rounding = (0.0 if exact else ROW_ROUNDING * float(np.abs(own).max()) for own in (A, B))
+        by_best = (gain if gain > least else number(0) for gain, least in zip(gains, rounding, strict=True))
+        return cls(x, y, (row, column), tuple(by_best))
+
+    def are_best(self, game: Game, allowed: float) -> bool:
+        """Whether neither player gains more than this part of the range of its payoffs."""
+        ranges = (float(np.ptp(own)) or 1.0 for own in (game.A, game.B))
+        return all(gain <= allowed * size for gain, size in zip(self.gains, ranges, strict=True))
+
+    def statement(self, are_equilibrium: bool) -> str:
+        """Whether they are an equilibrium, and what would be gained."""
+        tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
+        found = "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
+        row, column = map(float, self.gains)
+        return f"{found}: by a best response the row player would gain {row:.1g}, the column player {column:.1g}"
+
+
+def allowance(n: int, tol: float) -> float:
+    """The gain that counts as none, as a part of the range of the payoffs: M has the payoffs subtracted from a
+    constant, and thereby rounded."""
+    return 10 * n * tol
+
+
+def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> None:
+    """Raise ProblemError if the problem is no game, or if these values, the first ones of the row player, are not
+    strategies of it."""
+    game = problem.origin
+    if not isinstance(game, Game):
+        raise ProblemError("row", "is a strategy, but the problem is no game", "give z")
+    parts = values[:rows], values[rows:]
+    for player, part, size in zip(("row", "column"), parts, game.A.shape, strict=True):
+        if len(part) != size:
+            raise ProblemError(player, f"has {count(len(part), 'entry')} for {size} strategies", "make them agree")
+        if not _are_probabilities(np.array(part, dtype=float)):
+            fault = f"has the sum {float(sum(part)):.7g}" if min(part) >= 0 else "has a negative entry"
+            raise ProblemError(player, fault, HINT)
+
+
+def verified(
+    problem: Problem,
+    values: Sequence[Any] | Vector,
+    verify: Callable[[Any], Verification],
+    *,
+    tol: float = 0.0,
+    data: ExactProblem | None = None,
+) -> Verification:
+    """The verification of z, or of the z of strategies, by `verify`, with what it is for the game behind the problem.
+
+    data : the exact problem where values are fractions to be verified in exact arithmetic; else they are doubles.
+    """
+    game = problem.origin
+    if not isinstance(game, Game):
+        return verify(values)
+    given = game.parts(np.array(values, dtype=float if data is None else object))
+    sums = [part.sum() for part in given]
+    if any(min(part) < 0 or not 0 < total < np.inf for part, total in zip(given, sums, strict=True)):
+        return verify(values)
+    x, y = (part / total for part, total in zip(given, sums, strict=True))
+    own = Strategies.of(game, x, y)
+    small = own.are_best(game, allowance(problem.n, tol))
+    if not all(map(_are_probabilities, given)):
+        verification = verify(values)
+        message = f"{verification.message}; as strategies, {own.statement(small)}"
+        return replace(verification, message=message, strategies=own)
+    by_row, by_column = game.parts(_costs(problem, [*x, *y], data))
+    z = np.concatenate((x / min(by_column), y / min(by_row)))
+    verification = verify(z if data is None else z.tolist())
+    accepted = verification.accepted and small
+    divided = (
+        "" if all(abs(total - 1) <= ROW_ROUNDING * (data is None) for total in sums) else ", divided by their sums,"
+    )
+    message = f"the strategies{divided} are {own.statement(accepted)}; their {verification.message}"
+    return replace(verification, accepted=accepted, message=message, strategies=own)
+
+
+def _are_probabilities(values: Any) -> bool:
+    return bool(min(values) >= 0 and abs(values.sum() - 1) <= SUM)
+
+
+def _costs(problem: Problem, strategies: list[Any], data: ExactProblem | None) -> Any:
+    """What each strategy costs against those of the other player: M times them."""
+    if data is None:
+        return problem.M @ np.array(strategies)
+    constant = Fraction(1)  # as q = -1
+    return np.array([value + constant for value in data.w(strategies)], dtype=object)
