@@ -274,3 +274,10 @@ def reachable(row: list[int], constant: int, z: list[Fraction], i: int, omega: F
     low = sum((a - omega * abs(a)) * v for a, v in zip(row, z, strict=True)) + constant - omega * abs(constant)
     high = sum((a + omega * abs(a)) * v for a, v in zip(row, z, strict=True)) + constant + omega * abs(constant)
     return high >= 0 and (not z[i] or low <= 0)
+
+
+def test_quiet_leaves_the_outcome_to_the_exit_code(checked: Callable[..., Any]) -> None:
+    for answer, code in (('[0, "15/29", "17/29", 0]', 0), ("0 0 0 0", 1)):
+        outcome = checked(answer, "--exact", "-q")
+        assert (outcome.code, outcome.out, outcome.err) == (code, "", "")
+    assert checked("0 0", "-q").err.count("\n") == 1

@@ -17,7 +17,7 @@ from lcpcli.cli import program, shells
 from lcpcli.cli.command import VARIABLE
 from lcpcli.cli.completion import SHELLS
 from lcpcli.cli.help import TOPICS
-from lcpcli.files import formats
+from lcpcli.files import formats, shipped
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
@@ -127,6 +127,17 @@ def test_files_are_those_that_can_be_read(folder: Path) -> None:
     assert offered("solve", "a.json", "-o", "h") == ["h.py"]
     assert offered("inspect", "a.json", "b.csv", "") == []
     assert {path.name for path in folder.iterdir()} > {name.rstrip("/") for name in problems}
+
+
+def test_shipped_problems_are_offered_once_a_word_has_begun_or_where_there_are_no_files(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert offered("solve", "paper") == ["paper-example-1", "paper-example-2"]
+    assert offered("check", "winkels") == offered("bench", "winkels") == ["winkels"]
+    assert offered("inspect", "a") == ["a.json"]
+    (folder / "inner" / "my own.json").unlink()
+    monkeypatch.chdir(folder / "inner")
+    assert offered("convert", "") == list(shipped.problems())
 
 
 @pytest.mark.parametrize(

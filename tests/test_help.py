@@ -19,7 +19,6 @@ from lcpcli.bench import suites
 from lcpcli.cli import program
 from lcpcli.cli.command import Command
 from lcpcli.cli.options import STARTS
-from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS, OPTIONS, load
 from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM, flag
 from lcpcli.peers.registry import PEERS
@@ -131,10 +130,9 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
 
 
 def test_examples_run(name: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In their order, where the shipped problems are; a suite is one small problem, to be quick."""
+    """In their order, in an empty folder; a suite is one small problem, to be quick."""
     for suite, its in suites.SUITES.items():
         monkeypatch.setitem(suites.SUITES, suite, replace(its, cases=suites.sizes("tridiagonal", 10), budget=0.0))
-    (tmp_path / "problems").symlink_to(Path(shipped.path("bimatrix.json")).parent)
     monkeypatch.chdir(tmp_path)
     for line in COMMANDS[name].examples:
         before = set(tmp_path.iterdir())

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,3 +62,64 @@ def test_bimatrix_solutions_are_the_published_equilibria() -> None:
     for z, (x, y) in zip(read(shipped.path("bimatrix.json")).solutions, published, strict=True):
         assert np.allclose(z[:3] / z[:3].sum(), x, rtol=0, atol=1e-15)
         assert np.allclose(z[3:] / z[3:].sum(), y, rtol=0, atol=1e-15)
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", shipped.problems())
+def test_each_is_read_by_its_name_from_any_folder(name: str, elsewhere: Path) -> None:
+    file = shipped.problems()[name]
+    for given in (name, file.name):
+        assert np.array_equal(read(given).q, read(str(file)).q)
+    assert not list(elsewhere.iterdir())
+
+
+def test_every_command_that_reads_a_problem_takes_the_names(elsewhere: Path, lcp: Callable[..., Any]) -> None:
+    assert lcp("solve", "bimatrix", "-o", "result.json").code == 0
+    for line in (
+        "solve bimatrix diode-bridge -q",
+        "solve winkels --all",
+        "compare paper-example-1",
+        "check bimatrix result.json",
+        "inspect hs21",
+        "convert portfolio -o portfolio.mat",
+        "bench tridiagonal-100 --method newton --budget 0 -q",
+    ):
+        outcome = lcp(*line.split())
+        assert (outcome.code, outcome.err) == (0, ""), line
+    assert (elsewhere / "portfolio.mat").exists()
+
+
+def test_a_file_of_that_name_is_read_in_its_place(elsewhere: Path, lcp: Callable[..., Any]) -> None:
+    (elsewhere / "hs21.json").write_text('{"name": "own", "M": [[2]], "q": [-1]}')
+    assert lcp("solve", "hs21.json").out.startswith("own: ")
+    assert lcp("solve", "hs21").out.startswith("hs21: ")
+
+
+def test_a_name_with_a_suffix_may_be_meant_for_a_file_and_has_a_remark(
+    elsewhere: Path, lcp: Callable[..., Any]
+) -> None:
+    assert not list(elsewhere.iterdir())
+    remark = "lcp: hs21.json: no such file; the problem that ships under this name is read\n"
+    assert lcp("solve", "hs21.json").err == lcp("inspect", "hs21.json").err == remark
+    assert lcp("solve", "hs21.json", "-q").err == ""
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("bimatrx", "bimatrix"),
+        ("paper-exmple-1.json", "paper-example-1"),
+        ("problems/bimatrix.json", "bimatrix"),
+        ("nowhere/klee-minty.mps", "klee-minty"),
+    ],
+)
+def test_an_unknown_name_is_told_a_near_one(given: str, meant: str, elsewhere: Path, lcp: Callable[..., Any]) -> None:
+    assert not list(elsewhere.iterdir())
+    outcome = lcp("solve", given)
+    assert (outcome.code, outcome.err) == (2, f"lcp: {given}: no such file; did you mean {meant}, which is shipped?\n")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import OptionError, likely
 from lcpcli.files import shipped
-from lcpcli.files.formats import COMPRESSED, FORMATS, READ_ONLY
+from lcpcli.files.folders import files_in
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -187,7 +187,7 @@ def cases_of(
 
     Raises OptionError for a name that is neither, ProblemError for a file that cannot be read.
     """
-    asked = [path for each in asked for path in _within(each)]
+    asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each]))]
     cases, left = list[Case](), asked
     while left:
         name, used = left[0], 1
@@ -204,17 +204,6 @@ def cases_of(
     if infinity is not None and all(each.infinity is None for each in cases):
         raise OptionError("--infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
     return list({each.name: each for each in cases}.values())
-
-
-def _within(path: str) -> list[str]:
-    """The files of problems in a folder, in order; of anything else itself."""
-    if not Path(path).is_dir() or path in SUITES:
-        return [path]
-    endings = (*FORMATS, *READ_ONLY, *COMPRESSED)
-    found = [str(file) for file in Path(path).iterdir() if file.name.casefold().endswith(endings) and file.is_file()]
-    if not found:
-        raise OptionError(path, "is a folder without problem files", f"they end in {', '.join(endings)}")
-    return sorted(found)
 
 
 def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | None) -> Sequence[str]:
@@ -270,8 +259,10 @@ def _existing(path: str) -> None:
         raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
     if os.path.lexists(path) or os.sep in path or Path(path).suffix:  # reading the file reports what is wrong with it
         return
-    known = (*SUITES, ALL)
-    hint = likely(path, known, f"choose one of {', '.join(known)}, or name a file")
+    problems, known = shipped.problems(), (*SUITES, ALL)
+    if path in problems:
+        return
+    hint = likely(path, (*known, *problems), f"choose one of {', '.join(known)}, or name a file")
     raise OptionError(path, "is neither a suite nor a file", hint)
 
 

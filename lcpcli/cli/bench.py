@@ -37,7 +37,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     short_help="Measure methods on suites of problems.",
     examples=(
         "lcp bench",
-        "lcp bench problems/tridiagonal-100.json --method shi --budget 0",
+        "lcp bench tridiagonal-100 --method shi --budget 0",
         "lcp bench dense --peer piqp -o dense.json --plot dense.svg",
         "lcp bench --resume dense.json --format markdown",
     ),
@@ -55,7 +55,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     },
     metavar="[SUITE|FILE [Q_FILE]|FOLDER]...",
     nargs=-1,
-    shell_complete=candidates.one_of(MEANINGS, candidates.PROBLEMS),
+    shell_complete=candidates.problems(candidates.one_of(MEANINGS)),
 )
 @numeric("Problems", INFINITY)
 @several_methods("Solvers", "measure", DEFAULT_METHODS)

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.files.formats import COMPRESSED, FORMATS, READ_ONLY
+from lcpcli.files import shipped
+from lcpcli.files.formats import PROBLEMS
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-PROBLEMS = (*FORMATS, *READ_ONLY, *COMPRESSED)  # the suffixes of problem files
 VECTORS = (*PROBLEMS, ".txt")  # the suffixes of files that hold a vector
 
 Completer = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
@@ -35,6 +35,20 @@ def one_of(meanings: Mapping[str, str], endings: Iterable[str] = ()) -> Complete
 
     def complete(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
         return words(meanings, incomplete) + (_paths(incomplete, tuple(endings)) if endings else [])
+
+    return complete
+
+
+def problems(*before: Completer, endings: tuple[str, ...] = PROBLEMS) -> Completer:
+    """Complete what the completers before do, a file with one of the suffixes, or the name of a shipped problem.
+
+    The latter are offered once a word has begun, or where nothing else is.
+    """
+
+    def complete(context: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        others = [item for each in (*before, files(*endings)) for item in each(context, param, incomplete)]
+        names = dict.fromkeys(shipped.problems(), "shipped problem")
+        return others + (words(names, incomplete) if incomplete or not others else [])
 
     return complete
 

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     cls=Command,
     short_help="Verify a proposed solution.",
     examples=(
-        "lcp solve problems/bimatrix.json --exact -o result.json",
-        "lcp check problems/bimatrix.json result.json",
-        "lcp check problems/bimatrix.json result.json --exact --format json",
+        "lcp solve bimatrix --exact -o result.json",
+        "lcp check bimatrix result.json",
+        "lcp check bimatrix result.json --exact --format json",
     ),
     epilog="Components are counted from 1; the index of a violation in JSON, from 0.",
     exits={0: "the answer is correct", 1: "it is not", 2: "usage or input error (one-line message)"},
@@ -46,13 +46,14 @@ if TYPE_CHECKING:
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
-    shell_complete=candidates.files(*candidates.VECTORS),
+    shell_complete=candidates.problems(endings=candidates.VECTORS),
 )
 @with_bounds
 @numeric("Verification", TOL)
 @option("Verification", "--exact", is_flag=True, help="Verify in rational arithmetic, decimals taken as written.")
 @format_option(FORMATS, "table")
-def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, **given: Any) -> int:
+@option("Output", "-q", "--quiet", is_flag=True, help="Print nothing; the exit code reports the outcome.")
+def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, quiet: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
@@ -60,23 +61,24 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, **g
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
     threads.settle(paths)
     session.refuse_twice(problems.inputs(paths, given))
-    verifications = _verifications(paths[:-1], given, paths[-1], tol, exact)
-    from lcpcli.report.verification import render
+    verifications = _verifications(paths[:-1], given, paths[-1], tol, exact, quiet)
+    if not quiet:
+        from lcpcli.report.verification import render
 
-    texts = (render(verification, form, output.terminal()[0]) for verification in verifications)
-    output.emit(("\n" * (form == "table")).join(texts), color=False)
+        texts = (render(verification, form, output.terminal()[0]) for verification in verifications)
+        output.emit(("\n" * (form == "table")).join(texts), color=False)
     return max(verification.exit_code for verification in verifications)
 
 
 def _verifications(
-    problem_paths: tuple[str, ...], given: problems.Given, solution: str, tol: float | None, exact: bool
+    files: tuple[str, ...], given: problems.Given, solution: str, tol: float | None, exact: bool, quiet: bool
 ) -> list[Verification]:
     from lcpcli import options
     from lcpcli.files import reading
 
     options.check((TOL,), {"tol": tol})
-    data = problems.read_exact(problem_paths, given) if exact else None
-    problem = data.problem if data else problems.read(problem_paths, given)
+    data = problems.read_exact(files, given, quiet) if exact else None
+    problem = data.problem if data else problems.read(files, given, quiet)
     answers = reading.read_candidates(solution, problem.n)
     try:
         found = [_verification(problem, data, answer, tol) for answer in answers]

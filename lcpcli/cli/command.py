@@ -107,7 +107,7 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
 class Command(click.Command):
     """A command whose help has sections.
 
-    examples : command lines that run next to the folder of the shipped problems.
+    examples : command lines that run anywhere.
     lists : the names that are accepted: under each heading, the names with their meanings.
     exits : the exit codes with their meanings.
     """
@@ -240,8 +240,9 @@ class Group(Command, click.Group):
     def _meant_command(self, given: str) -> str:
         if given.casefold() in COMMANDS_ELSEWHERE:
             return f"did you mean lcp {COMMANDS_ELSEWHERE[given.casefold()]}?"
-        from lcpcli.cli import candidates
+        from lcpcli.files import shipped
+        from lcpcli.files.formats import PROBLEMS
 
-        if given == "-" or given.casefold().endswith(candidates.PROBLEMS):
+        if given == "-" or given.casefold().endswith(PROBLEMS) or given in shipped.problems():
             return f"did you mean lcp solve {given}?"
         return likely(given, self.commands)

@@ -11,6 +11,7 @@ from lcpcli.cli.command import Command, argument
 from lcpcli.cli.methods import chosen_variants, several_methods
 from lcpcli.cli.options import EXITS, numeric, solving, with_bounds
 from lcpcli.files import shipped
+from lcpcli.files.folders import files_in
 from lcpcli.methods.registry import meanings
 from lcpcli.options import WARM
 from lcpcli.report.formats import LEVELS
@@ -23,11 +24,11 @@ AS_PUBLISHED = ("fixed-point", "shi")
     short_help="Run methods side by side.",
     examples=(
         "lcp compare",
-        "lcp compare problems/tridiagonal-100.json --every 10",
+        "lcp compare tridiagonal-100 --every 10",
         "lcp compare --method newton --method lemke --method shi",
         "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
         "lcp compare --method shi --k-star 1 --format csv",
-        "lcp compare problems/paper-example-1.json --plot errors.svg --warm 0.01",
+        "lcp compare paper-example-1 --plot errors.svg --warm 0.01",
     ),
     lists={"Methods": meanings()},
     exits={**EXITS, 0: "every method solved every problem"},
@@ -38,11 +39,12 @@ AS_PUBLISHED = ("fixed-point", "shi")
     "files",
     {
         "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by that of q.  "
-        "[default: the paper's two examples]"
+        "[default: the paper's two examples]",
+        "FOLDER": "All problem files in it, in order of their names.",
     },
-    metavar="[FILE [Q_FILE]]...",
+    metavar="[FILE [Q_FILE]|FOLDER]...",
     nargs=-1,
-    shell_complete=candidates.files(*candidates.PROBLEMS),
+    shell_complete=candidates.problems(),
 )
 @with_bounds
 @several_methods("Method", "compare", AS_PUBLISHED)
@@ -50,5 +52,5 @@ AS_PUBLISHED = ("fixed-point", "shi")
 @solving
 def compare(files: tuple[str, ...], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
-    paths = files or tuple(shipped.path(name) for name in shipped.PAPER_EXAMPLES)
+    paths = files_in(files) or [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
     return session.run(paths, chosen_variants(given, AS_PUBLISHED), given, levels=LEVELS)

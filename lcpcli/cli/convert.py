@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     cls=Command,
     short_help="Write a problem in another format.",
     examples=(
-        "lcp convert problems/bimatrix.json -o bimatrix.mat",
+        "lcp convert bimatrix -o bimatrix.mat",
         "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz",
     ),
     exits={0: "written", 2: "usage or input error (one-line message)"},

@@ -21,9 +21,9 @@ SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
     cls=Command,
     short_help="Classify and diagnose a problem.",
     examples=(
-        "lcp inspect problems/paper-example-2.json",
+        "lcp inspect paper-example-2",
         "lcp make kostreva -n 5 | lcp inspect -",
-        "lcp inspect problems/bimatrix.json --time-limit 10 -o bimatrix-classes.json",
+        "lcp inspect bimatrix --time-limit 10 -o bimatrix-classes.json",
     ),
     exits={0: "inspected", 2: "usage or input error (one-line message)"},
     epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer. Rows and columns are counted '

@@ -81,10 +81,10 @@ def solving(command: Command) -> Command:
 
 def problem_file(command: Command) -> Command:
     """Declare the problem of a command that takes one: its file, and that of q if it is separate."""
-    complete = candidates.files(*candidates.PROBLEMS)
+    complete = candidates.problems()
     file = {
         "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; or M alone, also as .mtx or .npy. - "
-        "is standard input."
+        "is standard input, and the name of a shipped problem stands for it."
     }
     command = with_bounds(command)
     q_file = {"Q_FILE": "q, if FILE contains M alone; the formats may differ."}
@@ -99,12 +99,14 @@ def problem_files(command: Command) -> Command:
         "files",
         {
             "FILE [Q_FILE]": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or "
-            ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. - is standard input."
+            ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. - is standard input, "
+            "and the name of a shipped problem stands for it.",
+            "FOLDER": "All problem files in it, in order of their names.",
         },
-        metavar="FILE [Q_FILE]...",
+        metavar="[FILE [Q_FILE]|FOLDER]...",
         nargs=-1,
         required=True,
-        shell_complete=candidates.files(*candidates.PROBLEMS),
+        shell_complete=candidates.problems(),
     )
     return declare(with_bounds(command))
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -162,9 +163,12 @@ def _vetted(problem: Problem, file: str, quiet: bool) -> Problem:
 
 
 def _without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
-    """The problem without those of its known solutions that are wrong, and lines that say so."""
+    """The problem without those of its known solutions that are wrong, and lines that say so, or that it is shipped."""
+    from lcpcli.files import shipped
     from lcpcli.files.reading import place
     from lcpcli.verify.known import without_wrong_solutions
 
     vetted, faults = without_wrong_solutions(problem)
+    if Path(file).suffix and shipped.file_of(file):  # perhaps a file of the user was meant
+        faults.insert(0, "no such file; the problem that ships under this name is read")
     return vetted, [f"{place(file)}: {fault}" for fault in faults]

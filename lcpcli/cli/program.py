@@ -14,7 +14,7 @@ from lcpcli.cli.options import EXITS
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST_LINE},
     invoke_without_command=True,
     examples=(
-        "lcp solve problems/paper-example-1.json",
+        "lcp solve paper-example-1",
         "lcp make obstacle -n 100 | lcp solve -",
         "lcp compare",
         "lcp solve --help",

@@ -11,6 +11,7 @@ from lcpcli.cli.command import Command, option
 from lcpcli.cli.methods import MethodChoice
 from lcpcli.cli.options import EXITS, numeric, problem_files, solving
 from lcpcli.errors import OptionError
+from lcpcli.files.folders import files_in
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS
@@ -26,14 +27,14 @@ if TYPE_CHECKING:
     cls=Command,
     short_help="Solve one problem or many.",
     examples=(
-        "lcp solve problems/paper-example-1.json",
+        "lcp solve paper-example-1",
         "lcp make obstacle -n 100 | lcp solve -",
-        "lcp solve problems/paper-example-2.json --method shi --every 10",
-        "lcp solve problems/paper-example-2.json --exact",
-        "lcp solve problems/tridiagonal-100.json --format json -o result.json",
-        "lcp solve problems/tridiagonal-100.json --z0 result.json --quiet",
-        "lcp solve problems/bimatrix.json --all",
-        "lcp solve problems/bimatrix.json problems/diode-bridge.json --jobs 2",
+        "lcp solve paper-example-2 --method shi --every 10",
+        "lcp solve paper-example-2 --exact",
+        "lcp solve tridiagonal-100 --format json -o result.json",
+        "lcp solve tridiagonal-100 --z0 result.json --quiet",
+        "lcp solve bimatrix --all",
+        "lcp solve bimatrix diode-bridge --jobs 2",
     ),
     lists={"Methods": meanings()},
     exits=EXITS,
@@ -69,16 +70,17 @@ if TYPE_CHECKING:
 )
 def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
+    paths = files_in(files)
     if all_of_them:
         from lcpcli.cli import all_solutions
 
-        return all_solutions.run(files, method, given, exact)
+        return all_solutions.run(paths, method, given, exact)
     if given[MAX_SOLUTIONS.name] is not None:
         raise OptionError("--max-solutions", "has no effect without --all", "add --all")
 
     def many(works: Iterator[Work], output: Output) -> int:
         from lcpcli.cli import many
 
-        return many.run(works, output, files, method, given, exact)
+        return many.run(works, output, paths, method, given, exact)
 
-    return session.run(files, [method], given, exact=exact, many=many)
+    return session.run(paths, [method], given, exact=exact, many=many)

@@ -24,6 +24,7 @@ READ_ONLY = {".mps": "mps", ".qps": "mps", ".lp": "mps", ".nfg": "nfg"}  # of pr
 COMPLETE = (".json", ".npz", ".mat")  # those that keep all that a problem holds, and not only M and q
 WITH_BOUNDS = (*COMPLETE, ".csv")  # those that keep the bounds of z
 COMPRESSED = tuple(f"{ending}.gz" for ending in (".mtx", *READ_ONLY))  # read as if it were not
+PROBLEMS = (*FORMATS, *READ_ONLY, *COMPRESSED)  # all suffixes of files with one problem
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, TypeVar, cast
 
 from lcpcli.errors import ProblemError
+from lcpcli.files import shipped
 from lcpcli.files.content import without_mark
 from lcpcli.files.formats import Format, load
 from lcpcli.files.recognition import form_of, uncompressed
@@ -228,7 +229,10 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
 
 @contextmanager
 def opened(path: str) -> Iterator[IO[bytes]]:
-    """A file to read from, or standard input; ProblemError if it cannot be read."""
+    """A file to read from, or standard input; a name that is no file may be that of a shipped problem.
+
+    Raises ProblemError if it cannot be read.
+    """
     name = place(path)
     if not path:
         raise ProblemError("", "the name of a file is empty", "name a file")
@@ -238,7 +242,7 @@ def opened(path: str) -> Iterator[IO[bytes]]:
                 raise ProblemError(name, "is closed", "name a file")
             yield sys.stdin.buffer
         else:
-            with Path(path).open("rb") as file:
+            with (shipped.file_of(path) or Path(path)).open("rb") as file:
                 yield file
     except FileNotFoundError:
         raise ProblemError(name, "no such file", _likely_file(path)) from None
@@ -249,14 +253,15 @@ def opened(path: str) -> Iterator[IO[bytes]]:
 
 
 def _likely_file(path: str) -> str:
-    folder = Path(path).parent
-    if not folder.is_dir():
-        return f"there is no folder {folder}"
+    from difflib import get_close_matches
+
+    folder, name = Path(path).parent, Path(path)
     try:
         names = [entry.name for entry in folder.iterdir()]
     except OSError:
         names = []
-    from difflib import get_close_matches
-
-    close = get_close_matches(Path(path).name, names, n=1, cutoff=0.75)
-    return f"did you mean {folder / close[0]}?" if close else "check the path"
+    if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
+        return f"did you mean {folder / close[0]}?"
+    if close := get_close_matches(name.stem, shipped.problems(), n=1, cutoff=0.75):
+        return f"did you mean {close[0]}, which is shipped?"
+    return "check the path" if folder.is_dir() else f"there is no folder {folder}"

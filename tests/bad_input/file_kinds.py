@@ -13,7 +13,7 @@ FILES = [
     of_line("no-name", "solve ", "empty", "file"),
     of_line("line-break-in-file-name", "solve a\nb.json", "a\\nb.json", "no such file"),
     of_line("file-name-not-utf-8", "solve \udcff.json", "\\udcff.json", "no such file"),
-    of_line("directory", "solve results", "results:", "is a directory", "name a file"),
+    of_line("directory", "inspect results", "results:", "is a directory", "name a file"),
     of_line("unreadable", "solve /proc/self/mem", "/proc/self/mem:", "cannot be read"),
     of_line("link-to-itself", "solve loop", "loop:", "cannot be read"),
     of_json("empty", "", "is empty", "M and q"),

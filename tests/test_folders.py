@@ -1,0 +1,65 @@
+"""A folder stands for the files of problems in it, in order, in every command that takes several problems."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Lcp = Callable[..., Any]
+FILES = {
+    "b.json": '{"M": [[2]], "q": [-1]}',
+    "a.csv": "2,-1\n",
+    "c.JSON": '{"M": [[4]], "q": [-1]}',
+    "notes.txt": "none",
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    inside = tmp_path / "inside"
+    inside.mkdir()
+    for name, text in FILES.items():
+        (inside / name).write_text(text)
+    (inside / "deeper.json").mkdir()
+    monkeypatch.chdir(tmp_path)
+    return inside
+
+
+def test_solve_takes_its_files_in_the_order_of_their_names(folder: Path, lcp: Lcp) -> None:
+    outcome = lcp("solve", "inside", str(folder / "b.json"), "--format", "json")
+    assert (outcome.code, outcome.err) == (0, "lcp: 4 problems: 4 solved\n")
+    files = [json.loads(line)["file"] for line in outcome.out.splitlines()]
+    assert files == ["inside/a.csv", "inside/b.json", "inside/c.JSON", str(folder / "b.json")]
+
+
+def test_bench_and_compare_take_the_same_files(folder: Path, lcp: Lcp) -> None:
+    assert folder.is_dir()
+    assert lcp("bench", "inside", "--method", "newton", "--budget", "0", "-o", "r.json", "-q").code == 0
+    record = json.loads(Path("r.json").read_text())
+    files = [case["file"] for case in record["cases"]]
+    assert files == ["inside/a.csv", "inside/b.json", "inside/c.JSON"]
+    outcome = lcp("compare", "inside", "--format", "json")
+    assert [json.loads(line)["file"] for line in outcome.out.splitlines()[::2]] == [
+        case["file"] for case in record["cases"]
+    ]
+
+
+def test_a_single_file_in_it_is_solved_as_by_its_own_name(folder: Path, lcp: Lcp) -> None:
+    for name in ("a.csv", "c.JSON"):
+        (folder / name).unlink()
+    assert lcp("solve", "inside", "--all").code == 0
+    assert lcp("solve", "inside").out.startswith("b: n = 1\n")
+
+
+@pytest.mark.parametrize("command", ["solve", "compare", "bench"])
+def test_one_without_problems_is_refused(command: str, folder: Path, lcp: Lcp) -> None:
+    outcome = lcp(command, str(folder / "deeper.json"))
+    assert outcome.code == 2
+    assert outcome.err.startswith(
+        f"lcp: {folder / 'deeper.json'}: is a folder without problem files; they end in .json"
+    )
+    assert outcome.err.count("\n") == 1
