@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
@@ -15,6 +15,7 @@ from lcpcli.solving import run as driver
 
 from .bad_input.bound_kinds import BOUNDS
 from .bad_input.file_kinds import CSV, FILES, STANDARD_INPUT
+from .bad_input.foreign_kinds import FOREIGN, FOREIGN_FILES, OURS
 from .bad_input.json_kinds import COORDINATES, JSON, MATRICES
 from .bad_input.kinds import GOOD, Kind
 from .bad_input.matrix_kinds import MATRIX_MARKET, NPZ
@@ -57,7 +58,7 @@ def is_one_readable_line(text: str) -> bool:
     "kind",
     [
         *(*FILES, *JSON, *MATRICES, *COORDINATES, *CSV, *MATRIX_MARKET, *NPZ),
-        *(*FROM_RESULTS, *STANDARD_INPUT, *OPTIONS, *STARTS, *UNWRITABLE, *BOUNDS, *PROGRAMS),
+        *(*FROM_RESULTS, *STANDARD_INPUT, *OPTIONS, *STARTS, *UNWRITABLE, *BOUNDS, *PROGRAMS, *FOREIGN_FILES),
     ],
 )
 def test_one_line_says_where_what_and_how_to_fix_it(meet: Callable[[Kind], tuple[Outcome, bool]], kind: Kind) -> None:
@@ -65,6 +66,13 @@ def test_one_line_says_where_what_and_how_to_fix_it(meet: Callable[[Kind], tuple
     assert is_one_readable_line(outcome.err), outcome.err[:LONGEST_LINE]
     assert [word for word in kind.words if word not in outcome.err] == [], outcome.err
     assert (outcome.code, outcome.out, unchanged) == (2, "", True)
+    assert [word for word in FOREIGN if word in without(outcome.err, OURS)] == [], outcome.err
+
+
+def without(text: str, parts: Iterable[str]) -> str:
+    for part in parts:
+        text = text.replace(part, "")
+    return text
 
 
 @pytest.mark.parametrize("kind", UNWRITABLE)

@@ -147,3 +147,12 @@ def test_stray_fault_of_a_file_names_the_file(lcp: Run, monkeypatch: pytest.Monk
     monkeypatch.setattr(reading, "problem_of", refuse)
     outcome = lcp("solve", EXAMPLE)
     assert (outcome.code, outcome.err) == (2, "lcp: /elsewhere: Permission denied\n")
+
+
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+def test_an_overflow_is_told_in_words_of_the_field(method: str, lcp: Run, tmp_path: Path) -> None:
+    (tmp_path / "p.json").write_text('{"M": [[1e200, 1e300], [1e300, -1e308]], "q": [-1, -1e300]}')
+    outcome = lcp("solve", str(tmp_path / "p.json"), "--method", method, "--max-iterations", "100")
+    assert (outcome.code, outcome.err) == (1, "")
+    assert "encountered" not in outcome.out
+    assert ("shi broke down: an overflow of double precision" in outcome.out) is (method == "shi")

@@ -113,9 +113,10 @@ class Cluster:
         try:
             get_address_host_port(address)  # a client for none of this form would take long to end
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
-        except (OSError, ValueError) as error:
-            fault = f"{address} is not reached ({' '.join(str(error).split())})"
-            raise OptionError("--cluster", fault, "start dask scheduler, and give its address") from None
+        except (OSError, ValueError):
+            raise OptionError(
+                "--cluster", f"{address} is not reached", "start dask scheduler, and give its address"
+            ) from None
         hint = "start it again; a log that -o FILE.jsonl has begun goes on with --resume"
         self.gone = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
         self._size, self._asked = 1, -math.inf

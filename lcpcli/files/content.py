@@ -39,7 +39,8 @@ def unpacked(content: bytes) -> bytes:
     try:
         return gzip.decompress(content)
     except (OSError, EOFError, zlib.error) as error:
-        raise ProblemError("", f"cannot be uncompressed ({error})", "compress it again") from None
+        fault = "is cut off" if isinstance(error, EOFError) else "is damaged"
+        raise ProblemError("", f"cannot be uncompressed, as it {fault}", "compress it again") from None
 
 
 def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) -> None:

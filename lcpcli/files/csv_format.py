@@ -255,8 +255,11 @@ def _fields(number: int, line: str, delimiter: str | None) -> list[str]:
         line, delimiter = " ".join(line.split()), " "
     try:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
-    except csv.Error as error:
-        raise ProblemError(f"line {number}", f"is not CSV ({error})", "correct it there") from None
+    except csv.Error:
+        most = csv.field_size_limit()
+        long = f"it may have an entry of more than {most} characters"
+        fault = long if len(line) > most else "its quotation marks do not match"
+        raise ProblemError(f"line {number}", f"is not CSV ({fault})", "correct it there") from None
 
 
 def is_number(entry: str) -> bool:

@@ -27,6 +27,17 @@ from lcpcli.typing import Matrix, Vector
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
 SHORTEST = 15  # digits that every double has
 LARGEST = 10**1000  # what payoffs and their denominators stay below
+FAULTS = {  # by how Python's message about a text that is not JSON begins
+    "Expecting value": "a value is expected there",
+    "Expecting ','": "a comma or a closing bracket is expected there",
+    "Expecting ':'": "a colon is expected there",
+    "Expecting property name": "a key in double quotes is expected there",
+    "Illegal trailing comma": "nothing follows the comma there",
+    "Extra data": "more text follows its end",
+    "Unterminated string": "a text that begins there has no end",
+    "Invalid control character": "a text has a tab or the end of a line in it",
+    "Invalid \\": "a backslash is followed by what JSON does not allow",
+}
 
 if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactParts, Rows
@@ -153,7 +164,8 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
         return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
-        raise ProblemError(place, f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})", "correct it there") from None
+        faults = (f" ({fault})" for message, fault in FAULTS.items() if error.msg.startswith(message))
+        raise ProblemError(place, f"is not JSON{next(faults, '')}", "correct it there") from None
     except RecursionError:
         raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
 

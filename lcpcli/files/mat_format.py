@@ -20,7 +20,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.files import named_arrays, origins
 from lcpcli.files.content import refuse_beyond_memory
 from lcpcli.files.keys import KEYS, is_for_bounds
-from lcpcli.files.npy_format import fault_of, flat
+from lcpcli.files.npy_format import flat
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -110,21 +110,21 @@ def _variables(content: bytes) -> dict[str, Any]:
             if order and content.startswith(b"MATLAB 5.0"):
                 _refuse_broken(content[128:], order)
             held = loadmat(io.BytesIO(content))
-    except MemoryError:
+    except (ProblemError, MemoryError):
         raise
-    except Exception as error:  # scipy does not document what a broken file may raise
-        raise ProblemError("", f"is not a MAT file ({fault_of(error)})", "save it again, in MATLAB with -v7") from None
+    except Exception:  # scipy does not document what a broken file may raise
+        raise _broken("its contents cannot be decoded") from None
     return {name: _array(name, value) for name, value in held.items() if not name.startswith("__")}
 
 
 def _refuse_broken(content: bytes, order: str) -> list[int]:
-    """The types of the elements in a part of a file; ValueError for an inconsistent one, on which scipy would crash."""
+    """The types of the elements in a part of a file; ProblemError for a part on which scipy would crash."""
     at, kinds = 0, list[int]()
     while at + 8 <= len(content):
         kind, size = struct.unpack_from(f"{order}II", content, at)
         small, kind = kind >> 16, kind & 0xFFFF
         if kind not in TYPES:
-            raise ValueError(f"it has an element of type {kind}")
+            raise _broken(f"it has an element of type {kind}")
         kinds.append(kind)
         inner = b"" if small else content[at + 8 : at + 8 + size]
         if kind == COMPRESSED:
@@ -136,14 +136,19 @@ def _refuse_broken(content: bytes, order: str) -> list[int]:
 
 
 def _refuse_inconsistent(kinds: list[int], array: bytes, order: str) -> None:
-    """Raise ValueError for an array of numbers whose elements are not those that its flags declare."""
+    """Raise ProblemError for an array of numbers whose elements are not those that its flags declare."""
     if len(array) < 16:
-        raise ValueError("it has an array without flags")
+        raise _broken("it has an array without flags")
     (flags,) = struct.unpack_from(f"{order}I", array, 8)
     number = flags & 0xFF
     parts = {4: 4, 5: 6}.get(number, 4 if 6 <= number <= 15 else 0)  # of characters, sparse numbers, numbers
     if parts and (len(kinds) != parts + (flags >> 11 & 1) or {MATRIX, COMPRESSED} & set(kinds)):
-        raise ValueError("it has an array with other parts than it declares")
+        raise _broken("it has an array with other parts than it declares")
+
+
+def _broken(fault: str) -> ProblemError:
+    hint = "is it cut off? save it again, in MATLAB with -v7"
+    return ProblemError("", f"is not a MAT file ({fault})", hint)
 
 
 def _array(name: str, value: Any) -> Any:

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     from lcpcli.rational.problem import ExactParts
 
-LONGEST_FAULT = 80  # characters: numpy quotes whole headers
-
 
 def parse(content: bytes) -> Problem | Matrix:
     """The problem in an array of n rows and n + 1 columns, or M in one of any other shape."""
@@ -84,18 +82,13 @@ def checked(name: str, opened: Callable[[], IO[bytes]], size: int) -> Any:
             return npy.read_array(file, allow_pickle=False)
 
 
-def fault_of(error: Exception) -> str:
-    """What a library says is wrong with a file, in a few words."""
-    return " ".join(str(error).split())[:LONGEST_FAULT].rstrip(".") or type(error).__name__
-
-
 def _array(content: bytes) -> Any:
     try:
         return checked("", lambda: io.BytesIO(content), len(content))
     except (ProblemError, MemoryError):
         raise
-    except Exception as error:  # numpy does not document what a broken file may raise
-        raise ProblemError("", f"cannot be read ({fault_of(error)})", "save it again with numpy.save") from None
+    except Exception:  # numpy does not document what a broken file may raise
+        raise ProblemError("", "is no NPY file, or a damaged one", "save it again with numpy.save") from None
 
 
 def _refuse_false_header(name: str, file: IO[bytes], size: int) -> None:

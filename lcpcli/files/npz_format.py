@@ -18,7 +18,7 @@ import numpy as np
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files import named_arrays
 from lcpcli.files.keys import KEYS, refuse_unknown
-from lcpcli.files.npy_format import checked, fault_of
+from lcpcli.files.npy_format import checked
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -101,11 +101,10 @@ def _arrays(content: bytes) -> dict[str, Any]:
                 arrays[name] = checked(name, partial(archive.open, member), member.file_size)
     except (ProblemError, MemoryError):
         raise
-    except Exception as error:  # zipfile, its decompressors and numpy do not document what a broken file may raise
-        fault = fault_of(error)
+    except Exception:  # zipfile, its decompressors and numpy do not document what a broken file may raise
         if not name:
-            raise ProblemError("", f"is not NPZ ({fault})", "is it cut off? save it with numpy.savez") from None
-        raise ProblemError(name, f"cannot be read ({fault})", "save it again with numpy.savez") from None
+            raise ProblemError("", "is not NPZ", "is it cut off? save it with numpy.savez") from None
+        raise ProblemError(name, "is no array, or a damaged one", "save the file again with numpy.savez") from None
     return arrays
 
 
@@ -139,7 +138,7 @@ def _assembled(form: str, parts: list[Any], shape: tuple[int, int]) -> Matrix:
         M = getattr(sparse, f"{form}_array")((data, tuple(places)) if form == "coo" else (data, *places), shape=shape)
         if PARTS[form] == COMPRESSED:
             M.check_format(full_check=True)
-    except (ValueError, TypeError, IndexError) as error:
-        fault = " ".join(str(error).split())
-        raise ProblemError("M", f"has inconsistent parts ({fault})", "save it with scipy.sparse.save_npz") from None
+    except (ValueError, TypeError, IndexError):
+        fault = f"has inconsistent parts: {', '.join(PARTS[form])} and shape do not fit together"
+        raise ProblemError("M", fault, "save it with scipy.sparse.save_npz") from None
     return M

@@ -121,7 +121,7 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
         problem = held
     else:
         if q_path is None:
-            shape = " x ".join(map(str, held.shape))
+            shape = " x ".join(map(str, held.shape)) or "one number"
             raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
         line = fetch(q_path, LINE)
         q = _blaming(q_path, lambda: format_of(q_path, line).parse_vector("q", line))

@@ -72,6 +72,11 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 
 FAULTS = (FloatingPointError, MemoryError)
 """What a running method may raise when it cannot continue."""
+KINDS = {  # of FloatingPointError, by how numpy's message begins
+    "overflow": "an overflow of double precision",
+    "divide": "a division by zero",
+    "invalid": "an operation on infinite numbers that has no result",
+}
 
 Item = TypeVar("Item")
 End = TypeVar("End")
@@ -88,7 +93,9 @@ def advance(stage: Generator[Item, None, End]) -> Item | End:
 
 def told(fault: FloatingPointError | MemoryError) -> str:
     """One of FAULTS as a clause for the user."""
-    return "there is not enough memory" if isinstance(fault, MemoryError) else str(fault)
+    if isinstance(fault, MemoryError):
+        return "there is not enough memory"
+    return next((kind for message, kind in KINDS.items() if str(fault).startswith(message)), str(fault))
 
 
 def ended(ending: Ending) -> Stage:
