@@ -288,3 +288,9 @@ def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(
     record = json.loads(lcp("solve", *arguments, "--exact", "--format", "json").out)
     assert record["exact"]["z"] == [f"1/{largest}"]
     assert record["z"] == [1 / largest]
+
+
+def test_results_are_printed_in_fractions() -> None:
+    assert repr(lcpcli.exact(Problem([[3, 0], [0, 7]], [-1, -2]))).endswith("exact z = (1/3, 2/7)>")
+    assert "exact y = (1)" in repr(lcpcli.exact(Problem([[-1]], [-2])))
+    assert "z = (0.3333333)" in repr(lcpcli.run(Problem([[3]], [-1])))

@@ -150,7 +150,7 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
     stopped = lcpcli.solutions(problem)
     next(stopped)
     stopped.stop()
-    assert (list(stopped), len(stopped.pieces), stopped.complete) == ([], 1, False)
+    assert (list(stopped), len(stopped.pieces), stopped.complete) == (stopped.pieces, 1, False)
     segments = lcpcli.solutions(Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.2)
     assert (list(segments), segments.complete) == ([], False)  # one piece with 2^40 vertices
     late = lcpcli.solutions(problem, time_limit=1e-9)
@@ -162,3 +162,32 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
 def test_limits_out_of_range_are_refused(options: dict[str, float]) -> None:
     with pytest.raises(errors.OptionError, match="out of range"):
         lcpcli.solutions(Problem([[1]], [1]), **options)
+
+
+def test_what_has_been_found_is_printed_and_given_again_without_another_search(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = lcpcli.solutions(Problem([[-1, 0], [0, -1]], [1, 1]))
+    assert repr(found) == "<Solutions: 0 pieces, not known to be all>"
+    first = next(iter(found))
+    assert repr(found).startswith("<Solutions: 1 piece, not known to be all: (")
+    pieces = list(found)
+    assert (pieces[0], len(pieces)) == (first, 4)
+    assert repr(found).startswith("<Solutions: 4 pieces, all of them: (")
+    monkeypatch.setattr(type(found), "_started", None)
+    assert list(found) == pieces == [piece for piece in found]  # noqa: C416
+    assert next(found, None) is None
+
+
+def test_loops_that_take_turns_share_one_search() -> None:
+    found = lcpcli.solutions(Problem([[-1, 0], [0, -1]], [1, 1]))
+    assert all(one is other for one, other in zip(found, found, strict=True))
+    limited = lcpcli.solutions(Problem([[-1, 0], [0, -1]], [1, 1]), max_solutions=2)
+    assert list(limited) == list(limited) == limited.pieces
+    assert not limited.complete
+
+
+def test_faces_are_printed_by_their_vertices() -> None:
+    found = lcpcli.solutions(Problem([[1, 1], [1, 1]], [-1, -1]))
+    list(found)
+    assert "hull of (" in repr(found)

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 
+from lcpcli.rational.numbers import brief
 from lcpcli.rational.polyhedra import Generators, Point
 from lcpcli.rational.problem import ExactProblem
 
 LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
 FIXED = "fixed"
+SHOWN = 6  # numbers of a point, and points, that are printed
 
 States = tuple[tuple[str, ...], ...]  # of each unknown, those that hold
 Points = tuple[Point, ...]
@@ -31,6 +33,16 @@ class Piece:
     rays: Points
     lines: Points
     states: States
+
+    def __str__(self) -> str:
+        """In one line: its vertices, rays and lines, without those in the middle where they are many."""
+        vertices, rays, lines = (_elided([_short(point) for point in each]) for each in self._generators)
+        hull = "hull of " * (len(vertices) > 1) + ", ".join(vertices)
+        return " + ".join([hull, *(f"ray {ray}" for ray in rays), *(f"line {line}" for line in lines)])
+
+    @property
+    def _generators(self) -> tuple[Points, Points, Points]:
+        return self.vertices, self.rays, self.lines
 
     @property
     def is_point(self) -> bool:
@@ -123,3 +135,11 @@ def _is_within(
 
 def _fractions(values: Sequence[int]) -> Point:
     return tuple(Fraction(value) for value in values)
+
+
+def _short(point: Point) -> str:
+    return f"({', '.join(_elided([brief(value) for value in point]))})"
+
+
+def _elided(parts: list[str]) -> list[str]:
+    return parts if len(parts) <= SHOWN else [*parts[: SHOWN - 1], "...", parts[-1]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from itertools import product
+from itertools import count, product
 
 from lcpcli import options
 from lcpcli.enumeration.blocks import blocks, restricted
@@ -14,6 +14,7 @@ from lcpcli.enumeration.of_game import pieces_of
 from lcpcli.enumeration.piece import Piece, combined
 from lcpcli.enumeration.pieces import pieces
 from lcpcli.errors import ProblemError
+from lcpcli.errors import count as counted
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.reductions.game import Game
@@ -22,6 +23,7 @@ from lcpcli.rational.polyhedra import Point
 from lcpcli.rational.problem import ExactProblem
 
 LARGEST = 500  # unknowns of a block
+SHOWN = 4  # pieces that are printed
 ENDING = 0.5  # seconds for putting together the equilibria that were found by the time limit, for each of three steps
 
 
@@ -33,7 +35,8 @@ def solutions(
     The set is a union of polyhedra, one for each choice of a state (at the lower bound, basic, at the upper bound) for
     every unknown. The pieces are the maximal ones of these: isolated solutions, and faces given by vertices, rays and
     lines, in fractions. All are verified, and once the iterator has ended, `complete` says whether they are proved to
-    be all. The number of pieces, and the time, may double with each unknown.
+    be all. The number of pieces, and the time, may double with each unknown. What has been found is kept, and given
+    again by another loop.
 
     Parameters
     ----------
@@ -53,8 +56,10 @@ def solutions(
     ...     print([list(map(str, vertex)) for vertex in piece.vertices], [list(map(str, ray)) for ray in piece.rays])
     [['0', '1']] [['0', '1']]
     [['0', '1']] [['1', '0']]
-    >>> found.complete
-    True
+    >>> found
+    <Solutions: 2 pieces, all of them: (0, 1) + ray (0, 1); (0, 1) + ray (1, 0)>
+    >>> len(list(found))
+    2
 
     The source of the method for games is in `enumeration.best_replies`; the tree for other problems cuts a branch only
     where a row of an integer dictionary shows that it is empty, or that it lies in a piece found before.
@@ -65,7 +70,7 @@ def solutions(
 
 
 class Solutions(Iterator[Piece]):
-    """The pieces of a solution set, as they are found.
+    """The pieces of a solution set, as they are found; iterating again gives the same ones, without another search.
 
     problem : the problem, in exact arithmetic. pieces : those found so far. complete : whether they are proved to be
     all. equilibria : those of a game, once the first piece has been asked for; else None.
@@ -84,6 +89,18 @@ class Solutions(Iterator[Piece]):
         self.equilibria: Equilibria | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
         self._search = self._started()
+
+    def __iter__(self) -> Iterator[Piece]:
+        """From the first piece on: those found so far, then further ones."""
+        for i in count():
+            if i == len(self.pieces) and next(self, None) is None:
+                return
+            yield self.pieces[i]
+
+    def __repr__(self) -> str:
+        pieces = [str(piece) for piece in self.pieces[:SHOWN]] + ["..."] * (len(self.pieces) > SHOWN)
+        known = "all of them" if self.complete else "not known to be all"
+        return f"<Solutions: {counted(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
 
     def __next__(self) -> Piece:
         if len(self.pieces) == self._most:

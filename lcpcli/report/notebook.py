@@ -27,7 +27,8 @@ SMALL = 6  # largest number of unknowns of a problem whose numbers are shown
 
 
 def result_text(result: Result) -> str:
-    """One line: the status, the method, n, the residual, the error if known, the time and the first components of z."""
+    """One line: the status, the method, n, the residual, the error if known, the time and the first components of z,
+    in fractions if they are known."""
     return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
 
 
@@ -109,8 +110,17 @@ def _facts(result: Result) -> list[tuple[str, str]]:
         ("residual", summary.residual(result)),
         *error,
         ("in", numbers.duration(seconds)),
-        ("z =", short_vector(result, WIDTH)),
+        *(_exact(result) or [("z =", short_vector(result, WIDTH))]),
     ]
+
+
+def _exact(result: Result) -> list[tuple[str, str]]:
+    """z in fractions, or the proof that there is none, if they have been asked for and found."""
+    from lcpcli.rational.numbers import brief
+
+    exact = result.exact
+    named = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
+    return [(name, numbers.vector(values, brief)) for name, values in named if values]
 
 
 def problem_text(problem: Problem) -> str:

@@ -74,6 +74,8 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     --------
     >>> import lcpcli
     >>> result = lcpcli.exact(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
+    >>> result
+    <Result: solved by newton, n = 2, residual ..., in ..., exact z = (4/3, 7/3)>
     >>> [str(value) for value in result.exact.z], result.exact.proof
     (['4/3', '7/3'], "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic")
     """
