@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Callable
 from fractions import Fraction
@@ -14,6 +15,7 @@ import pytest
 import lcpcli
 from lcpcli.files import json_format
 from lcpcli.model.reductions.game import Game
+from lcpcli.report import strategies
 
 LARGE = "1e28"
 LONG = "0.1234567890123456789012345"
@@ -96,11 +98,11 @@ def sexes(tmp_path: Path) -> str:
 
 
 @pytest.mark.parametrize("options", [(), ("--exact",)], ids=["doubles", "exact"])
-@pytest.mark.parametrize("strategies", ["0.6,0.4,0.4,0.6", "1,0,1,0", "0 1 0 1", "3/5,2/5,2/5,3/5"])
+@pytest.mark.parametrize("pair", ["0.6,0.4,0.4,0.6", "1,0,1,0", "0 1 0 1", "3/5,2/5,2/5,3/5"])
 def test_the_strategies_of_an_equilibrium_are_accepted(
-    strategies: str, options: tuple[str, ...], sexes: str, lcp: Callable[..., Any]
+    pair: str, options: tuple[str, ...], sexes: str, lcp: Callable[..., Any]
 ) -> None:
-    checked = lcp("check", sexes, strategies, *options)
+    checked = lcp("check", sexes, pair, *options)
     assert checked.code == 0
     assert "the strategies are an equilibrium: by a best response the row player would gain 0" in checked.out
 
@@ -155,7 +157,7 @@ def test_all_solutions_of_any_problem_are_checked(lcp: Callable[..., Any], tmp_p
 
 
 @pytest.mark.parametrize(
-    ("strategies", "fault"),
+    ("given", "fault"),
     [
         ({"row": [0.6, 0.5], "column": [0.4, 0.6]}, "row: has the sum 1.1"),
         ({"row": [0.6, 0.4], "column": [1.4, -0.4]}, "column: has a negative entry"),
@@ -166,9 +168,9 @@ def test_all_solutions_of_any_problem_are_checked(lcp: Callable[..., Any], tmp_p
     ],
 )
 def test_what_are_no_strategies_gets_a_line(
-    strategies: dict[str, Any], fault: str, sexes: str, lcp: Callable[..., Any], tmp_path: Path
+    given: dict[str, Any], fault: str, sexes: str, lcp: Callable[..., Any], tmp_path: Path
 ) -> None:
-    (tmp_path / "s.json").write_text(json.dumps(strategies))
+    (tmp_path / "s.json").write_text(json.dumps(given))
     refused = lcp("check", sexes, str(tmp_path / "s.json"))
     assert refused.code == 2
     assert f"s.json: {fault}" in refused.err
@@ -196,3 +198,46 @@ def test_the_library_accepts_the_strategies_of_its_results_at_any_scale(seed: in
     other = lcpcli.check(problem, [1, 0, 0, 0.25, 0.25, 0.25, 0.25])
     assert not other
     assert max(other.strategies.gains) > 0  # type: ignore[union-attr]
+
+
+def test_iterates_of_a_game_are_strategies_with_payoffs(sexes: str, lcp: Callable[..., Any]) -> None:
+    shown = lcp("compare", sexes, "--method", "newton", "--method", "lemke").out.splitlines()
+    assert shown[1].split()[:9] == ["method", "k", "opera", "box", "y1", "y2", "row", "gets", "column"]
+    rows = "\n".join(" ".join(line.split()) for line in shown)
+    assert "0.6000000 0.4000000 0.4000000 0.6000000 1.2 1.2" in rows
+    assert "lemke 1 - - - - - -" in rows  # z = 0
+
+
+def test_iterates_of_a_game_in_latex_have_the_names_of_the_strategies(sexes: str, lcp: Callable[..., Any]) -> None:
+    header = "method & $k$ & opera & box & $y_{1}$ & $y_{2}$ & row gets & column gets & "
+    assert header in lcp("solve", sexes, "--method", "newton", "--format", "latex").out
+
+
+def test_iterates_of_a_game_in_csv_are_strategies(sexes: str, lcp: Callable[..., Any], tmp_path: Path) -> None:
+    assert lcp("solve", sexes, "--method", "newton", "--quiet", "--trace", str(tmp_path / "t.csv")).code == 0
+    lines = (tmp_path / "t.csv").read_text().splitlines()
+    header, start, *_, last = csv.reader(line for line in lines if not line.startswith("#"))
+    assert header[3:9] == ["opera", "box", "y1", "y2", "row gets", "column gets"]
+    assert start[3:9] == [""] * 6
+    assert [float(cell) for cell in last[3:9]] == pytest.approx([0.6, 0.4, 0.4, 0.6, 1.2, 1.2])
+
+
+def test_iterates_of_a_game_beside_another_problem_in_csv_are_components_of_z(
+    sexes: str, lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "p.json").write_text('{"M": [[1, 0], [0, 1]], "q": [-1, -1]}')
+    written = lcp("compare", sexes, str(tmp_path / "p.json"), "--method", "newton", "--format", "csv", "--trace").out
+    assert "problem,method,k,z1,z2,z3,z4,residual" in written
+
+
+def test_a_wide_game_shows_the_first_strategies_and_the_last(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "wide.json"
+    file.write_text(json.dumps({"A": np.eye(10).tolist(), "B": np.eye(10).tolist()}))
+    shown = lcp("solve", str(file), "--method", "newton", "--format", "latex").out
+    assert r"$x_{1}$ & $x_{2}$ & \dots & $y_{10}$ & row gets & column gets" in shown
+    assert r"0.1000000 & 0.1000000 & \dots & 0.1000000 & 0.1 & 0.1" in shown
+
+
+def test_headings_of_strategies_with_the_same_names_differ() -> None:
+    game = Game.of([[3, 0], [0, 2]], [[2, 0], [0, 3]], ["opera", "x"], ["opera", "y"])
+    assert strategies.headings(game) == ["row opera", "x", "column opera", "y", "row gets", "column gets"]

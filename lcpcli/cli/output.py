@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 MOST_ROWS = 60  # of one method in a table, unless --every is given
 FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows shown even on a small one, and lines that are not rows
 PRINTED_ROWS = 10  # of one method on a printed page, unless --every is given
-PRINTED = 100  # columns of text whose components of z are legible across a printed page
 MOST_POINTS = 400  # of one method in a figure
 ITERATES = ""  # as the file of the iterates: add them to the output
 HERE = "-"  # as the file of the figure: draw it on standard output
@@ -92,9 +91,9 @@ class Output:
 
     def _selection(self, problem: Problem, width: int | None) -> tuple[int, int | None, Indices | None]:
         """Which iterates a table shows, every so many and at most so many, and which of their components."""
-        from lcpcli.report.iterations import shown_components
+        from lcpcli.report.iterations import kept_components, room
 
-        components = shown_components(problem.n, {"table": width, "latex": PRINTED}.get(self.form))
+        components = kept_components(problem, room(self.form, width))
         every, most = (self._every, None) if self._every else (int(EVERY.value), self._most(width))
         return every, most, components
 

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.report import advice, answers, numbers, outcome, provenance, summary
+from lcpcli.model.reductions.game import Game
+from lcpcli.report import advice, answers, numbers, outcome, provenance, strategies, summary
 from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.report.result_table import ResultTable
 from lcpcli.solving.result import Exact, Result
@@ -23,6 +24,8 @@ from lcpcli.verify.certificate import Certificate
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12
+PRINTED = 100  # columns of text whose components of z are legible across a printed page
+NONE = "-"  # in place of the strategies of an iterate that has none
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -33,18 +36,32 @@ def shown_components(n: int, width: int | None) -> Indices | None:
     return np.append(np.arange(room - 2 if room > 2 else room - 1), n - 1)
 
 
-def build(results: Sequence[Result], width: int | None, compared: bool, whole: bool) -> ResultTable:
+def room(form: str, width: int | None) -> int | None:
+    """The width of text for the iterates in a format, on a screen of that width; None if there is none."""
+    return {"table": width, "latex": PRINTED}.get(form)
+
+
+def kept_components(problem: Problem, width: int | None) -> Indices | None:
+    """The components of z that a trace keeps for a table of that width: of a game all, as probabilities take them."""
+    return None if isinstance(problem.origin, Game) else shown_components(problem.n, width)
+
+
+def build(
+    results: Sequence[Result], width: int | None, compared: bool, whole: bool, room: int | None = None
+) -> ResultTable:
     """The table of several methods' results on one problem, whose traces hold the same components of z.
 
     width : of the terminal; None if there is none.
     compared : whether the results are compared below the iterates, instead of a single result above them.
     whole : whether to show all components of z.
+    room : the width for the strategies of a game, as by `room`.
     """
     problem, trace = results[0].problem, results[0].trace
     components = trace.components if trace else None
-    columns = [_column(problem, i) for i in (np.arange(problem.n) if components is None else components)]
-    if components is not None:
-        columns.insert(-1, ELLIPSIS)
+    of_game = problem.origin if isinstance(problem.origin, Game) else None
+    if of_game is not None:
+        components = shown_components(problem.n, None if room is None else room - 2 * CELL)
+    columns = _columns(problem, components)
     traces = [_rows(result) for result in results]
     length, unit = numbers.unit(max((row.seconds for rows in traces for row in rows), default=0.0))
     others = _other_columns(problem, any(row.step for rows in traces for row in rows))
@@ -55,7 +72,7 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
         labels = _labels(rows, result)
         largest = float(np.abs(result.z).max())
         tails = [[cell(row) for cell in others.values()] for row in rows]
-        cells = [_components(row, largest, components is not None) for row in rows]
+        cells = [_cells(row, largest, components, of_game) for row in rows]
         groups.append([[a, str(row.k), *z, *tail] for a, row, z, tail in zip(labels, rows, cells, tails, strict=False)])
     lines = summary.build(results)
     head = "" if compared else outcome.verdict(results[0])
@@ -69,10 +86,21 @@ def build(results: Sequence[Result], width: int | None, compared: bool, whole: b
     return ResultTable(title, header, groups, head, facts, remarks, made_by, settled, *lines, leaders)
 
 
-def _column(problem: Problem, i: int) -> str:
-    """The name of a component that fits above it, else its place."""
-    name = problem.names[i]
-    return name if 0 < len(name) < CELL else f"z{i + 1}"
+def _columns(problem: Problem, components: Indices | None) -> list[str]:
+    """The names of the components that fit above them, else their places; of a game the strategies and payoffs."""
+    if isinstance(problem.origin, Game):
+        rows, columns = strategies.names(problem.origin, CELL)
+        return [*_chosen([*rows, *columns], components), *strategies.PAYOFFS]
+    names = [name if 0 < len(name) < CELL else f"z{i}" for i, name in enumerate(problem.names, 1)]
+    return _chosen(names, components)
+
+
+def _chosen(cells: list[str], components: Indices | None) -> list[str]:
+    """Those of the components, the last one after a mark for those that are left out."""
+    if components is None:
+        return cells
+    chosen = [cells[i] for i in components]
+    return [*chosen[:-1], ELLIPSIS, chosen[-1]]
 
 
 def _disproof(results: Sequence[Result]) -> list[str]:
@@ -90,11 +118,15 @@ def _labels(rows: Sequence[TraceRow], result: Result) -> list[str]:
     return [name if name != earlier else "" for name, earlier in zip(names, ["", *names], strict=False)]
 
 
-def _components(row: TraceRow, largest: float, elided: bool) -> list[str]:
-    cells = numbers.components(row.z.tolist(), largest)
-    if elided:
-        cells.insert(-1, ELLIPSIS)
-    return cells
+def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game | None) -> list[str]:
+    """The components of z that a row has; of a game the probabilities and payoffs, dashes where there are none."""
+    if game is None:
+        cells = numbers.components(row.z.tolist(), largest)
+        return cells if components is None else [*cells[:-1], ELLIPSIS, cells[-1]]
+    *probabilities, by_row, by_column = strategies.of_iterate(game, row.z)
+    cells = [NONE if value is None else numbers.components([value], 1.0)[0] for value in probabilities]
+    payoffs = [NONE if value is None else f"{value:.7g}" for value in (by_row, by_column)]
+    return [*_chosen(cells, components), *payoffs]
 
 
 def _other_columns(problem: Problem, steps: bool) -> dict[str, Callable[[TraceRow], str]]:

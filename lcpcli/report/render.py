@@ -52,7 +52,8 @@ def render(
         return trace_csv.render(results) if iterates else answer_csv.render(results, compared)
     from lcpcli.report import iterations
 
-    return typeset([iterations.build(run, width, compared, whole) for run in runs], form, width, color)
+    room = iterations.room(form, width)
+    return typeset([iterations.build(run, width, compared, whole, room) for run in runs], form, width, color)
 
 
 def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:

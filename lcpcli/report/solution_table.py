@@ -14,7 +14,7 @@ from lcpcli.errors import count
 from lcpcli.model.reductions.program import Program
 from lcpcli.rational import numbers as rationals
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.report import numbers, provenance
+from lcpcli.report import numbers, provenance, strategies
 from lcpcli.report.result_table import ResultTable
 
 Cell = Callable[[Fraction], str]
@@ -96,12 +96,9 @@ def _equilibria(found: SolutionSet, held: Equilibria, cell: Cell) -> tuple[list[
     """A row for each extreme equilibrium, those of a component as a group."""
     game = found.game
     assert game is not None
-    rows_, columns_ = (
-        [name if 0 < len(name) < MOST_NAME else f"{letter}{i}" for i, name in enumerate(names, 1)]
-        for letter, names in (("x", game.rows or [""] * game.A.shape[0]), ("y", game.columns or [""] * game.A.shape[1]))
-    )
+    rows_, columns_ = strategies.names(game, MOST_NAME)
     indexed = any(each.index is not None for each in held.extreme)
-    header = ["", *rows_, *columns_, "row gets", "column gets", *["index"] * indexed, "pure"]
+    header = ["", *rows_, *columns_, *strategies.PAYOFFS, *["index"] * indexed, "pure"]
     lines = [
         [
             str(number),

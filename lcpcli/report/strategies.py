@@ -1,0 +1,43 @@
+"""The iterates of a game as its players see them: probabilities under the names of the strategies, and payoffs."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from lcpcli.model.reductions.game import Game
+from lcpcli.typing import Vector
+from lcpcli.verify.equilibrium import Strategies
+
+PAYOFFS = ("row gets", "column gets")
+
+
+def names(game: Game, most: float) -> tuple[list[str], list[str]]:
+    """The names of the rows and of the columns, x1 or y1 for those that have none or one of that length or more."""
+    m, k = game.A.shape
+    given = (("x", game.rows or [""] * m), ("y", game.columns or [""] * k))
+    rows, columns = (
+        [name if 0 < len(name) < most else f"{letter}{i}" for i, name in enumerate(own, 1)] for letter, own in given
+    )
+    return rows, columns
+
+
+def headings(game: Game) -> list[str]:
+    """A heading for each strategy, no two the same, and for the payoffs."""
+    rows, columns = names(game, np.inf)
+    times = Counter([*rows, *columns, *PAYOFFS])
+    parts = (("row", rows), ("column", columns))
+    return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *PAYOFFS]
+
+
+@np.errstate(all="ignore")  # an iterate may be anything
+def of_iterate(game: Game, z: Vector) -> list[float | None]:
+    """The probabilities that z stands for and the payoffs; None for a player whose part of z is no strategy."""
+    parts = game.parts(z)
+    sums = [float(part.sum()) for part in parts]
+    given = [min(part) >= 0 and 0 < total < np.inf for part, total in zip(parts, sums, strict=True)]
+    x, y = (part / total for part, total in zip(parts, sums, strict=True))
+    payoffs = Strategies.of(game, x, y).payoffs if all(given) else (None, None)
+    shown = (own.tolist() if there else [None] * own.size for own, there in zip((x, y), given, strict=True))
+    return [*(value for own in shown for value in own), *payoffs]
