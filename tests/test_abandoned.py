@@ -13,12 +13,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import diags_array, eye_array, random_array
 
-from lcpcli import Problem
+from lcpcli import Problem, exact
 from lcpcli.files import writing
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg import factors
+from lcpcli.linalg.fill import order_of
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.methods.auto.restarts import restarts
@@ -160,3 +162,39 @@ def test_long_cholesky_finds_that_a_matrix_is_not_definite(monkeypatch: pytest.M
     with pytest.raises(factors.SingularMatrix):
         factors.interruptible_cholesky(A)
     np.testing.assert_allclose(PrincipalSolver(A).solve(np.arange(300), A.sum(axis=1)), np.ones(300))
+
+
+def test_no_search_for_an_order_holds_the_lock_for_long_where_every_order_fills_in() -> None:
+    rng = np.random.default_rng(0)
+    spread = random_array((6000, 6000), density=10 / 6000, rng=rng).tocsr() + eye_array(6000, format="csr")
+    assert order_of(spread) == "COLAMD"
+    star = diags_array(np.ones(9000), format="lil")
+    star[0, :] = star[:, 0] = 1.0
+    for quick in (families.make("control", 9000, 0).M, families.make("obstacle", 10_000, 0).M, star.tocsr()):
+        assert order_of(quick) == "MMD_AT_PLUS_A"
+
+
+def test_time_limit_holds_where_factors_are_nearly_dense() -> None:
+    code = """
+import numpy as np
+from scipy.sparse import random_array
+from lcpcli import Problem, run
+from lcpcli.interrupts import leave
+
+rng, n = np.random.default_rng(0), 12_000
+M = random_array((n, n), density=10 / n, rng=rng, data_sampler=rng.standard_normal)
+print(run(Problem(M, rng.standard_normal(n)), "interior", time_limit=1.0).status.word)
+leave(0)
+"""
+    began = time.perf_counter()
+    assert python(code).stdout == "time_limit\n"
+    assert time.perf_counter() - began < 10
+
+
+def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for() -> None:
+    pytest.importorskip("flint")
+    A = np.random.default_rng(0).standard_normal((450, 450))
+    problem = Problem(A @ A.T + np.eye(450), -np.ones(450))
+    began = time.perf_counter()
+    assert exact(problem, time_limit=1.0).exact is not None
+    assert time.perf_counter() - began < 8

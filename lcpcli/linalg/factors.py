@@ -12,6 +12,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
+from lcpcli.linalg.fill import order_of
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric
 from lcpcli.linalg.products import product
 from lcpcli.linalg.threads import include_loaded
@@ -75,9 +76,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
         from scipy.sparse.linalg import splu
 
     include_loaded()
-    chosen: dict[str, Any] = {}
-    if symmetric:
-        chosen = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+    chosen: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
 
     def lu(A: Matrix) -> Any:
         if not A.diagonal().all():
@@ -87,8 +86,13 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
                 raise SingularMatrix
         # a symmetric csr_array is a csc_array with the same three arrays
         columns = A.T if symmetric else A.tocsc()
+        order = order_of(A) if symmetric else "COLAMD"
+
+        def factors() -> Any:
+            return splu(columns, permc_spec=order, **chosen)
+
         try:
-            return interruptibly(lambda: splu(columns, **chosen)) if A.nnz > QUICK else splu(columns, **chosen)
+            return interruptibly(factors) if A.nnz > QUICK else factors()
         except RuntimeError as error:
             if "singular" not in str(error) and "failed to factorize" not in str(error):
                 raise

@@ -10,6 +10,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.fill import order_of
 from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -34,7 +35,8 @@ class SuperLU:
         self._how: dict[str, Any] = {"permc_spec": "COLAMD"}
         if not pivoting:
             options = {"SymmetricMode": True, "Equil": False}
-            self._how = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": options}
+            found = "NATURAL" if order is not None else order_of(M)
+            self._how = {"permc_spec": found, "diag_pivot_thresh": 0.0, "options": options}
         if order is not None:
             self._keep_order(order)
 

@@ -72,7 +72,10 @@ class Unknowns:
     def root(self) -> Node | None:
         """The node where nothing has been chosen; None if the equations and signs that always hold have no solution."""
         kept = [k for k in range(self.n) if self.choices[k]]
-        rows = {self.w(k): self.row(k, kept)[0] for k in kept}
+        rows = dict[int, list[int]]()
+        for k in kept:
+            self.check()
+            rows[self.w(k)] = self.row(k, kept)[0]
         rows |= {self.zero(k, UPPER): self.width(k, kept) for k in self.boxes}
         bounded = [k for k in kept if len(self.choices[k]) > 1]
         node = Node(Dictionary(rows, list(kept), bounded, self.check), [None] * self.n)

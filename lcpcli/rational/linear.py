@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from lcpcli.errors import ParameterError
 
 SMALL = 16  # rows up to which FLINT is not faster
+SECONDS = 1e-9  # that a nonsingular system takes by FLINT, for each bit of its entries and n^3
 PRIME = 2**61 - 1  # below the largest integer of a word
 
 Rows = Sequence[Sequence[int]]
@@ -61,6 +62,12 @@ def solve(A: Rows, b: Sequence[int]) -> Solutions:
             v[column] = Fraction(-row[j], divisor)
         null_space.append(v)
     return Solutions(None if any(row[n] for row in rows[len(pivots) :]) else x, null_space)
+
+
+def duration(A: Rows) -> float:
+    """About how many seconds `solve` takes for a square A of many rows, in which Ctrl-C has to wait."""
+    bits = max((abs(value).bit_length() for row in A for value in row), default=0)
+    return SECONDS * bits * float(len(A)) ** 3
 
 
 def long_integer() -> Any:

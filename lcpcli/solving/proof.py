@@ -95,7 +95,7 @@ def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> R
     steps. Raises OptionError without python-flint.
     """
     require()
-    if result.interrupted:
+    if result.interrupted or time_limit <= 0:
         return _unproved(result)
     deadline = time.perf_counter() + time_limit
     try:

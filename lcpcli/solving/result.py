@@ -205,10 +205,16 @@ class Result:
     @cached_property
     def digits(self) -> list[int] | None:
         """How many digits of each z_i the data determine, if each number of them is rounded to double precision: from 0
-        to 16; None if it is not solved, too large, or singular, so that z is one of several. See `verify.digits`."""
+        to 16; None if it is not solved, too large (for half of the time limit, too), or singular, so that z is one of
+        several. See `verify.digits`."""
+        from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
 
-        found = digits(self.problem, self.z, self.w) if self.solved else None
+        try:
+            with within(self.limits.time_limit / 2):
+                found = digits(self.problem, self.z, self.w) if self.solved else None
+        except TimeIsUp:
+            return None
         return None if found is None else found.astype(int).tolist()
 
     @property

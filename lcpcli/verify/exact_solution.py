@@ -77,7 +77,7 @@ def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -
         if np.count_nonzero(basis.basic) > most or time.perf_counter() >= deadline:
             return None
         active = np.flatnonzero(basis.basic)
-        z = _solved(data, active, active, _at_bounds(data, basis))
+        z = _solved(data, active, active, _at_bounds(data, basis), deadline)
         if z is None:
             return None
         violated = _violated(data, basis, z, data.w(z))
@@ -115,8 +115,11 @@ def _is_violated(
     return low != high and (w > 0 if at_upper else w < 0)
 
 
-def _solved(data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction]) -> list[Fraction] | None:
-    """z, as known except in those columns, where it is 0 there, with w = 0 in those rows; None if there is none."""
+def _solved(
+    data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction], deadline: float
+) -> list[Fraction] | None:
+    """z, as known except in those columns, where it is 0 there, with w = 0 in those rows; None if there is none, or if
+    that would take longer than the deadline."""
     z = list(known)
     if not rows.size or not columns.size:
         return z
@@ -125,6 +128,8 @@ def _solved(data: ExactProblem, rows: Indices, columns: Indices, known: list[Fra
         w = data.w(known)
         right, d = over_one_denominator([-w[i] * data.scales[i] for i in rows.tolist()])
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
+    if deadline < math.inf and time.perf_counter() + linear.duration(A) > deadline:
+        return None
     found = linear.solve(A, right).x
     if found is None:
         return None
@@ -153,7 +158,7 @@ def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] |
     kept = active[found.x > ACTIVE * max(float(found.x.max()), ACTIVE)]
     w = columns @ found.x + q
     for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE)), active):
-        z = _solved(data, rows, kept, [Fraction(0)] * data.n)
+        z = _solved(data, rows, kept, [Fraction(0)] * data.n, deadline)
         if z is not None and data.is_solution(z):
             return z
     return None
