@@ -122,10 +122,10 @@ def test_best_omega_beats_the_published_one_where_the_spectrum_is_not_around_one
 def test_options_must_be_in_their_ranges() -> None:
     for omega in (0.0, "best", True):
         with pytest.raises(OptionError, match=r"^omega"):
-            fixed_point(EXAMPLE_1, np.zeros(4), omega=omega)
+            run(EXAMPLE_1, "fixed-point", omega=omega)
     for anderson in (-1, 0.5, "auto"):
         with pytest.raises(OptionError, match=r"^anderson"):
-            fixed_point(EXAMPLE_1, np.zeros(4), anderson=anderson)  # type: ignore[arg-type]
+            run(EXAMPLE_1, "fixed-point", anderson=anderson)
 
 
 def obstacle(m: int) -> Problem:

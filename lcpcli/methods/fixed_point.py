@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli import options
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.products import product
 from lcpcli.linalg.spectrum import ends
@@ -56,12 +55,7 @@ def fixed_point(
     Returns
     -------
     Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is detected at once.
-
-    Raises
-    ------
-    OptionError : at once, if an option is out of its range.
     """
-    options.check((OMEGA, ANDERSON), {"omega": omega, "anderson": anderson})
     omega = best_omega(problem.M) if omega == AUTO else float(omega)
     try:
         solve = factors.factorizer(problem.M)(omega)

@@ -1,8 +1,9 @@
 """The methods, each declared once, for the command line, the library, help, completion and diagnosis.
 
 To add one: a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
-checks its options, sets itself up and returns a generator, which yields `Iterate(x, F, step, evaluations)`s with
-x = (z - w) / 2, and returns one of the endings in `iterate`. It is imported on request; nothing heavy is imported here.
+sets itself up and returns a generator, which yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2, and
+returns one of the endings in `iterate`; its options have been checked by their declarations. It is imported on request;
+nothing heavy is imported here.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from lcpcli import options
 from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.options import Option
@@ -216,16 +218,23 @@ def parameters_of(name: str) -> list[str]:
     return [*method.vectors, *(option.name for option in method.options), *["time_limit"] * method.timed]
 
 
-def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> dict[str, Any]:
-    """All of a method's parameters with their values: chosen, default, or derived from the problem.
-
-    Raises OptionError for a chosen option that has no effect on the method.
-    """
-    method, known = declared(name), parameters_of(name)
+def check(name: str, chosen: Mapping[str, Any]) -> None:
+    """Raise OptionError for a chosen option that has no effect on the method, or is out of its range."""
+    known = parameters_of(name)
     for rejected in (given for given in chosen if given not in known):
         if rejected not in OPTIONS:
             raise OptionError(rejected, "is not an option of any method", f"the options are {', '.join(known)}")
         raise ParameterError(rejected, f"has no effect with the method {name}", "leave it out")
+    options.check(declared(name).options, chosen)
+
+
+def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """All of a method's parameters with their values: chosen, default, or derived from the problem.
+
+    Raises OptionError as `check` does, whether or not the method will have anything to do.
+    """
+    check(name, chosen)
+    method = declared(name)
     values: dict[str, Any] = {vector: chosen.get(vector) for vector in method.vectors}
     for option in method.options:
         value = chosen.get(option.name, option.default)

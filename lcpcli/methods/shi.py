@@ -12,7 +12,6 @@ import math
 
 import numpy as np
 
-from lcpcli import options
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
@@ -70,12 +69,7 @@ def shi(
     Finished : F~ is zero. Stalled : the decrease of f is below rounding, or F~ is zero up to rounding but the smoothing
         error is not, as p is small. Breakdown : f is stationary but F~ is not
         zero (J is singular), or |F~|^2 over- or underflows.
-
-    Raises
-    ------
-    OptionError : at once, if an option is out of its range.
     """
-    options.check((P, K_STAR, RHO, SIGMA), {"p": p, "k_star": k_star, "rho": rho, "sigma": sigma})
     return _iterates(problem, x0, x1, default_p(problem) if p is None else p, int(k_star), rho, sigma)
 
 

@@ -19,7 +19,8 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.column_starts import pivoted
 from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables, refined
 from lcpcli.model.columns import Block, Columns
-from lcpcli.solving.call import LIMITS, refuse_unknown_options, run
+from lcpcli.options import THREADS
+from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.neighbours import one_after_another
 from lcpcli.solving.result import Result, Status
@@ -83,8 +84,7 @@ def solve_many(
     if isinstance(Q, str):
         Q, method = None, Q
     given = {name: value for name, value in options.items() if value is not None and value is not False}
-    refuse_unknown_options(method, given)
-    methods.declared(method)
+    _check(method, given)
     limits = Limits(**{name: given[name] for name in LIMITS if name in given})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
@@ -95,6 +95,14 @@ def solve_many(
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, limits, given)
     return _by_blocks(columns, limits, given)
+
+
+def _check(method: str, given: dict[str, Any]) -> None:
+    """Raise OptionError as `run` would, on the call."""
+    refuse_unknown_options(method, given)
+    methods.check(method, {name: value for name, value in given.items() if name not in COMMON_OPTIONS})
+    if "threads" in given:
+        THREADS.check(given["threads"])
 
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
