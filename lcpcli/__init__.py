@@ -32,7 +32,6 @@ public names are loaded on first use, so that importing the package costs nothin
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -113,40 +112,12 @@ __all__ = [
 ]
 
 
-_GIVEN = {  # methods of classes, by their modules: functions of report.notebook
-    "model.problem.Problem": {"__repr__": "problem_text", "_repr_html_": "problem_html"},
-    "solving.result.Result": {
-        "__repr__": "result_text",
-        "_repr_html_": "result_html",
-        "to_dict": "result_data",
-        "to_json": "result_json",
-        "plot": "result_plot",
-    },
-    "solving.trace.Trace": {"__repr__": "trace_text"},
-    "verify.verification.Verification": {"__repr__": "verification_text"},
-    "diagnosis.inspection.Inspection": {"__repr__": "inspection_text"},
-}
-
-
 if not TYPE_CHECKING:  # else no misspelt name would be found by type checkers
 
     def __getattr__(name: str) -> Any:
         if name not in _HOMES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
-        _give_methods()
-        return value
-
-
-def _give_methods() -> None:
-    """Give the loaded classes the methods of report/, which the rooms they are in cannot import."""
-    for path in list(_GIVEN):
-        home, _, name = path.rpartition(".")
-        module = sys.modules.get(f"lcpcli.{home}")
-        if module is not None:
-            notebook = import_module("lcpcli.report.notebook")
-            for method, function in _GIVEN.pop(path).items():
-                setattr(getattr(module, name), method, getattr(notebook, function))
+        return getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
 
 
 def __dir__() -> list[str]:

@@ -47,6 +47,11 @@ class Inspection:
     obvious: str
     hints: list[str]
 
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import inspection_text
+
+        return inspection_text(self)
+
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspection:

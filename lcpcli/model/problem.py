@@ -150,6 +150,16 @@ class Problem:
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import problem_text
+
+        return problem_text(self)
+
+    def _repr_html_(self) -> str:
+        from lcpcli.report.notebook import problem_html
+
+        return problem_html(self)
+
     @property
     def n(self) -> int:
         """Number of unknowns."""

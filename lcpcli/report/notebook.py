@@ -1,13 +1,12 @@
 """What the interpreter and notebooks show: results and problems as one line and as small HTML tables, findings as the
-commands print them; and results as objects and as JSON."""
+commands print them. The classes have methods that call these functions."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lcpcli.errors import count
 from lcpcli.linalg.matrices import is_sparse
@@ -16,7 +15,6 @@ from lcpcli.report import numbers
 if TYPE_CHECKING:
     from lcpcli.diagnosis.inspection import Inspection
     from lcpcli.model.problem import Problem
-    from lcpcli.report.plotting import Picture
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace, TraceRow
     from lcpcli.verify.verification import Verification
@@ -60,28 +58,6 @@ def _iterates(result: Result, rows: Sequence[TraceRow]) -> str:
         for row in kept
     ]
     return _grid(("k", "step", "error" if known else "residual", "seconds"), cells)
-
-
-def result_data(result: Result) -> dict[str, Any]:
-    """The result as the object that `lcp solve --format json` writes, of numbers, texts, lists and None alone; `advice`
-    is in the words of Python."""
-    from lcpcli.report.json_lines import data
-
-    return {**data(result), "advice": result.advice or None}
-
-
-def result_json(result: Result) -> str:
-    """The result as JSON in one line: that of `to_dict`."""
-    import json
-
-    return json.dumps(result_data(result), allow_nan=False, ensure_ascii=False)
-
-
-def result_plot(result: Result, file: str | os.PathLike[str] | None = None) -> Picture:
-    """Draw its iterates, as `lcpcli.plot`; it must have been solved with trace=True."""
-    from lcpcli.report.plotting import plot
-
-    return plot(result, file)
 
 
 def verification_text(verification: Verification) -> str:

@@ -164,12 +164,34 @@ class Result:
     others: bool | None = None
     exactly_solvable: bool | None = None
 
-    if TYPE_CHECKING:  # `lcpcli` gives them to the class, from report/
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import result_text
 
-        def to_dict(self) -> dict[str, Any]: ...
-        def to_json(self) -> str: ...
-        def plot(self, file: str | os.PathLike[str] | None = None) -> Picture: ...
-        def _repr_html_(self) -> str: ...
+        return result_text(self)
+
+    def _repr_html_(self) -> str:
+        from lcpcli.report.notebook import result_html
+
+        return result_html(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as the object that `lcp solve --format json` writes, of numbers, texts, lists and None alone;
+        `advice` is in the words of Python."""
+        from lcpcli.report.json_lines import data
+
+        return {**data(self), "advice": self.advice or None}
+
+    def to_json(self) -> str:
+        """The result as JSON in one line: that of `to_dict`."""
+        import json
+
+        return json.dumps(self.to_dict(), allow_nan=False, ensure_ascii=False)
+
+    def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
+        """Draw its iterates, as `lcpcli.plot`; it must have been solved with trace=True."""
+        from lcpcli.report.plotting import plot
+
+        return plot(self, file)
 
     @property
     def exit_code(self) -> int:

@@ -85,6 +85,11 @@ class Trace:
     _last: list[PendingRow] = field(default_factory=list)
     _waiting: list[PendingRow] = field(default_factory=list)
 
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import trace_text
+
+        return trace_text(self)
+
     def add(self, pending_row: PendingRow, criterion: Criterion) -> None:
         """Add an iterate; one that is no longer among the last three is dropped, or measured and kept."""
         self._note_milestones(pending_row, criterion)

@@ -87,6 +87,11 @@ class Verification:
     violated: int = 0
     strategies: Strategies | None = None
 
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import verification_text
+
+        return verification_text(self)
+
     def __bool__(self) -> bool:
         """Whether the answer is accepted."""
         return self.accepted
