@@ -6,7 +6,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     Problem      M and q, with a name, a starting point and known solutions
     read, write  problems from and to files
     run          one call from a Problem to a Result, with the options of solve
-    Result       the outcome: its Status, z, w, the residual, a Trace of the iterates if asked for, and more
+    Result       the outcome: its Status, z, w, the residual, a Trace of the iterates, TraceRows, if asked for, and more
     Interrupted  what Ctrl-C raises: a KeyboardInterrupt with the Result until then
     solve_many   the results of many problems, or of one M with many q, one after another
     exact        the solution of a Problem in fractions, or the fact that there is none, proved
@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result as Result
     from lcpcli.solving.result import Status as Status
     from lcpcli.solving.trace import Trace as Trace
+    from lcpcli.solving.trace import TraceRow as TraceRow
     from lcpcli.verify.verification import check as check
 
 __version__ = "0.1.0"
@@ -67,6 +68,7 @@ _HOMES = {
     "Result": "solving.result",
     "Status": "solving.result",
     "Trace": "solving.trace",
+    "TraceRow": "solving.trace",
     "add_to_qpsolvers": "solving.programs",
     "check": "verify.verification",
     "error_bound": "bounds.error_bound",
@@ -92,6 +94,7 @@ __all__ = [
     "Result",
     "Status",
     "Trace",
+    "TraceRow",
     "add_to_qpsolvers",
     "check",
     "error_bound",

@@ -15,12 +15,12 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.solving import run as driver
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result
-from lcpcli.solving.trace import Trace
+from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import Interrupts, MethodName
 
-LIMITS = ("tol", "max_iterations", "time_limit")
+STARTS, LIMITS = ("x0", "z0", "basis"), ("tol", "max_iterations", "time_limit")
 RAISE: Interrupts = "raise"
-COMMON_OPTIONS = ("x0", "z0", "basis", *LIMITS, "scale", "finish", "trace", "threads", "interrupts")
+COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "threads", "interrupts")
 
 
 def solve(
@@ -38,6 +38,7 @@ def solve(
     max_iterations: int | None = None,
     time_limit: float | None = None,
     trace: bool | Trace = False,
+    callback: Callback | None = None,
     threads: int | None = None,
     scale: bool = False,
     finish: bool = False,
@@ -53,11 +54,11 @@ def solve(
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
         "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "interior" (Mehrotra 1992;
         Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988).
-    x0, z0, basis : the start, x = (z - w) / 2, z with w = M z + q, or a `Result.basis`, which "auto" and "newton"
-        factorize first; at most one, by default x0 = 0.
+    x0, z0, basis : at most one start, x = (z - w) / 2, z, or a `Result.basis`, which "auto" and "newton" try first.
     tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
     max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
+    callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
     threads : for dense linear algebra, by default one unless the environment sets it or M is very large.
     interrupts : what Ctrl-C does, "raise" Interrupted or "return" the result.
     scale, finish : for "shi" and "fixed-point", to equilibrate the problem, and to stop once the active set solves it.
@@ -70,7 +71,7 @@ def solve(
 
     Raises
     ------
-    ProblemError, OptionError : M, q, the start or an option cannot be used. Both are a ValueError.
+    ProblemError, OptionError : M, q, the start or an option cannot be used; both are a ValueError.
     Interrupted : a KeyboardInterrupt; its `result` has the best z found.
 
     Examples
@@ -81,8 +82,8 @@ def solve(
     """
     began = seconds()
     limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
-    given = dict(x0=x0, z0=z0, basis=basis, trace=trace, threads=threads, scale=scale, finish=finish, **options)
-    given["interrupts"] = interrupts
+    given = dict(x0=x0, z0=z0, basis=basis, trace=trace, callback=callback, threads=threads, **options)
+    given |= {"scale": scale, "finish": finish, "interrupts": interrupts}
     return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), method, began, limits, given)
 
 
@@ -97,6 +98,7 @@ def run(
     max_iterations: int | None = None,
     time_limit: float | None = None,
     trace: bool | Trace = False,
+    callback: Callback | None = None,
     threads: int | None = None,
     scale: bool = False,
     finish: bool = False,
@@ -123,7 +125,7 @@ def run(
     began = seconds()
     limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     starts = {"x0": x0, "z0": z0, "basis": basis}
-    given = {**starts, "trace": trace, "threads": threads, "scale": scale, "finish": finish, **options}
+    given = dict(trace=trace, callback=callback, threads=threads, scale=scale, finish=finish, **starts, **options)
     return _run(as_problem(problem), method, began, limits, given | {"interrupts": interrupts})
 
 

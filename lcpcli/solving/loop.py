@@ -28,7 +28,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.observer import Observer
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import PendingRow, Trace
+from lcpcli.solving.trace import Callback, PendingRow, Trace
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm
 from lcpcli.verify.measure import FEW
@@ -37,6 +37,7 @@ from lcpcli.verify.refinement import is_rounding
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 8  # iterations, if the method gives no bound on the residual
+BY_CALLBACK = "by the callback"
 ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
@@ -59,6 +60,7 @@ class Loop:
         stopwatch: Stopwatch,
         observer: Observer | None,
         x0: Vector,
+        callback: Callback | None = None,
     ) -> None:
         self.problem, self.method, self.limits, self.stopwatch, self.observer = (
             problem,
@@ -68,7 +70,7 @@ class Loop:
             observer,
         )
         self.traces = [trace for trace in traces if trace is not None]
-        self.kept = traces
+        self.kept, self.callback = traces, callback
         self.criterion = Criterion(problem, limits.tol)
         if problem.is_mixed and self.criterion.reference_solves:
             x0 = problem.box.x_of(problem.reference_point, problem.q_ref)
@@ -101,7 +103,10 @@ class Loop:
                     if not isinstance(step, Iterate):
                         break
                     self._note_method(step.method)
-                    if stop := self._take(step):
+                    stop = self._take(step)
+                    if self.callback is not None and self._calls_for_the_end(step, self.callback):
+                        stop = stop or (Status.INTERRUPTED, BY_CALLBACK)
+                    if stop:
                         return stop
                     count("verify")
             return self._ended(step)
@@ -219,11 +224,30 @@ class Loop:
 
     def _keep(self, iterate: Iterate) -> None:
         """Add an iterate to the traces, whose own time does not count."""
-        self.stopwatch.count("verify")
-        method, seconds = iterate.method or self.method, self.stopwatch.total
+        row = self._row(iterate)
         for trace in self.traces:
-            trace.add(PendingRow(max(self.k, 0), iterate.x, seconds, iterate.step, method), self.criterion)
+            trace.add(row, self.criterion)
         self.stopwatch.skip()
+
+    def _row(self, iterate: Iterate) -> PendingRow:
+        self.stopwatch.count("verify")
+        method = iterate.method or self.method
+        return PendingRow(max(self.k, 0), iterate.x, self.stopwatch.total, iterate.step, method)
+
+    def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
+        """Whether the callback wants the run to end after this iterate; its time does not count."""
+        if not in_range(iterate.x):
+            return False
+        own = Trace()
+        own.add(self._row(iterate), self.criterion)
+        own.close(self.criterion)
+        try:
+            with np.errstate(over="warn", invalid="warn", divide="warn"):
+                return bool(callback(own.rows[0]))
+        except StopIteration:
+            return True
+        finally:
+            self.stopwatch.skip()
 
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
         """The result at the last iterate, or at the best. "Solved" is decided here, however the run ended: by the

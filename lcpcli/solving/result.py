@@ -40,7 +40,7 @@ class Status(Enum):
         they ask for; the certificate holds the Farkas vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.
-    INTERRUPTED : by Ctrl-C.
+    INTERRUPTED : by Ctrl-C, or by a callback.
 
     >>> from lcpcli import Status
     >>> [status.word for status in Status if status.exit_code == 3]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lcpcli.clock import Stopwatch, imports, seconds
-from lcpcli.errors import ParameterError
+from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
@@ -27,7 +27,7 @@ from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.observer import Observe, Observer
 from lcpcli.solving.result import Result
-from lcpcli.solving.trace import Trace
+from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import Vector
 
 
@@ -45,6 +45,7 @@ def run(
     curve: Trace | None = None,
     conclude: bool = True,
     observe: Observe | None = None,
+    callback: Callback | None = None,
     clock: Callable[[], float] = seconds,
     began: float | None = None,
     scale: bool = False,
@@ -60,11 +61,13 @@ def run(
     yields the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace` and
     `curve` keep iterates, each as it was set up to. `conclude` is whether to add what the result means: its `advice`,
     and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals with the
-    progress, as in `observer.Observer`. `began` is when the run began by the `clock`, by default now; the time limit
-    counts everything from then on but imports. `threads` is as for `call.solve`.
+    progress, as in `observer.Observer`, `callback` as by `call.solve`. `began` is when the run began by the `clock`, by
+    default now; the time limit counts everything from then on but imports. `threads` is as for `call.solve`.
     """
     stopwatch = Stopwatch(clock, clock() if began is None else began)
     limits = limits or DEFAULTS
+    if callback is not None and not callable(callback):
+        raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     additions = _additions(method, scale=scale, finish=finish)
     _complete(chosen, method, problem, limits, displaced=not (x0 is z0 is basis is None))
     _refuse_unused_start(method, x0=x0, z0=z0, basis=basis)
@@ -75,7 +78,7 @@ def run(
     own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
     stage = partial(_stage, method, problem, changes, start, own, clock if finish else None)
     stopwatch.count("setup")
-    loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start)
+    loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
     bounded = limits.time_limit < math.inf or observer is not None
     with within(limits.time_limit, observer.report_if_due if observer else None) if bounded else nullcontext():
         status, reason = loop.run(stage)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -25,6 +26,12 @@ class TraceRow:
     seconds : from the beginning of the run to this iterate, without what is kept or measured for the trace.
     step : the step of the published algorithm that made it; "" if the method has only one.
     method : the method that made it.
+
+    >>> import lcpcli
+    >>> kept: list[lcpcli.TraceRow] = []
+    >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], callback=kept.append)
+    >>> kept[-1].k, kept[-1].z.round(6).tolist(), kept[-1].method
+    (1, [1.333333, 2.333333], 'newton')
     """
 
     k: int
@@ -35,6 +42,10 @@ class TraceRow:
     step: str
     method: str
     rounding: bool
+
+
+Callback: TypeAlias = Callable[[TraceRow], object]
+"""What is called after each iteration; a true value, or StopIteration, ends the run."""
 
 
 @dataclass(frozen=True)

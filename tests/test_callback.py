@@ -1,0 +1,84 @@
+"""A callback sees every iterate, and may end the run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import TraceRow
+from lcpcli.errors import LCPError
+from lcpcli.solving.trace import Callback
+from lcpcli.typing import MethodName
+
+M, Q = [[2, 1], [1, 2]], [-5, -6]
+METHODS = ["auto", "shi", "fixed-point", "newton", "interior", "lemke"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_it_sees_the_rows_of_a_trace_but_the_start(method: MethodName) -> None:
+    rows: list[TraceRow] = []
+    result = lcpcli.solve(M, Q, method, callback=rows.append, trace=True)
+    assert result.solved
+    assert result.trace is not None
+    kept = result.trace.rows[1:]
+    assert [row.k for row in rows] == [row.k for row in kept] == list(range(1, result.iterations + 1))
+    for row, other in zip(rows, kept, strict=True):
+        assert (row.method, row.step, row.residual, row.error) == (
+            other.method,
+            other.step,
+            other.residual,
+            other.error,
+        )
+        assert np.array_equal(row.z, other.z)
+        assert row.residual == pytest.approx(np.abs(np.minimum(row.z, np.array(M) @ row.z + Q)).max())
+
+
+def _raise(row: TraceRow) -> None:
+    if row.k == 3:
+        raise StopIteration
+
+
+@pytest.mark.parametrize("callback", [lambda row: row.k == 3, _raise], ids=["true", "StopIteration"])
+def test_it_ends_the_run_with_the_best_iterate(callback: Callback) -> None:
+    result = lcpcli.solve(M, Q, "fixed-point", callback=callback)
+    assert (result.status.word, result.iterations, result.solved, result.interrupted) == (
+        "interrupted",
+        3,
+        False,
+        False,
+    )
+    assert result.message.startswith("interrupted: by the callback")
+    assert result.residual < 1
+
+
+def test_a_solution_counts_more_than_the_wish_to_end() -> None:
+    assert lcpcli.solve(M, Q, "newton", x0=[1, 1], callback=lambda row: row.k == 1).solved
+
+
+def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own() -> None:
+    def fails(row: TraceRow) -> None:
+        raise KeyError(row.k)
+
+    with pytest.raises(KeyError):
+        lcpcli.solve(M, Q, callback=fails)
+    with pytest.warns(RuntimeWarning, match="divide by zero"):
+        assert lcpcli.solve(M, Q, callback=lambda row: np.ones(1) / (0 * row.z[:1]) < 0).solved
+
+
+def test_what_it_changes_is_its_own_copy() -> None:
+    def spoils(row: TraceRow) -> None:
+        row.z[:] = np.nan
+
+    assert lcpcli.solve(M, Q, "fixed-point", callback=spoils).solved
+
+
+def test_solve_many_calls_it_for_each_problem() -> None:
+    rows: list[TraceRow] = []
+    results = list(lcpcli.solve_many(M, np.tile(np.reshape(Q, (2, 1)), (1, 6)), callback=rows.append))
+    assert [row.k for row in rows if row.k == 1] == [1] * len(results)
+
+
+def test_what_cannot_be_called_is_refused() -> None:
+    with pytest.raises(LCPError, match="callback: is a number; give a function of one argument"):
+        lcpcli.solve(M, Q, callback=3)  # type: ignore[arg-type]
