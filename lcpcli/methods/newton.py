@@ -97,7 +97,7 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
         try:
             found = solutions.at(basis)
         except factors.SingularMatrix:
-            return Breakdown("the principal submatrix of the given basis is singular")
+            return Breakdown("a principal submatrix near the given basis is singular")
         evaluations += 1
         violated = solutions.violated(found)
         violations = int(np.count_nonzero(violated))

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from lcpcli.bounds.error_bound import Bound
     from lcpcli.report.plotting import Picture
-    from lcpcli.solving.answer import Answer
 
 
 class Status(Enum):
@@ -121,7 +120,8 @@ class Result:
     Conclusions from these, by `conclusions.concluded`:
 
     suggestions : what to try next if the problem is not solved; `advice` has it as one line.
-    answer : what it means for the quadratic program or the game that the problem comes from; None if from neither.
+    answer : what it means for the program or the game that the problem comes from, a `Minimum` or an `Equilibrium` of
+        `lcpcli.solving.answer`; None if from neither.
     verified : whether a claim to have solved the problem holds when the residual is recomputed from the original
         data; None if there is no such claim, or if not requested.
     others : whether the problem has other solutions too; None if that is not known, or if not requested.
@@ -159,7 +159,7 @@ class Result:
     bound: Bound | None = None
     exact: Exact | None = None
     suggestions: Suggestions = NONE
-    answer: Answer | None = None
+    answer: Any = None  # an Answer, whose kind the reader knows from the problem
     verified: bool | None = None
     others: bool | None = None
     exactly_solvable: bool | None = None
