@@ -21,9 +21,7 @@ def test_snippets_pass_mypy_in_its_strict_mode(tmp_path: Path) -> None:
     snippets = {
         f"{page.stem.lower()}_{i}": code
         for page in PAGES
-        for i, code in enumerate(
-            re.findall(r"^```python\n(.*?)^```$", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
-        )
+        for i, code in enumerate(re.findall(BLOCK, page.read_text("utf-8"), re.MULTILINE | re.DOTALL))
     }
     assert {"readme_0", "python_0"} <= snippets.keys()
     for name, code in snippets.items():
