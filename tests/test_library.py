@@ -138,3 +138,8 @@ def test_results_and_errors_pass_between_processes() -> None:
     with pytest.raises(OptionError) as caught:
         lcpcli.solve(M, Q, tol=2)
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_a_verification_without_the_name_of_its_problem_begins_with_the_size() -> None:
+    problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
+    assert str(lcpcli.check(problem, [4 / 3, 7 / 3])).startswith("n = 2\n")

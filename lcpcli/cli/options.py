@@ -103,7 +103,7 @@ def problem_files(command: Command) -> Command:
             "and the name of a shipped problem stands for it.",
             "FOLDER": "All problem files in it, in order of their names.",
         },
-        metavar="[FILE [Q_FILE]|FOLDER]...",
+        metavar="FILE [Q_FILE]|FOLDER...",
         nargs=-1,
         required=True,
         shell_complete=candidates.problems(),

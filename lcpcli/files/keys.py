@@ -14,6 +14,7 @@ OF_BOUNDS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are
 KEYS = ("name", "source", "note", "M", "q", *BOUNDS, "x0", "x1", "solution", "verdict", "origin")
 NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
 THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
+OF_PAYOFFS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
 OTHER_NAMES = {
     "matrix": "M",
@@ -41,6 +42,11 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
         raise ProblemError("", *THREE_PLAYERS)
     if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
         raise ProblemError("", "is a nonlinear problem", "lcp solves linear ones, w = Mz + q: give M and q")
+    if {"version", "status", "z"} <= keys:
+        raise ProblemError("", "is a result, not a problem", "name the file of the problem")
+    payoffs = next((key for key in given if key.casefold() in OF_PAYOFFS), None)
+    if payoffs is not None:
+        raise ProblemError(payoffs, f"is not a key of {whole}", "give the payoffs of a game as A and B")
     both = next((key for key in given if key not in known and key.casefold() in PAIRS_OF_BOUNDS), None)
     if both is not None and "lower" in known:
         raise ProblemError(both, f"is not a key of {whole}", "give the bounds as lower and upper, each a list")

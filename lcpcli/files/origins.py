@@ -100,7 +100,7 @@ def _game(held: Mapping[str, Any]) -> Problem:
     refuse_unknown("", held, GAME, "a game")
     for key in ("A", "B"):
         if key not in held:
-            raise ProblemError(key, "is missing", f"add the key {key}")
+            raise ProblemError(key, "is missing", f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}")
     if any(_depth(held[key]) > 2 for key in ("A", "B")):
         raise ProblemError("", *THREE_PLAYERS)
     return from_game(**held)

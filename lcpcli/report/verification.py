@@ -25,7 +25,7 @@ def render(verification: Verification, form: str, width: int | None = None) -> s
 
 def _lines(verification: Verification, width: int | None) -> str:
     name = title(verification.problem)
-    lines = [f"{name}: {size(verification.problem)}", verification.message]
+    lines = [": ".join(filter(None, (name, size(verification.problem)))), verification.message]
     if own := verification.strategies:
         from lcpcli.report import answers
 

@@ -29,6 +29,8 @@ def of_coo(name: str, parts: dict[str, Any], *words: str) -> Any:
 
 JSON = [
     of_json("broken", '{\n"M": [[1]],\n"q": [1,]}', "line 3, column", "not JSON", "correct"),
+    of_json("payoffs", '{"payoffs": [[3, 0], [0, 2]]}', "payoffs:", "not a key", "of a game as A and B"),
+    of_json("result", '{"version": "1", "status": "solved", "z": [1]}', "is a result, not a problem", "name the file"),
     of_json("truncated", GOOD[:-5], "line 1, column", "not JSON", "correct"),
     of_json("two-objects", GOOD + GOOD, f"line 1, column {len(GOOD) + 1}:", "not JSON"),
     of_json("list", "[[1, 2], [3, 4]]", "is a list", "object", "M and q"),
