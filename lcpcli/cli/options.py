@@ -112,8 +112,11 @@ def problem_files(command: Command) -> Command:
 
 
 def with_bounds(command: Command) -> Command:
-    """Declare the bounds of z for a command that reads problems."""
+    """Declare what a command that reads problems is told about them: the bounds of z, and whether two files are a
+    game."""
     complete = candidates.files(*candidates.VECTORS)
+    meaning = "Two files have the payoffs A and B of a game as tables."
+    command = option("Problem", "--game", is_flag=True, help=meaning)(command)
     command = numeric("Problem", INFINITY)(command)
     for name, side in (("upper", "Upper"), ("lower", "Lower")):
         meaning = f"{side} bound of z: a number for all, none, or one each, typed or a file.  [default: the problem's]"

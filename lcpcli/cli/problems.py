@@ -21,11 +21,14 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
 
 
-Given = Mapping[str, Any]  # by the options OF_BOUNDS: texts for lower and upper, a number for infinity
+Given = Mapping[str, Any]  # by the options OF_BOUNDS: texts for lower and upper, a number for infinity; and by game
 
 
 def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
-    """The problem in one file, or in one with M and one with q, with the bounds given as options."""
+    """The problem in one file, in one with M and one with q, or in two with the payoffs of a game, with the bounds
+    given as options."""
+    if given["game"]:
+        return _of_game(files, given, quiet).problem
     from lcpcli.files import bounds, reading
 
     return _vetted(bounds.bounded(reading.read(*files), given), files[0], quiet)
@@ -33,6 +36,8 @@ def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
 
 def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> ExactProblem:
     """The same with the numbers as written."""
+    if given["game"]:
+        return _of_game(files, given, quiet).exactly()
     from lcpcli.files import bounds, reading
 
     fetch = cache(reading.content_of)
@@ -41,6 +46,16 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
     data = bounds.exactly_bounded(data, problem, given, fetch)
     data.problem = _vetted(problem, files[0], quiet)
     return data
+
+
+def _of_game(files: Sequence[str], given: Given, quiet: bool) -> Held:
+    """The game whose payoffs are in the files."""
+    from lcpcli.files.game_tables import game_in
+
+    held = _single(game_in(files), given)
+    for remark in [] if quiet else held.remarks:
+        tell(remark)
+    return held
 
 
 def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], bool]:

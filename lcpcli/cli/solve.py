@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     exits=EXITS,
 )
 @problem_files
-@option("Problem", "--game", is_flag=True, help="Two FILEs have the payoffs A and B of a game as tables.")
 @option(
     "Method",
     "--method",

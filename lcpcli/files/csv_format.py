@@ -84,9 +84,14 @@ def parse_columns(content: bytes) -> tuple[list[list[float]], list[str]]:
     return rows, header
 
 
-def parse_payoffs(content: bytes) -> list[list[str]]:
-    """The rows of a table of numbers as they are written, fractions among them."""
-    return _table(decode(content), str)[0]
+def parse_payoffs(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
+    """The rows of a table of numbers as they are written, fractions among them, its index and its header, if any."""
+    text = decode(content)
+    lines = _lines(text)
+    rows, _, header = _table(text, str)
+    delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
+    first, *others = (_fields(*line, delimiter) for line in lines)
+    return rows, [row[0].strip() for row in others] if _heads_an_index(first) else [], header
 
 
 def parse_bound(field: str, content: bytes, number_of: Callable[[str], Any]) -> list[Any]:
@@ -143,14 +148,19 @@ def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]
     return rows
 
 
+def _lines(text: str) -> list[tuple[int, str]]:
+    """The lines that are not blank and no comments, with their numbers."""
+    all_lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and not is_comment(line)]
+
+
 def _table(
     text: str, number_of: Callable[[str], Any] = float, all_bounds: bool = False
 ) -> tuple[list[list[Any]], dict[str, int], list[str]]:
     """The numbers of a text; if its header names bounds, the columns of q, lower and upper, from 0; and the header,
     empty if there is none. Absent bounds are None. With all_bounds, all numbers are bounds, and a header may name
     anything."""
-    all_lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and not is_comment(line)]
+    lines = _lines(text)
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)

@@ -14,11 +14,28 @@ HINT = "give the payoffs of the row player and those of the column player"
 
 
 def game_in(paths: Sequence[str]) -> Input:
-    """The game as an input, like one in JSON; payoffs in CSV may be fractions."""
+    """The game as an input, like one in JSON; payoffs in CSV may be fractions, and strategies have their labels."""
     if len(paths) != 2:
         raise OptionError("--game", f"takes two files, not {len(paths)}", HINT)
-    A, B = (f"[{', '.join(map(_row, _payoffs(path)))}]" for path in paths)
-    return Input((paths[0],), (f'{{"A": {A}, "B": {B}}}'.encode(),))
+    (A, rows, columns), (B, own_rows, own_columns) = map(_payoffs, paths)
+    names = {
+        "rows": _shared(paths[1], "rows", rows, own_rows),
+        "columns": _shared(paths[1], "columns", columns, own_columns),
+    }
+    parts = [f'"{key}": [{", ".join(map(_row, table))}]' for key, table in (("A", A), ("B", B))]
+    parts += [f'"{key}": {json.dumps(own)}' for key, own in names.items()]
+    return Input((paths[0],), (f"{{{', '.join(parts)}}}".encode(),))
+
+
+def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
+    """The names that the two tables, the second one from the path, give the strategies of a player; none where they
+    differ. ProblemError if they are the same in another order."""
+    if names and others and names != others:
+        if sorted(names) == sorted(others):
+            fault = f"has the {key} {', '.join(others)}, the other table {', '.join(names)}"
+            raise ProblemError(reading.place(path), fault, "put them in the same order")
+        return []
+    return names or others
 
 
 def _row(values: Sequence[str]) -> str:
@@ -30,12 +47,14 @@ def _number(value: str) -> str:
     return json.dumps(value) if "/" in value else str(Decimal(value))
 
 
-def _payoffs(path: str) -> list[list[str]]:
-    """The rows of a table."""
+def _payoffs(path: str) -> tuple[list[list[str]], list[str], list[str]]:
+    """The rows of a table, with the names of its rows and columns."""
     content = reading.content_of(path, HINT)
     try:
         if reading.format_of(path, content) is not csv_format:
             raise ProblemError("", "is no table in CSV", "write the game as JSON, with the keys A and B")
-        return csv_format.parse_payoffs(content)
+        rows, *labels = csv_format.parse_payoffs(content)
     except ProblemError as error:
         raise error.inside(reading.place(path)) from None
+    index, header = ([] if any(not name or csv_format.is_number(name) for name in own) else own for own in labels)
+    return rows, index, header
