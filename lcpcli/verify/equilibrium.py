@@ -88,6 +88,7 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
             raise ProblemError(player, fault, HINT)
 
 
+@np.errstate(all="ignore")  # overflow counts as infinite
 def verified(
     problem: Problem,
     values: Sequence[Any] | Vector,
@@ -116,6 +117,8 @@ def verified(
         return replace(verification, message=message, strategies=own)
     by_row, by_column = game.parts(_costs(problem, [*x, *y], data))
     z = np.concatenate((x / min(by_column), y / min(by_row)))
+    if data is None and not np.isfinite(z).all():
+        raise ProblemError("z", "of these strategies exceeds the double-precision range", "scale the payoffs")
     verification = verify(z if data is None else z.tolist())
     accepted = verification.accepted and small
     divided = (

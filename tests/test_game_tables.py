@@ -1,0 +1,68 @@
+"""Games in two tables of payoffs, by --game of every command that reads problems, with their labels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli.files.game_tables import game_in
+from lcpcli.model.reductions.game import Game
+
+
+@pytest.fixture
+def tables(tmp_path: Path) -> list[str]:
+    """The battle of the sexes in two tables, the first with labels as pandas writes them."""
+    (tmp_path / "A.csv").write_text(",left,right\nopera,3,0\nbox,0,2\n")
+    (tmp_path / "B.csv").write_text("2;0\n0;3\n")
+    return [str(tmp_path / "A.csv"), str(tmp_path / "B.csv")]
+
+
+def test_tables_of_payoffs_are_taken_by_every_command_with_their_labels(
+    tables: list[str], lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    pair = "row = (opera 0.6, box 0.4), column = (left 0.4, right 0.6)"
+    assert pair in lcp("solve", *tables, "--game", "--method", "newton").out
+    assert pair in lcp("check", *tables, "0.6,0.4,0.4,0.6", "--game").out
+    assert lcp("check", *tables, "3/5,2/5,2/5,3/5", "--game", "--exact").code == 0
+    assert lcp("inspect", *tables, "--game").out.startswith("A: n = 4\n")
+    assert "opera" in lcp("compare", *tables, "--game", "--method", "newton").out
+    assert lcp("convert", *tables, "--game", "-o", str(tmp_path / "game.json")).code == 0
+    assert pair in lcp("solve", str(tmp_path / "game.json"), "--method", "newton").out
+
+
+@pytest.mark.parametrize("command", ["inspect", "convert"])
+def test_a_single_table_is_no_game(command: str, tables: list[str], lcp: Callable[..., Any]) -> None:
+    refused = lcp(command, tables[0], "--game")
+    assert (refused.code, "--game: takes two files, not 1" in refused.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "columns"),
+    [
+        (",0,1\n0,3,0\n1,0,2\n", "2,0\n0,3\n", ()),
+        ("left,right\n3,0\n0,2\n", "2,0\n0,3\n", ("left", "right")),
+        ("3,0\n0,2\n", "left,right\n2,0\n0,3\n", ("left", "right")),
+        ("a1,a2\n3,0\n0,2\n", "b1,b2\n2,0\n0,3\n", ()),
+    ],
+    ids=["numbers", "of-A", "of-B", "different"],
+)
+def test_labels_that_name_the_strategies_are_kept(
+    first: str, second: str, columns: tuple[str, ...], tmp_path: Path
+) -> None:
+    for name, content in (("A.csv", first), ("B.csv", second)):
+        (tmp_path / name).write_text(content)
+    origin = game_in([str(tmp_path / "A.csv"), str(tmp_path / "B.csv")]).read().origin
+    assert isinstance(origin, Game)
+    assert (origin.rows, origin.columns) == ((), columns)
+
+
+def test_the_same_labels_in_another_order_are_refused(
+    tables: list[str], lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "B.csv").write_text("right,left\n2,0\n0,3\n")
+    refused = lcp("solve", *tables, "--game")
+    assert refused.code == 2
+    assert "B.csv: has the columns right, left, the other table left, right; put them in the same order" in refused.err
