@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from lcpcli.report.plotting import plot as plot
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
+    from lcpcli.solving.checking import check as check
     from lcpcli.solving.many import solve_many as solve_many
     from lcpcli.solving.programs import add_to_qpsolvers as add_to_qpsolvers
     from lcpcli.solving.programs import solve_qp as solve_qp
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Status as Status
     from lcpcli.solving.trace import Trace as Trace
     from lcpcli.solving.trace import TraceRow as TraceRow
-    from lcpcli.verify.verification import check as check
 
 __version__ = "0.1.0"
 
@@ -70,7 +70,7 @@ _HOMES = {
     "Trace": "solving.trace",
     "TraceRow": "solving.trace",
     "add_to_qpsolvers": "solving.programs",
-    "check": "verify.verification",
+    "check": "solving.checking",
     "error_bound": "bounds.error_bound",
     "exact": "solving.proof",
     "from_game": "model.from_game",

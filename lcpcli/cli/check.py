@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -42,7 +41,8 @@ if TYPE_CHECKING:
         "column or a table of numbers, or as numbers here: 1,0,15/29; fractions too. Of a result with fractions "
         "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof; of lcp solve --all in "
         "JSON each solution. Of a game also strategies: the probabilities of rows, then of columns, or a JSON object "
-        "with row and column. - is standard input.",
+        'with row and column. Of a program also x alone or x and then y, or {"x": [...], "y": [...]} in JSON. '
+        "- is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
@@ -75,11 +75,12 @@ def _verifications(
 ) -> list[Verification]:
     from lcpcli import options
     from lcpcli.files import reading
+    from lcpcli.solving import checking
 
     options.check((TOL,), {"tol": tol})
     data = problems.read_exact(files, given, quiet) if exact else None
     problem = data.problem if data else problems.read(files, given, quiet)
-    answers = reading.read_candidates(solution, problem.n)
+    answers = reading.read_candidates(solution, checking.lengths(problem))
     try:
         found = [_verification(problem, data, answer, tol) for answer in answers]
     except ProblemError as fault:
@@ -93,6 +94,7 @@ def _verifications(
 def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate, tol: float | None) -> Verification:
     """The verification of one answer, in exact arithmetic where there are exact data."""
     from lcpcli.rational.numbers import rounded
+    from lcpcli.solving import checking
     from lcpcli.verify import equilibrium, verification
 
     if answer.kind == "farkas":
@@ -104,10 +106,7 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
     if answer.rows is not None:
         equilibrium.require_strategies(problem, answer.values, answer.rows)
     if data:
-        verify = partial(verification.verify_exactly, data, given_w=answer.w)
-        verified = equilibrium.verified(problem, answer.values, verify, data=data)
+        verified = checking.verified_exactly(data, answer.values, answer.w, answer.kind == "answer")
     else:
-        tol = tol or TOL.value
-        verify = partial(verification.verify, problem, tol=tol)
-        verified = equilibrium.verified(problem, rounded(answer.values), verify, tol=tol)
+        verified = checking.verified(problem, rounded(answer.values), tol or TOL.value, answer.kind == "answer")
     return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified

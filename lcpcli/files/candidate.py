@@ -7,6 +7,7 @@ Besides decimals, fractions like 15/29 are read, in JSON as strings. Of a result
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
@@ -17,14 +18,15 @@ from lcpcli.files.json_format import load_first
 from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
 
+Lengths = Mapping[int, str]  # what may be given, by its length
 EXPECTED = "give a list of numbers, or what lcp solve --format json prints"
 
 
 class Candidate(NamedTuple):
     """A proposed solution or proof of infeasibility, to be verified.
 
-    kind : "solution", a z, or strategies of a game one after the other; "farkas", a vector y meant to prove that there
-        is no solution.
+    kind : "solution", a z, strategies of a game one after the other, or what else may be given by its length; "answer",
+        x or x and y of a program, in its own sense; "farkas", a vector y meant to prove that there is no solution.
     values : the entries, with all digits.
     exact : whether they come from exact arithmetic, unrounded.
     w : the w given with exact values; else None.
@@ -32,7 +34,7 @@ class Candidate(NamedTuple):
     rows : how many of the values are of the row player's strategy, where it is given as one; else None.
     """
 
-    kind: Literal["solution", "farkas"]
+    kind: Literal["solution", "answer", "farkas"]
     values: list[Fraction]
     exact: bool = False
     w: list[Fraction] | None = None
@@ -40,33 +42,57 @@ class Candidate(NamedTuple):
     rows: int | None = None
 
 
-def of_json(content: bytes, n: int) -> list[Candidate]:
-    """The candidates, of n entries, in a JSON text: several in what lcp solve --all writes."""
+def of_json(content: bytes, lengths: Lengths) -> list[Candidate]:
+    """The candidates, of one of these lengths, the first of which is n, in a JSON text: several in what lcp solve --all
+    writes."""
     held = load_first(decode(content), fraction)
     solutions = held.get("solutions") if isinstance(held, dict) and "z" not in held else None
     if not isinstance(solutions, list):
-        return [_of_held(held, n)]
+        return [_of_held(held, lengths)]
     if not solutions:
         raise ProblemError("solutions", "is empty", "give a solution to check")
-    return [_of_listed(f"solutions[{i}]", each, n) for i, each in enumerate(solutions)]
+    return [_of_listed(f"solutions[{i}]", each, lengths) for i, each in enumerate(solutions)]
 
 
-def _of_listed(field: str, held: Any, n: int) -> Candidate:
+def _of_listed(field: str, held: Any, lengths: Lengths) -> Candidate:
     """The candidate in one of several solutions."""
     strategies = held.get("equilibrium") if isinstance(held, dict) else None
     try:
-        return _of_held(held if strategies is None else strategies, n)
+        return _of_held(held if strategies is None else strategies, lengths)
     except ProblemError as error:
         raise error.inside(field) from None
 
 
-def _of_held(held: Any, n: int) -> Candidate:
+def _of_held(held: Any, lengths: Lengths) -> Candidate:
     """The candidate in the content of a JSON text."""
+    n = next(iter(lengths))
     if isinstance(held, list):
-        return Candidate("solution", _listed("", held, n))
+        return Candidate("solution", _listed("", held, lengths))
     if isinstance(held, dict) and "z" not in held and {"row", "column"} <= set(held):
         row, column = (_entries(player, held[player]) for player in ("row", "column"))
         return Candidate("solution", [*row, *column], rows=len(row))
+    if isinstance(held, dict) and "x" in lengths.values() and (answer := _answer(held, n)):
+        return Candidate("answer", _of_program(*answer, lengths))
+    return _of_result(held, {n: "z"})
+
+
+def _answer(held: dict[str, Any], n: int) -> tuple[str, dict[str, Any]] | None:
+    """Where an object has x, and y, of a program, and these; None if it has none, or a z of n entries."""
+    if isinstance(held.get("z"), list) and len(held["z"]) == n:
+        return None
+    inner = _part(held, "answer")
+    return next(((at, part) for at, part in (("", held), ("answer.", inner)) if part.get("x") is not None), None)
+
+
+def _of_program(at: str, held: dict[str, Any], lengths: Lengths) -> list[Fraction]:
+    """x, and y if it is there."""
+    both, k = [*lengths, *lengths][-2:]
+    if held.get("y") is None:
+        return _listed(f"{at}x", held["x"], {k: "x"})
+    return [*_listed(f"{at}x", held["x"], {k: "x"}), *_listed(f"{at}y", held["y"], {both - k: "y"})]
+
+
+def _of_result(held: Any, n: Lengths) -> Candidate:
     if not isinstance(held, dict) or "z" not in held:
         raise ProblemError("", "is an object without z" if isinstance(held, dict) else f"is {kind(held)}", EXPECTED)
     exact, certificate = _part(held, "exact"), _part(held, "certificate")
@@ -81,9 +107,9 @@ def _of_held(held: Any, n: int) -> Candidate:
     return Candidate("solution", _listed("z", held["z"], n), claim=claim)
 
 
-def of_text(content: bytes, n: int) -> Candidate:
-    """The z, of n entries, in a text as `csv_answer` describes it."""
-    return Candidate("solution", _of_length("z", csv_answer.parse(content).z, n))
+def of_text(content: bytes, lengths: Lengths) -> Candidate:
+    """The z, of one of these lengths, in a text as `csv_answer` describes it."""
+    return Candidate("solution", of_length("z", csv_answer.parse(content).z, lengths))
 
 
 def _part(held: dict[str, Any], key: str) -> dict[str, Any]:
@@ -91,8 +117,8 @@ def _part(held: dict[str, Any], key: str) -> dict[str, Any]:
     return part if isinstance(part, dict) else {}
 
 
-def _listed(field: str, values: Any, n: int) -> list[Fraction]:
-    return _of_length(field or "z", _entries(field, values), n)
+def _listed(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
+    return of_length(field or "z", _entries(field, values), lengths)
 
 
 def _entries(field: str, values: Any) -> list[Fraction]:
@@ -112,7 +138,12 @@ def _entry(field: str, value: Any) -> Fraction:
         raise error.inside(field) from None
 
 
-def _of_length(field: str, values: list[Fraction], n: int) -> list[Fraction]:
-    if len(values) != n:
-        raise ProblemError(field, f"has {count(len(values), 'entry')} for {count(n, 'unknown')}", "make them agree")
-    return values
+def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
+    """The values, or a ProblemError if their number is none of the lengths."""
+    if len(values) in lengths:
+        return values
+    fault = f"has {count(len(values), 'entry')} for {count(next(iter(lengths)), 'unknown')}"
+    if len(lengths) == 1:
+        raise ProblemError(field, fault, "make them agree")
+    allowed = [f"{size} for {what}" for size, what in sorted(lengths.items())]
+    raise ProblemError(field, fault, f"give {', '.join(allowed[:-1])} or {allowed[-1]}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -162,10 +162,11 @@ def read_start(field: str, path: str, n: int, box: Orthant | Box | None = None) 
     return _blaming(path, parse)
 
 
-def read_candidates(path: str, n: int) -> list[Candidate]:
-    """Proposed solutions of n entries, from a result, all solutions or a vector in any format, fractions allowed.
+def read_candidates(path: str, lengths: Mapping[int, str]) -> list[Candidate]:
+    """Proposed solutions, from a result, all solutions or a vector in any format, fractions allowed.
 
     path : a file, or the numbers themselves, as in `typed`.
+    lengths : what it may be, by its length: z and, of a program, x and y, or x.
     """
     from lcpcli.files import candidate, csv_format, json_format, typed
     from lcpcli.rational.problem import fractions_of
@@ -176,10 +177,11 @@ def read_candidates(path: str, n: int) -> list[Candidate]:
     def parse() -> list[Candidate]:
         form = csv_format if numbers else format_of(path, content)
         if form is json_format:
-            return candidate.of_json(content, n)
+            return candidate.of_json(content, lengths)
         if form is csv_format:
-            return [candidate.of_text(content, n)]
-        return [candidate.Candidate("solution", fractions_of(form.parse_vector("z", content, n)))]
+            return [candidate.of_text(content, lengths)]
+        values = fractions_of(form.parse_vector("z", content))
+        return [candidate.Candidate("solution", candidate.of_length("z", values, lengths))]
 
     return _blaming(path, parse)
 

@@ -47,10 +47,10 @@ def _parts(result: Result) -> list[str]:
     if isinstance(answer, Minimum) and isinstance(origin, Program):
         if answer.x is None or answer.y is None:
             return []
-        multipliers = [f"y = {_named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
+        multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
         best = "best " * (not result.solved)
         return [
-            f"{best}x = {_named(answer.x.tolist(), origin.columns)}",
+            f"{best}x = {named(answer.x.tolist(), origin.columns)}",
             *multipliers,
             f"objective {answer.objective:.7g}",
         ]
@@ -64,8 +64,8 @@ def strategies(
 ) -> list[str]:
     """A mixed strategy of each player of a game, a vector or the names of those that are played, and their payoffs."""
     return [
-        f"row = {_named(row, game.rows, cell, sparing=True)}",
-        f"column = {_named(column, game.columns, cell, sparing=True)}",
+        f"row = {named(row, game.rows, cell, sparing=True)}",
+        f"column = {named(column, game.columns, cell, sparing=True)}",
         f"payoffs {cell(payoffs[0])} and {cell(payoffs[1])}",
     ]
 
@@ -81,13 +81,13 @@ def _proofs(result: Result) -> list[str]:
     rows, direction = "excluded within the bounds by its rows times", "improves for ever in the direction"
     told = ((rows, answer.certificate, origin.rows), (direction, answer.ray, origin.columns))
     return [
-        f"{what} {_named(v.tolist(), names, numbers.multiplier, sparing=True)}"
+        f"{what} {named(v.tolist(), names, numbers.multiplier, sparing=True)}"
         for what, v, names in told
         if v is not None
     ]
 
 
-def _named(
+def named(
     values: list[Any], names: Sequence[str], cell: Callable[[Any], str] = "{:.7g}".format, sparing: bool = False
 ) -> str:
     """A vector, or its entries with their names, if they have any; of a sparing one only those that are not 0."""

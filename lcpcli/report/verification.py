@@ -31,6 +31,7 @@ def _lines(verification: Verification, width: int | None) -> str:
 
         told = own.row.tolist(), own.column.tolist(), own.payoffs
         lines.append(", ".join(answers.strategies(verification.problem.origin, *told, _size)))
+    lines += _of_program(verification)
     measures = {
         "residual": verification.residual,
         "relative residual": verification.relative_residual,
@@ -50,6 +51,17 @@ def _lines(verification: Verification, width: int | None) -> str:
     if verification.violated > len(verification.violations):
         lines.append(f"... the worst {len(verification.violations)} of {verification.violated}")
     return "".join(part + "\n" for line in lines for part in _folded(line, width))
+
+
+def _of_program(verification: Verification) -> list[str]:
+    """What x is, and the multipliers that were found for it."""
+    told = [verification.statement] * bool(verification.statement)
+    if verification.multipliers is None:
+        return told
+    from lcpcli.report.answers import named
+
+    rows = getattr(verification.problem.origin, "rows", ())
+    return [*told, f"found y = {named(verification.multipliers.tolist(), rows)}"]
 
 
 def _folded(line: str, width: int | None) -> list[str]:
@@ -89,6 +101,8 @@ def _json(verification: Verification) -> str:
         "violations": [
             {"index": v.index, "kind": v.kind, "z": _number(v.z), "w": _number(v.w)} for v in verification.violations
         ],
+        "statement": verification.statement or None,
+        "multipliers": None if verification.multipliers is None else verification.multipliers.tolist(),
     }
     return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
 

@@ -18,21 +18,17 @@ from fractions import Fraction
 from typing import Generic, Literal, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from lcpcli import options
 from lcpcli.bounds.error_bound import Bound, error_bound
-from lcpcli.errors import ParameterError, count
+from lcpcli.errors import count
 from lcpcli.linalg import products
-from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import Box
-from lcpcli.model.problem import Problem, as_problem
-from lcpcli.options import TOL
+from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import brief, rounded
-from lcpcli.rational.problem import ExactProblem, fractions_of
+from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proves_infeasible
-from lcpcli.verify.equilibrium import Strategies, verified
+from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.point import Criterion, Point
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
@@ -71,6 +67,8 @@ class Verification:
         arithmetic, for a vector y, beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
     strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.
+    statement : of a program, what its x is, or what it violates; else "".
+    multipliers : those found for an x of a program that was given without any, shape (m,); else None.
     """
 
     problem: Problem
@@ -86,6 +84,8 @@ class Verification:
     violations: Sequence[Violation[float] | Violation[Fraction]] = ()
     violated: int = 0
     strategies: Strategies | None = None
+    statement: str = ""
+    multipliers: Vector | None = None
 
     def __repr__(self) -> str:
         from lcpcli.report.notebook import verification_text
@@ -100,51 +100,6 @@ class Verification:
     def exit_code(self) -> int:
         """0 if the answer is accepted, else 1."""
         return 0 if self.accepted else 1
-
-
-def check(
-    problem: Problem, z: ArrayLike | None = None, *, y: ArrayLike | None = None, tol: float | None = None
-) -> Verification:
-    """Verify a proposed solution z of a problem, or a proof y that there is none, from whatever source: `lcp check`.
-
-    Parameters
-    ----------
-    problem : a Problem.
-    z : shape (n,); accepted if its relative residual is at most tol. Of a game also the probabilities of the row and
-        then of the column player's strategies: each player's are nonnegative with the sum 1.
-    y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
-    tol : 1e-10 by default.
-
-    Returns
-    -------
-    Verification : whether the answer is accepted and why, with the residuals, the violated conditions and the
-        componentwise backward error; the interpreter shows it as the command prints it.
-
-    Raises
-    ------
-    ProblemError, OptionError : z or y has the wrong length or is not finite; tol is out of range; not one of z and y.
-
-    Examples
-    --------
-    >>> import lcpcli
-    >>> problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
-    >>> lcpcli.check(problem, [4 / 3, 7 / 3]).accepted, lcpcli.check(problem, [1, 2]).violated
-    (True, 2)
-    >>> lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[1]).accepted
-    True
-    """
-    n = as_problem(problem).n
-    options.check((TOL,), {"tol": tol})
-    if z is None and y is None:
-        raise ParameterError("z", "is missing", "give z, or a proof y")
-    if z is not None and y is not None:
-        raise ParameterError("y", "is given beside z", "leave one out")
-    if z is not None:
-        tol = TOL.value if tol is None else tol
-        return verified(problem, as_vector("z", z, n), lambda z: verify(problem, z, tol), tol=tol)
-    if tol is not None:
-        raise ParameterError("tol", "has no effect on a proof", "leave it out")
-    return verify_farkas(problem, fractions_of(as_vector("y", y, n)))
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite

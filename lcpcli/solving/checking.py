@@ -1,0 +1,218 @@
+"""A proposed solution verified, of a program also from x alone or from x and its multipliers, and what x then is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+from functools import cached_property, partial
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lcpcli import options
+from lcpcli.errors import ParameterError, count
+from lcpcli.linalg.products import absolute_product, product
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.problem import Problem, as_problem, conditions_of
+from lcpcli.model.reductions.program import SENSES, Program, ProgramData
+from lcpcli.options import TOL
+from lcpcli.rational.numbers import rounded
+from lcpcli.rational.problem import ExactProblem, fractions_of
+from lcpcli.solving.minimum import WORDS, kind_of_point
+from lcpcli.typing import Vector
+from lcpcli.verify import equilibrium, exact_solution
+from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
+from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
+
+MOST_SECONDS = 60.0  # for exact multipliers
+LEAST_GAIN = 1e-8  # of the terms of the objective, that shows that x is no optimum
+BESIDE = {"min": "above the minimum", "max": "below the maximum"}
+
+
+def check(
+    problem: Problem, z: ArrayLike | None = None, *, y: ArrayLike | None = None, tol: float | None = None
+) -> Verification:
+    """Verify a proposed solution z of a problem, or a proof y that there is none, from whatever source: `lcp check`.
+
+    Parameters
+    ----------
+    problem : a Problem.
+    z : shape (n,); accepted if its relative residual is at most tol. Of a problem made from a program also x, shape
+        (k,), for which multipliers are sought, or x and then the multipliers y of the rows, shape (k + m,). Of a game
+        also the probabilities of the row and then of the column player's strategies: each player's are nonnegative with
+        the sum 1.
+    y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
+    tol : 1e-10 by default.
+
+    Returns
+    -------
+    Verification : whether the answer is accepted and why, with the residuals, the violated conditions and the
+        componentwise backward error; the interpreter shows it as the command prints it.
+
+    Raises
+    ------
+    ProblemError, OptionError : z or y has the wrong length or is not finite; tol is out of range; not one of z and y.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
+    >>> lcpcli.check(problem, [4 / 3, 7 / 3]).accepted, lcpcli.check(problem, [1, 2]).violated
+    (True, 2)
+    >>> lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[1]).accepted
+    True
+    >>> program = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
+    >>> lcpcli.check(program, [1, 0]).statement
+    'x is the unique minimizer, as Q is positive definite'
+    """
+    n = as_problem(problem).n
+    options.check((TOL,), {"tol": tol})
+    if z is None and y is None:
+        raise ParameterError("z", "is missing", "give z, or a proof y")
+    if z is not None and y is not None:
+        raise ParameterError("y", "is given beside z", "leave one out")
+    if z is not None:
+        values = as_vector("z", z)
+        return verified(problem, values if values.size in lengths(problem) else as_vector("z", z, n), tol or TOL.value)
+    if tol is not None:
+        raise ParameterError("tol", "has no effect on a proof", "leave it out")
+    return verify_farkas(problem, fractions_of(as_vector("y", y, n)))
+
+
+def lengths(problem: Problem) -> dict[int, str]:
+    """What may be given to be verified, by its length: of a program x, x and y, or z."""
+    origin = problem.origin
+    if not isinstance(origin, Program):
+        return {problem.n: "z"}
+    return {problem.n: "z", problem.n - origin.ranges: "x and y", origin.variables: "x"}
+
+
+def verified(problem: Problem, values: Vector, tol: float, own: bool = False) -> Verification:
+    """Verify z or, for a program, x, or x and y: what has one of `lengths`.
+
+    own : whether y is known to have the sign of the program's own sense; else it may have that of z too.
+    """
+    origin = problem.origin
+    if not isinstance(origin, Program):
+        return equilibrium.verified(problem, values, partial(verify, problem, tol=tol), tol=tol)
+    given = _Given(origin, problem, values)
+    if given.needs_multipliers:
+        readings = iter([given.with_step()])
+    else:
+        readings = _readings(given, values, own, lambda x, y: origin.z_of(x, y, given.data))
+    found = _first_accepted(verify(problem, z, tol) for z in readings)
+    return given.told(found, tol)
+
+
+def verified_exactly(
+    data: ExactProblem, values: list[Fraction], w: list[Fraction] | None = None, own: bool = False
+) -> Verification:
+    """The same in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
+    origin = data.problem.origin
+    if not isinstance(origin, Program):
+        return equilibrium.verified(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
+    given, exact = _Given(origin, data.problem, rounded(values)), np.array(values, dtype=object)
+    if given.needs_multipliers:
+        near = given.with_step()
+        z = exact_solution.from_point(data, near, perf_counter() + MOST_SECONDS)
+        y = (fractions_of(near) if z is None else z)[given.k : data.n - origin.ranges]
+        readings = iter([_completed(data, given, exact, np.array(y, dtype=object))])
+    else:
+        readings = _readings(given, exact, own, lambda x, y: _completed(data, given, x, y))
+    found = _first_accepted(verify_exactly(data, list(z), w if len(values) == data.n else None) for z in readings)
+    return given.told(found, TOL.value)
+
+
+class _Given:
+    """What is given of a program: x, and whether y."""
+
+    def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
+        self.origin, self.problem, self.k = origin, problem, origin.variables
+        data = origin.program(conditions_of(problem))
+        assert data is not None
+        self.data, self.x, self.sign = data, values[: self.k], SENSES[origin.sense]
+        self.needs_multipliers = values.size == self.k < problem.n
+
+    @cached_property
+    def step(self) -> Step | None:
+        return step_from(self.data, self.x)
+
+    def with_step(self) -> Vector:
+        """z of x with the multipliers that are found for it."""
+        y = np.zeros(self.data.row_lower.size) if self.step is None else self.step.y
+        return self.origin.z_of(self.x, y, self.data)
+
+    def told(self, found: Verification, tol: float) -> Verification:
+        """The verification with what x is, and the multipliers that were found."""
+        if not found.accepted:
+            return replace(found, statement=self._fault(tol))
+        y = self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges] + 0.0
+        told = kind_of_point(self.data, self.origin).statement
+        return replace(found, statement=told, multipliers=y if self.needs_multipliers else None)
+
+    def _fault(self, tol: float) -> str:
+        if violated := _violated(self.origin, self.data, self.x, tol):
+            return f"x is not feasible: {violated}"
+        word, feasible = WORDS[self.origin.sense], f"x is feasible to the tolerance {tol:g}"
+        if self.step is None:
+            return feasible
+        if self.step.gain > max(tol, LEAST_GAIN) * terms_of_objective(self.data, self.x):
+            far = f"at least {self.step.gain:.2g} {BESIDE[self.origin.sense]}"
+            return f"{feasible}, but no {word}: its objective {self._objective():.7g} is {far}"
+        if not self.needs_multipliers and verify(self.problem, self.with_step(), tol).accepted:
+            return f"{kind_of_point(self.data, self.origin).statement}, but with other multipliers"
+        return f"{feasible}, but not shown to be a {word}"
+
+    def _objective(self) -> float:
+        return self.sign * objective(self.data, self.x) + self.origin.constant
+
+
+def _readings(given: _Given, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:
+    """What z the values may stand for: of a maximum, with y of either sign."""
+    ranges, n = given.origin.ranges, given.problem.n
+    x, y = values[: given.k], values[given.k : n - ranges]
+    if values.size == n and not own:
+        yield values
+    if values.size < n or own:
+        yield completed(x, -y if given.sign < 0 else y)
+    if given.sign < 0 and not own and y.size and (values.size < n or not ranges):
+        yield completed(x, y if values.size < n else -y)
+
+
+def _completed(data: ExactProblem, given: _Given, x: Any, y: Any) -> Any:
+    """z of exact x and y, with s = Ax within its bounds."""
+    zeros = np.array([Fraction(0)] * given.origin.ranges, dtype=object)
+    w, first = data.w(list(np.concatenate((x, y, zeros)))), data.n - given.origin.ranges
+    rows = given.k + np.flatnonzero(given.data.ranges)
+    ends = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
+    s = [w[i] if low is None or high is None else min(max(w[i], low), high) for i, low, high in ends]
+    return np.concatenate((x, y, np.array(s, dtype=object)))
+
+
+def _first_accepted(found: Iterator[Verification]) -> Verification:
+    """The first that is accepted, else the first."""
+    first = next(found)
+    return first if first.accepted else next((other for other in found if other.accepted), first)
+
+
+@np.errstate(all="ignore")
+def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
+    """The row or the bound that x violates most relative to its terms, and by how much; "" if none by more than tol."""
+    values = np.concatenate((product(data.A, x), x))
+    sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
+    names = [f"row {name or i}" for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)]
+    names += [name or f"x{j}" for j, name in enumerate(origin.columns or [""] * origin.variables, 1)]
+    sides = ("below", "lower", data.row_lower, data.lower, 1.0), ("above", "upper", data.row_upper, data.upper, -1.0)
+    worst, told, number = 0.0, "", 0
+    for side, bound, of_rows, of_x, sign in sides:
+        ends = np.concatenate((of_rows, of_x))
+        beyond = np.where(np.isfinite(ends), sign * (ends - values), 0.0)
+        relative = np.where(beyond > tol * (sizes + np.abs(ends)), beyond / (sizes + np.abs(ends)), 0.0)
+        number, i = number + int(np.count_nonzero(relative)), int(np.argmax(relative))
+        if relative[i] > worst:
+            worst = relative[i]
+            told = f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} bound {ends[i]:.7g}"
+    return f"{told}; {count(number - 1, 'other bound')} violated" if number > 1 else told
