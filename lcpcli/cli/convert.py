@@ -14,10 +14,12 @@ from lcpcli.cli.command import Command
 from lcpcli.cli.options import problem_file, problem_output
 from lcpcli.cli.session import refuse_clashes
 from lcpcli.errors import OptionError
-from lcpcli.files.formats import COMPLETE, WITH_BOUNDS
+from lcpcli.files.formats import COMPLETE, OF_PROGRAMS, WITH_BOUNDS
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
+
+KEPT = ((OF_PROGRAMS, "the program"), (WITH_BOUNDS, "M, q and bounds"), (("",), "M and q"))
 
 
 @click.command(
@@ -29,7 +31,8 @@ if TYPE_CHECKING:
     ),
     exits={0: "written", 2: "usage or input error (one-line message)"},
     epilog=f"Numbers are written as doubles, with all digits. {', '.join(COMPLETE)} keep everything, .csv M, q "
-    "and bounds, the others M and q; .mtx and .npy need two files for them, such as p.mtx and p.q.mtx.",
+    "and bounds, the others M and q; .mtx and .npy need two files for them, such as p.mtx and p.q.mtx. A program stays "
+    "one, also as .mps; lcp make --from-qp writes its conditions, M and q.",
 )
 @problem_file
 @problem_output
@@ -41,10 +44,10 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
         raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
     output = None if output == "-" else output
     refuse_clashes(problems.inputs(files, given), {"--output": output})
-    written = problems.write(lambda: _read(files, given), output)
+    written = problems.write(lambda: _read(files, given), output, as_program=True)
     lost = [] if output is None else problems.lost(written, output)
     if lost:
-        kept = "M, q and bounds" if str(output).endswith(WITH_BOUNDS) else "M and q"
+        kept = next(kept for endings, kept in KEPT if str(output).endswith(endings))
         problems.tell(f"{output}: the format keeps only {kept}; left out: {', '.join(lost)}")
     return 0
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from lcpcli.cli.output import emit
-from lcpcli.files.formats import COMPLETE
+from lcpcli.files.formats import COMPLETE, OF_PROGRAMS
 from lcpcli.files.keys import BOUNDS
 
 if TYPE_CHECKING:
@@ -138,21 +138,22 @@ def inputs(files: Sequence[str], given: Given) -> list[str]:
     return [*files, *(given[name] for name in BOUNDS if given[name] is not None)]
 
 
-def write(made: Callable[[], Problem], output: str | None) -> Problem:
+def write(made: Callable[[], Problem], output: str | None, as_program: bool = False) -> Problem:
     """Make a problem and write it in the format of the file's suffix, or as JSON to standard output; return it.
 
+    as_program : as for `writing.write`.
     Raises OptionError before it is made if the file cannot be written.
     """
-    from lcpcli.files import atomic_write, json_format, writing
+    from lcpcli.files import atomic_write, writing
 
     if output is not None:
         writing.ending_of(output)
         atomic_write.refuse_unwritable(output)
     problem = made()
     if output is None:
-        emit(json_format.render(problem)[""].decode(), color=False)
+        emit(writing.contents_of(problem, "", ".json", as_program)[""].decode(), color=False)
     else:
-        writing.write(problem, output)
+        writing.write(problem, output, as_program=as_program)
     return problem
 
 
@@ -161,6 +162,8 @@ def lost(problem: Problem, output: str) -> list[str]:
     if output.endswith(COMPLETE):
         return []
     held = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
+    if output.endswith(OF_PROGRAMS):
+        del held["name"], held["origin"]
     known = [name for name, value in held.items() if (value is not None and not isinstance(value, str)) or value]
     return [*known, *(["solution"] if problem.solutions else [])]
 

@@ -21,6 +21,7 @@ FORMATS = {  # the module that reads and writes it
     ".mat": "mat",
 }
 READ_ONLY = {".mps": "mps", ".qps": "mps", ".lp": "mps", ".nfg": "nfg"}  # of programs, and of games
+OF_PROGRAMS = (".mps", ".qps")  # those of them that are written too, with programs
 COMPLETE = (".json", ".npz", ".mat")  # those that keep all that a problem holds, and not only M and q
 WITH_BOUNDS = (*COMPLETE, ".csv")  # those that keep the bounds of z
 COMPRESSED = tuple(f"{ending}.gz" for ending in (".mtx", *READ_ONLY))  # read as if it were not

@@ -19,6 +19,7 @@ import numpy as np
 from lcpcli.errors import ProblemError
 from lcpcli.files import named_arrays, origins
 from lcpcli.files.content import refuse_beyond_memory
+from lcpcli.files.json_format import MATRICES
 from lcpcli.files.keys import KEYS, is_for_bounds
 from lcpcli.files.npy_format import flat
 from lcpcli.linalg.matrices import is_sparse
@@ -152,11 +153,12 @@ def _broken(fault: str) -> ProblemError:
 
 
 def _array(name: str, value: Any) -> Any:
-    """A variable; as a vector if it has one row or one column, unless it is the matrix M."""
-    if is_sparse(value) and 1 in value.shape and name != "M":
+    """A variable; as a vector if it has one row or one column, unless it is a matrix by its name."""
+    is_matrix = name in ("M", *MATRICES)
+    if is_sparse(value) and 1 in value.shape and not is_matrix:
         refuse_beyond_memory(name, value.shape)
         value = value.toarray()
-    return value if is_sparse(value) or name == "M" else flat(np.asarray(value))
+    return value if is_sparse(value) or is_matrix else flat(np.asarray(value))
 
 
 def _names(variables: dict[str, Any]) -> str:

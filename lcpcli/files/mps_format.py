@@ -1,8 +1,9 @@
-"""Linear and quadratic programs in MPS (fixed and free, with QUADOBJ or QMATRIX) and in the LP format, read by HiGHS.
+"""Linear and quadratic programs in MPS (fixed and free, with QUADOBJ or QMATRIX) and in the LP format, read by HiGHS;
+MPS is written without it.
 
 What HiGHS warns of, or repairs in silence, is refused: a number that is none, a column or an entry given twice, and a
 negative upper bound without a lower one, which some programs read as a bound from below too. Bounds, right-hand sides
-and ranges of 1e20 or more are none. Needs highspy.
+and ranges of 1e20 or more are none. Reading needs highspy.
 """
 
 from __future__ import annotations
@@ -61,8 +62,11 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: A
     raise ProblemError("", *NO_VECTOR)
 
 
-def render(problem: Problem) -> dict[str, bytes]:  # noqa: ARG001 (`writing` refuses the suffix first)
-    raise ProblemError("", "is of a format that is only read")
+def render(problem: Problem) -> dict[str, bytes]:
+    """The program as free MPS."""
+    from lcpcli.files import mps_writing
+
+    return {"": mps_writing.render(problem)}
 
 
 def _read(text: bytes, ending: str) -> Any:

@@ -39,6 +39,8 @@ def _plain(key: str, values: Any) -> Any:
         return text(key, values)
     if is_sparse(values) or key in MATRICES:
         return values if is_sparse(values) or values.ndim == 2 else np.atleast_2d(values)
+    if values.dtype.kind == "O" and key in ("rows", "columns"):  # cells
+        return ["".join(np.atleast_1d(name).tolist()) for name in values.ravel().tolist()]
     if values.dtype.kind in "US":
         return [str(name) for name in values.ravel().tolist()]
     return values.item() if values.size == 1 and key == "constant" else flat(values)

@@ -17,6 +17,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files import named_arrays
+from lcpcli.files.json_format import MATRICES
 from lcpcli.files.keys import KEYS, refuse_unknown
 from lcpcli.files.npy_format import checked
 from lcpcli.linalg.matrices import is_sparse
@@ -42,7 +43,7 @@ OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "for
 def parse(content: bytes) -> Problem | Matrix:
     """The problem in an archive, or M alone if there is no q."""
     arrays = _arrays(content)
-    program = named_arrays.program(arrays)
+    program = named_arrays.program(_with_sparse(arrays))
     if program is not None:
         return program
     refuse_unknown("", arrays, (*KEYS, *OF_SPARSE))
@@ -65,7 +66,7 @@ def parse_exact(content: bytes) -> ExactParts:
     from lcpcli.rational.problem import parts_of
 
     arrays = _arrays(content)
-    program = named_arrays.program(arrays)
+    program = named_arrays.program(_with_sparse(arrays))
     return parts_of(program) if program is not None else named_arrays.exact_parts(_matrix(arrays), arrays)
 
 
@@ -106,6 +107,19 @@ def _arrays(content: bytes) -> dict[str, Any]:
             raise ProblemError("", "is not NPZ", "is it cut off? save it with numpy.savez") from None
         raise ProblemError(name, "is no array, or a damaged one", "save the file again with numpy.savez") from None
     return arrays
+
+
+def _with_sparse(arrays: dict[str, Any]) -> dict[str, Any]:
+    """The arrays with the sparse matrices of programs put together from their parts, such as A.data."""
+    held = dict(arrays)
+    for key in MATRICES:
+        parts = {part: held.pop(f"{key}.{part}") for part in (*COMPRESSED, "shape") if f"{key}.{part}" in held}
+        if parts:
+            try:
+                held[key] = _matrix(parts)
+            except ProblemError as error:
+                raise error.inside(key) from None
+    return held
 
 
 def _matrix(arrays: dict[str, Any]) -> Matrix:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.formats import COMPLETE, FORMATS, READ_ONLY, WITH_BOUNDS, load
+from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, WITH_BOUNDS, load
 from lcpcli.model.problem import Problem
 
 
-def write(problem: Problem, path: str | os.PathLike[str]) -> None:
+def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False) -> None:
     """Write a problem in the format given by the suffix of the file, completely or not at all.
 
     .json, .npz and .mat keep everything, .csv M, q and the bounds, the others only M and q; p.mtx or p.npy is M, with q
-    beside it in p.q.mtx or p.q.npy.
+    beside it in p.q.mtx or p.q.npy. .mps is for problems made from programs, and has the program.
+    as_program : whether .json, .npz and .mat too have the program that a problem was made from, Q, c, A and so on, in
+        place of M and q, unless the problem holds what a program has no key for, such as x0.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
 
     >>> from lcpcli import Problem, read, write
@@ -25,17 +28,40 @@ def write(problem: Problem, path: str | os.PathLike[str]) -> None:
     """
     path = os.fspath(path)
     ending = ending_of(path)
-    if problem.is_mixed and ending not in WITH_BOUNDS:
+    if problem.is_mixed and ending not in (*WITH_BOUNDS, *OF_PROGRAMS):
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")
-    contents = load(FORMATS[ending]).render(problem)
+    contents = contents_of(problem, path, ending, as_program)
     write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
 
 
+def contents_of(problem: Problem, path: str, ending: str, as_program: bool) -> dict[str, bytes]:
+    """The contents of the files to be written, as `Format.render` has them."""
+    if ending in OF_PROGRAMS:
+        if problem.origin is None or problem.origin.data()["kind"] != "qp":
+            raise ProblemError(path, "is for programs, and the problem is not made from one", f"use {_or(COMPLETE)}")
+        try:
+            return load(READ_ONLY[ending]).render(problem)
+        except ProblemError as error:
+            raise error.inside(path) from None
+    if as_program and ending in COMPLETE:
+        from lcpcli.files import programs
+
+        if programs.is_whole(problem):
+            return {"": programs.WRITERS[ending](problem)}
+    return load(FORMATS[ending]).render(problem)
+
+
 def ending_of(path: str) -> str:
-    """The suffix of a file to be written, one of FORMATS, or a ProblemError."""
+    """The suffix of a file to be written, one of FORMATS or OF_PROGRAMS, or a ProblemError."""
     ending = Path(path).suffix
+    if ending in OF_PROGRAMS:
+        return ending
     if ending in READ_ONLY:
-        raise ProblemError(path, "is of a format that is only read", f"use {' or '.join(COMPLETE)}")
+        raise ProblemError(path, "is of a format that is only read", f"use {_or(COMPLETE)}")
     if ending not in FORMATS:
-        raise ProblemError(path, "has no known suffix", f"use {' or '.join(FORMATS)}")
+        raise ProblemError(path, "has no known suffix", f"use {_or(FORMATS)}")
     return ending
+
+
+def _or(endings: Iterable[str]) -> str:
+    return " or ".join(endings)

@@ -184,7 +184,7 @@ PROGRAMS = [
     of_file("p.npz", npz(Q=np.eye(2), c=np.ones(2, complex)), "solve p.npz", "p.npz: c:", "complex"),
     of_file("p.npz", npz(c=np.ones(2), A=np.ones((1, 3)), b=np.ones(1)), "solve p.npz", "p.npz: A:", "3 columns"),
     of_file("p.npz", npz(P=np.eye(2), c=np.ones(2)), "solve p.npz", "p.npz: P:", *READINGS),
-    of_file("p.json", '{"c": [1]}', "convert p.json -o p.mps", "p.mps", "only read", ".json"),
+    of_file("p.json", '{"c": [1]}', "convert p.json -o p.lp", "p.lp", "only read", ".json"),
     of_file("p.json", '{"M": [[1]], "q": [1]}', "make --from-qp p.json", "p.json", "is not a program", "Q and c"),
     of_file("p.json", '{"c": [1]}', "make --from-game p.json", "p.json", "is not a game", "A and B"),
     of_file("p.json", '{"c": [1]}', "solve p.json --lower 1", "--lower:", "bound of z", "in the file"),

@@ -1,0 +1,158 @@
+"""lcp convert writes programs as programs, and what it wrote is read as the same program."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem, from_qp, read, write
+from lcpcli.errors import ProblemError
+from lcpcli.files import shipped
+from lcpcli.gallery import families as gallery
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import conditions_of
+from lcpcli.model.reductions.program import Program, ProgramData
+
+from .conftest import Outcome
+
+Lcp = Callable[..., Outcome]
+PORTFOLIO = shipped.path("programs/portfolio.json")
+INF = np.inf
+NUMBERS = st.one_of(
+    st.integers(-9, 9).map(float),
+    st.floats(-1e6, 1e6).filter(lambda x: x == 0 or abs(x) > 1e-6),
+)
+WORDS = st.text("abcRHS1 -_,;ä", max_size=6)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("programs")
+
+
+def interval(draw: st.DrawFn) -> tuple[float, float]:
+    low, high = sorted((draw(NUMBERS), draw(NUMBERS)))
+    kind = draw(st.sampled_from(["both", "low", "high", "none", "equal"]))
+    ends = {"both": (low, high), "low": (low, INF), "high": (-INF, high), "none": (-INF, INF), "equal": (low, low)}
+    return ends[kind]
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> Problem:
+    k, m = draw(st.integers(1, 4)), draw(st.integers(0, 4))
+    half = np.array(draw(st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=k, max_size=k)))
+    Q = draw(st.sampled_from([None, half + half.T]))
+    A = np.array(draw(st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=m, max_size=m))).reshape(m, k)
+    if draw(st.booleans()):
+        Q, A = None if Q is None else csr_array(Q), csr_array(A)
+    ends = np.array([interval(draw) for _ in range(m)]).reshape(m, 2).T
+    bounds = np.array([interval(draw) for _ in range(k)]).T
+    named = draw(st.booleans())
+    return from_qp(
+        Q,
+        draw(st.lists(NUMBERS, min_size=k, max_size=k)),
+        A if m else None,
+        row_lower=ends[0] if m else None,
+        row_upper=ends[1] if m else None,
+        lower=bounds[0],
+        upper=bounds[1],
+        sense=draw(st.sampled_from(["min", "max"])),
+        constant=draw(NUMBERS),
+        rows=draw(st.lists(WORDS, min_size=m, max_size=m)) if named else (),
+        columns=draw(st.lists(WORDS, min_size=k, max_size=k)) if named else (),
+        name=draw(WORDS).strip() or "own",
+        note=draw(WORDS).strip(),
+    )
+
+
+def program(problem: Problem) -> tuple[Program, ProgramData]:
+    assert isinstance(problem.origin, Program)
+    data = problem.origin.program(conditions_of(problem))
+    assert data is not None
+    return problem.origin, data
+
+
+def parts(problem: Problem, named: bool = True) -> list[Any]:
+    """All that a program consists of, in lists."""
+    origin, data = program(problem)
+    texts = [origin.rows, origin.columns, problem.name, problem.note] if named else []
+    arrays = [(part.toarray() if is_sparse(part) else part).tolist() for part in data]
+    return [origin.sense, origin.constant, *texts, *arrays]
+
+
+@pytest.mark.parametrize("ending", ["json", "npz", "mat"])
+@given(problem=programs())
+def test_programs_are_read_back_exactly(ending: str, folder: Path, problem: Problem) -> None:
+    file = folder / f"p.{ending}"
+    write(problem, file, as_program=True)
+    assert parts(read(file)) == parts(problem)
+
+
+@given(problem=programs())
+def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path, problem: Problem) -> None:
+    pytest.importorskip("highspy")
+    write(problem, folder / "p.mps")
+    again = read(folder / "p.mps")
+    (sense, constant, *before), (same_sense, same_constant, *after) = parts(problem, False), parts(again, False)
+    assert (sense, constant) == (same_sense, same_constant)
+    for old, new, part in zip(before, after, ProgramData._fields, strict=True):
+        exact = part not in ("row_lower", "row_upper")
+        np.testing.assert_allclose(new, old, rtol=0 if exact else 1e-15, atol=0 if exact else 1e-9, err_msg=part)
+    origin, _ = program(again)
+    assert len(set(origin.rows)) == len(origin.rows)
+    assert len(set(origin.columns)) == len(origin.columns)
+
+
+def test_shipped_programs_and_families_keep_everything_in_mps(tmp_path: Path) -> None:
+    pytest.importorskip("highspy")
+    shipped_ones = [read(file) for file in sorted(Path(shipped.path("programs")).glob("*.json"))]
+    for problem in [*shipped_ones, *(gallery.make(name, 30) for name in ("portfolio", "control", "transport"))]:
+        write(problem, tmp_path / "p.mps")
+        assert parts(read(tmp_path / "p.mps"), False) == parts(problem, False)
+
+
+def test_convert_writes_the_keys_of_a_program_and_make_its_conditions(lcp: Lcp, tmp_path: Path) -> None:
+    keys = set(json.loads(lcp("convert", PORTFOLIO).out))
+    assert keys >= {"Q", "c", "A", "row_lower", "row_upper", "upper", "rows", "columns"}
+    assert "M" not in keys
+    assert lcp("make", "--from-qp", PORTFOLIO, "-o", str(tmp_path / "lcp.json")).code == 0
+    assert set(json.loads((tmp_path / "lcp.json").read_text())) >= {"M", "q", "origin"}
+    assert set(json.loads(lcp("convert", str(tmp_path / "lcp.json")).out)) == keys | {"name"}
+
+
+def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: Path) -> None:
+    problem = read(PORTFOLIO)
+    solved = lcpcli.run(problem).z
+    known = Problem(
+        problem.M, problem.q, lower=problem.lower, upper=problem.upper, origin=problem.origin, solutions=[solved]
+    )
+    write(known, tmp_path / "known.json")
+    assert set(json.loads(lcp("convert", str(tmp_path / "known.json")).out)) >= {"M", "q", "solution"}
+    outcome = lcp("convert", str(tmp_path / "known.json"), "-o", str(tmp_path / "known.mps"))
+    assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
+
+
+def test_names_without_a_place_in_mps_are_changed(tmp_path: Path) -> None:
+    problem = from_qp(None, [1, 2, 3], [[1, 1, 1]], [1], rows=["New York"], columns=["a b", "a_b", "RHS"], name="m n")
+    write(problem, tmp_path / "p.mps")
+    text = (tmp_path / "p.mps").read_text()
+    assert text.splitlines()[0] == "NAME m_n"
+    assert [line.split()[0] for line in text.splitlines() if "New_York 1" in line][:3] == ["a_b", "a_b_", "RHS_"]
+
+
+def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
+    outcome = lcp("convert", shipped.path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
+    words = "b.mps: is for programs, and the problem is not made from one; use .json"
+    assert (outcome.code, outcome.err.count("\n"), words in outcome.err) == (2, 1, True)
+    with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means none in MPS"):
+        write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
+    assert list(tmp_path.iterdir()) == []
