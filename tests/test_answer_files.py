@@ -154,3 +154,25 @@ def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatc
             assert k is not None
             assert (seconds, error) == (float(own[k]["seconds"]), float(own[k]["error"]))
         assert curve.solved == (list(own.values())[-1]["status"] == "solved")
+
+
+def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers(lcp: Lcp, folder: Path) -> None:
+    program = {"c": [3, 2], "A": [[1, 1], [1, 3]], "row_lower": [None, 0], "row_upper": [4, 6], "sense": "max"}
+    names = {"columns": ["wheat; winter", "rye, summer"], "rows": ["New York", "land"]}
+    (folder / "farm.json").write_text(json.dumps(program | names))
+    assert lcp("solve", "farm.json", "-o", "farm.csv").code == 0
+    rows = table(folder / "farm.csv")
+    assert list(rows[0]) == ["component", "z", "w", "state", "name", "part", "value", "bound_multiplier"]
+    assert [row["name"] for row in rows] == ["wheat; winter", "rye, summer", "New York", "land", ""]
+    assert [row["part"] for row in rows] == ["x", "x", "y", "y", "s"]
+    assert [float(row["value"]) for row in rows] == [4, 0, 3, 0, 4]
+    assert [float(row["bound_multiplier"]) for row in rows[:2]] == [0, -1]
+    assert lcp("check", "farm.json", "farm.csv").code == 0
+    assert lcp("compare", "farm.json", "--method", "lemke", "-o", "all.csv").code == 0
+    assert lcp("check", "farm.json", "all.csv").code == 0
+
+
+def test_csv_of_a_program_without_a_solution_has_no_values(lcp: Lcp, folder: Path) -> None:
+    (folder / "none.json").write_text('{"c": [1], "A": [[1]], "row_upper": [-1], "columns": ["a b"]}')
+    assert lcp("solve", "none.json", "-o", "none.csv").code == 3
+    assert [(row["name"], row["part"]) for row in table(folder / "none.csv")] == [("a b", ""), ("", "")]

@@ -38,7 +38,7 @@ def parse(content: bytes) -> Answer:
     rows = [(k, _cells(line)) for k, line in lines]
     header: list[str] = []
     if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):
-        header = [name.strip().casefold() for name in rows.pop(0)[1]]
+        rows, header = _below_header(lines)
     if len(rows) > 1 and max(len(row) for _, row in rows) > 1:
         return _table(header or _columns(rows), _first_run(header, rows))
     if len(header) > 1 and "z" in header:
@@ -46,8 +46,33 @@ def parse(content: bytes) -> Answer:
     return Answer([_number(k, j, entry) for k, row in rows for j, entry in enumerate(row, 1) if entry], None)
 
 
+def _below_header(lines: list[tuple[int, str]]) -> tuple[Rows, list[str]]:
+    """The rows of a table, and the names in its header; between its delimiters, cells may have spaces or be empty."""
+    (_, first), *others = lines
+    delimiter = _delimiter(first)
+    if delimiter == " ":
+        return [(k, _cells(line)) for k, line in others], [name.casefold() for name in _cells(first)]
+    header = [cell.strip().casefold() for cell in next(csv.reader([first], delimiter=delimiter))]
+    while not header[-1]:
+        header.pop()
+    return [(k, _cells_below(line, delimiter, len(header))) for k, line in others], header
+
+
+def _cells_below(line: str, delimiter: str, width: int) -> list[str]:
+    if delimiter not in line:
+        return _cells(line)
+    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    while len(cells) > width and not cells[-1]:
+        cells.pop()
+    return [_with_point(cell) for cell in cells] if delimiter in ";\t" else cells
+
+
+def _delimiter(line: str) -> str:
+    return next((mark for mark in DELIMITERS if mark in line), " ")
+
+
 def _cells(line: str) -> list[str]:
-    delimiter = next((mark for mark in DELIMITERS if mark in line), " ")
+    delimiter = _delimiter(line)
     cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
     while len(cells) > 1 and not cells[-1]:
         cells.pop()
