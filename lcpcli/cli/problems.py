@@ -165,6 +165,8 @@ def lost(problem: Problem, output: str) -> list[str]:
     if output.endswith(OF_PROGRAMS):
         del held["name"], held["origin"]
     known = [name for name, value in held.items() if (value is not None and not isinstance(value, str)) or value]
+    if problem.origin is not None and problem.origin.data()["kind"] == "names":
+        known[-1] = "names"
     return [*known, *(["solution"] if problem.solutions else [])]
 
 

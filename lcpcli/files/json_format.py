@@ -22,6 +22,8 @@ from lcpcli.files.keys import BOUNDS, KEYS, TEXTS, refuse_unknown
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.own_names import OwnNames
+from lcpcli.model.reductions.program import names_of
 from lcpcli.typing import Matrix, Vector
 
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
@@ -57,6 +59,8 @@ def parse(content: bytes) -> Problem:
         if key not in data:
             raise ProblemError(key, "is missing", f"add the key {key}")
     fields = {key: data[key] for key in (*TEXTS, *BOUNDS, "x0", "x1", "origin") if key in data}
+    if "names" in data:
+        fields["names"] = names_of("names", data["names"])
     for key in ("x0", "x1"):
         if key in fields and not isinstance(fields[key], list):
             raise ProblemError(key, f"is {kind(fields[key])}", "give a list of numbers")
@@ -185,7 +189,9 @@ def render(problem: Problem) -> dict[str, bytes]:
         lines.append(f'"solution": {rendered if len(problem.solutions) == 1 else f"[{rendered}]"}')
     if problem.verdict:
         lines.append(f'"verdict": "{problem.verdict}"')
-    if problem.origin is not None:
+    if isinstance(problem.origin, OwnNames):
+        lines.append(f'"names": {json.dumps(problem.names)}')
+    elif problem.origin is not None:
         lines.append(f'"origin": {json.dumps(problem.origin.data())}')
     body = ",\n  ".join(lines)
     return {"": f"{{\n  {body}\n}}\n".encode()}

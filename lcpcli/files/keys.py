@@ -11,7 +11,7 @@ from lcpcli.options import INFINITY
 TEXTS = ("name", "source", "note", "verdict")
 BOUNDS = ("lower", "upper")
 OF_BOUNDS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are
-KEYS = ("name", "source", "note", "M", "q", *BOUNDS, "x0", "x1", "solution", "verdict", "origin")
+KEYS = ("name", "source", "note", "M", "q", *BOUNDS, "x0", "x1", "solution", "verdict", "origin", "names")
 NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
 THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
 OF_PAYOFFS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}

@@ -95,6 +95,8 @@ def render(problem: Problem) -> dict[str, bytes]:
     arrays = named_arrays.arrays_of(problem)
     if len(problem.solutions) > 1:
         arrays["solution"] = arrays["solution"].T
+    if "names" in arrays:
+        arrays["names"] = np.array(arrays["names"], dtype=object)
     file = io.BytesIO()
     savemat(file, {"M": problem.M, **arrays}, oned_as="column")
     return {"": file.getvalue()}

@@ -16,6 +16,7 @@ from lcpcli.files.npy_format import flat
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.own_names import OwnNames
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -39,11 +40,19 @@ def _plain(key: str, values: Any) -> Any:
         return text(key, values)
     if is_sparse(values) or key in MATRICES:
         return values if is_sparse(values) or values.ndim == 2 else np.atleast_2d(values)
-    if values.dtype.kind == "O" and key in ("rows", "columns"):  # cells
-        return ["".join(np.atleast_1d(name).tolist()) for name in values.ravel().tolist()]
+    if key in ("rows", "columns") and (names := _texts(values)) is not None:
+        return names
+    return values.item() if values.size == 1 and key == "constant" else flat(values)
+
+
+def _texts(values: Any) -> list[str] | None:
+    """The texts in an array of texts, or of cells with one each; None if it is another."""
     if values.dtype.kind in "US":
         return [str(name) for name in values.ravel().tolist()]
-    return values.item() if values.size == 1 and key == "constant" else flat(values)
+    if values.dtype.kind != "O":
+        return None
+    cells: list[list[Any]] = [np.atleast_1d(name).tolist() for name in values.ravel().tolist()]
+    return ["".join(cell) for cell in cells] if all(isinstance(text, str) for cell in cells for text in cell) else None
 
 
 def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Problem | Matrix:
@@ -60,10 +69,22 @@ def problem(M: Any, arrays: Mapping[str, Any], by_columns: bool = False) -> Prob
     fields |= {key: bound(key, arrays) for key in BOUNDS if key in arrays}
     if "origin" in arrays:
         fields["origin"] = _origin(text("origin", arrays["origin"]))
+    if "names" in arrays:
+        fields["names"] = _own_names(arrays, by_columns)
     q, solution = flat(arrays["q"]), arrays.get("solution", np.empty((0, 0)))
     if by_columns and solution.ndim == 2:
         solution = solution.T if solution.shape[0] == q.size else solution
     return Problem(M, q, solutions=[solution] if solution.ndim < 2 else list(solution), **fields)
+
+
+def _own_names(arrays: Mapping[str, Any], workspace: bool) -> list[str]:
+    """The names of the unknowns; of a whole workspace only what can be these."""
+    names = _texts(arrays["names"])
+    if workspace and (names is None or len(names) != arrays["q"].size):
+        return []
+    if names is None:
+        raise ProblemError("names", f"is an array of {arrays['names'].dtype.name}", "give texts")
+    return names
 
 
 def exact_parts(M: Any, arrays: Mapping[str, Any]) -> ExactParts:
@@ -111,7 +132,9 @@ def arrays_of(problem: Problem) -> dict[str, Any]:
     arrays |= {key: getattr(problem, key) for key in VECTORS if getattr(problem, key) is not None}
     if problem.solutions:
         arrays["solution"] = np.array(problem.solutions) if len(problem.solutions) > 1 else problem.solutions[0]
-    if problem.origin is not None:
+    if isinstance(problem.origin, OwnNames):
+        arrays["names"] = list(problem.names)
+    elif problem.origin is not None:
         arrays["origin"] = json.dumps(problem.origin.data())
     return arrays
 
