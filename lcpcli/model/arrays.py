@@ -227,6 +227,8 @@ def _as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         return np.asarray(values)
     if is_sparse(values):
         raise ProblemError(field, "is sparse", TO_DENSE)
+    if hasattr(values, "to_numpy"):  # of pandas; by its labels, `labels` has put it in order
+        return _as_floats(field, values.to_numpy(), expected)
     if not isinstance(values, (list, tuple, np.ndarray)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     if isinstance(values, np.ndarray):

@@ -18,6 +18,7 @@ from lcpcli.linalg.principal_many import well_conditioned_inverse
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, has_columns, own, with_infinity
 from lcpcli.model.box import Box, Orthant
+from lcpcli.model.labels import by_label
 from lcpcli.model.problem import CANCELLATION, Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -30,6 +31,7 @@ class Columns:
     """
 
     def __init__(self, M: Any, Q: Any, lower: Any, upper: Any, infinity: float = math.inf) -> None:
+        Q, lower, upper = by_label(M, Q=Q, lower=lower, upper=upper)
         self.Q = as_columns("Q", Q)
         n, self.k = self.Q.shape
         self._bounds = None

@@ -22,6 +22,7 @@ from lcpcli.linalg.units import Units, units
 from lcpcli.model.array_likes import plain
 from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
 from lcpcli.model.box import ORTHANT, Box, Orthant
+from lcpcli.model.labels import by_label
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -114,6 +115,7 @@ class Problem:
         infinity: float = math.inf,
         names: Sequence[str] = (),
     ) -> None:
+        M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)
         n = vector_q.size
         if not n:

@@ -71,12 +71,10 @@ def solve(
 
     Raises
     ------
-    ProblemError, OptionError : M, q, the start or an option cannot be used; both are a ValueError.
-    Interrupted : a KeyboardInterrupt; its `result` has the best z found.
+    ProblemError, OptionError : a ValueError, as an argument cannot be used. Interrupted : Ctrl-C; it has the `result`.
 
     Examples
     --------
-    >>> from lcpcli import solve
     >>> solve([[2, 1], [1, 2]], [-5, -6], lower=[None, 0], upper=2).z.tolist()
     [1.5, 2.0]
     """
