@@ -87,7 +87,6 @@ def test_vectors_are_taken_from_lists_tuples_and_arrays_and_left_alone() -> None
 
 
 OTHER_THAN_REAL = {
-    "object": np.array([[2, 0], [0, 2]], dtype=object),
     "complex": np.array([[2, 0], [0, 2]], dtype=complex),
     "bool": np.array([[True, False], [False, True]]),
     "str": np.array([["2", "0"], ["0", "2"]]),
@@ -139,7 +138,7 @@ def test_a_matrix_that_does_not_fit_is_refused_at_its_place(matrix: Any, place: 
     assert str(refusal.value).startswith(place)
 
 
-@pytest.mark.parametrize("q", [np.ones((2, 1)), np.float64(1), range(2), iter(Q), "12", None, sparse.csr_array([Q])])
+@pytest.mark.parametrize("q", [np.ones((2, 2)), np.float64(1), iter(Q), "12", None])
 def test_q_that_is_no_flat_list_is_refused_by_name(q: Any) -> None:
     with pytest.raises(ProblemError, match=r"^q: .*; give a .*list of numbers"):
         Problem(M, q)

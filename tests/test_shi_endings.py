@@ -144,4 +144,4 @@ def test_overflow_is_a_breakdown_not_a_warning() -> None:
 )
 def test_options_out_of_range_are_refused_before_any_work(option: str, value: float) -> None:
     with pytest.raises(OptionError, match=option):
-        shi(EXAMPLE_1, np.zeros(4), **{option: value})  # type: ignore[arg-type]
+        run(EXAMPLE_1, "shi", **{option: value})  # type: ignore[arg-type]

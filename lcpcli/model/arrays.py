@@ -227,8 +227,6 @@ def _as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         return np.asarray(values)
     if is_sparse(values):
         raise ProblemError(field, "is sparse", TO_DENSE)
-    if hasattr(values, "to_numpy"):  # of pandas; by its labels, `labels` has put it in order
-        return _as_floats(field, values.to_numpy(), expected)
     if not isinstance(values, (list, tuple, np.ndarray)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     if isinstance(values, np.ndarray):
@@ -287,7 +285,8 @@ def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
             continue
         if not _is_number_in_array(v):
             text = str(v) if isinstance(v, (str, complex)) else ""
-            fault, hint = misread(text, f"is {kind(v)}")
+            named = f"of type {type(v).__name__}" if kind(v) == "a number" else kind(v)
+            fault, hint = misread(text, f"is {named}")
             raise ProblemError(f"{field}[{i}]", fault, f"{hint} {FROM_0}")
 
 

@@ -57,8 +57,7 @@ class Problem:
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
     reference : "known" for given solutions, else how they were obtained: "exact" or "computed", see `reference`.
     verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
-    origin : the program or the game behind the problem, or the object for it in a file; else the names of its unknowns,
-        if they have any; or None.
+    origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
     names : n texts, the names of the unknowns, in place of an origin; read from it, "" where there is none.
     row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
     sizes_of_q : the least |q_i| but 0, infinite if there is none, and the largest.
@@ -153,7 +152,9 @@ class Problem:
         if origin is not None:
             self.__dict__["origin"] = _origin(origin, self)
         if len(names):
-            self.__dict__["origin"] = _own_names(names, self)
+            from lcpcli.model.reductions.own_names import own_names
+
+            self.__dict__["origin"] = own_names(names, n, self.origin)
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
@@ -289,15 +290,6 @@ def _origin(given: Any, problem: Problem) -> Origin:
     from lcpcli.model.reductions.kinds import as_origin
 
     return as_origin(given, conditions_of(problem))
-
-
-def _own_names(given: Sequence[str], problem: Problem) -> Origin:
-    from lcpcli.model.reductions.own_names import OwnNames
-    from lcpcli.model.reductions.program import names_of
-
-    if problem.origin is not None:
-        raise ProblemError("names", "is given beside origin, which has names", "leave one out")
-    return OwnNames(names_of("names", given, problem.n, "unknown"))
 
 
 def conditions_of(problem: Problem) -> Conditions:

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from lcpcli.errors import ProblemError
+from lcpcli.model.reductions.program import names_of
+
 if TYPE_CHECKING:
     from lcpcli.model.reductions.program import Conditions
 
@@ -26,3 +29,10 @@ class OwnNames:
     def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
         """The names of the components of z."""
         return self.texts
+
+
+def own_names(given: Sequence[str], n: int, origin: Any) -> OwnNames:
+    """The names of n unknowns that come from no program or game, or a ProblemError."""
+    if origin is not None:
+        raise ProblemError("names", "is given beside origin, which has names", "leave one out")
+    return OwnNames(names_of("names", given, n, "unknown"))
