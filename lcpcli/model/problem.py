@@ -149,12 +149,8 @@ class Problem:
         )
         if bounds is None:
             self.__dict__.update(reference_z=None, q_ref=vector_q, q_error=0.0)
-        if origin is not None:
-            self.__dict__["origin"] = _origin(origin, self)
-        if len(names):
-            from lcpcli.model.reductions.own_names import own_names
-
-            self.__dict__["origin"] = own_names(names, n, self.origin)
+        if origin is not None or len(names):
+            self.__dict__["origin"] = _origin(origin, names, self)
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
@@ -286,10 +282,12 @@ def _solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
     return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
 
 
-def _origin(given: Any, problem: Problem) -> Origin:
+def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None:
     from lcpcli.model.reductions.kinds import as_origin
+    from lcpcli.model.reductions.own_names import own_names
 
-    return as_origin(given, conditions_of(problem))
+    origin = None if given is None else as_origin(given, conditions_of(problem))
+    return own_names(names, problem.n, origin) if len(names) else origin
 
 
 def conditions_of(problem: Problem) -> Conditions:
