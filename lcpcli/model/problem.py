@@ -114,7 +114,8 @@ class Problem:
         infinity: float = math.inf,
         names: Sequence[str] = (),
     ) -> None:
-        M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
+        if hasattr(M, "columns"):
+            M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)
         n = vector_q.size
         if not n:
@@ -132,7 +133,7 @@ class Problem:
             name=name,
             x0=None if x0 is None else as_vector("x0", x0, n),
             x1=None if x1 is None else as_vector("x1", x1, n),
-            solutions=_solutions(solutions, n),
+            solutions=_solutions(solutions, n) if type(solutions) is not tuple or solutions else (),
             verdict=verdict,
             source=source,
             note=note,

@@ -20,6 +20,7 @@ from lcpcli.typing import Interrupts, MethodName
 
 STARTS, LIMITS = ("x0", "z0", "basis"), ("tol", "max_iterations", "time_limit")
 RAISE: Interrupts = "raise"
+INTERRUPTS = get_args(Interrupts)
 COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "threads", "interrupts")
 
 
@@ -156,7 +157,7 @@ def _given(options: dict[str, Any]) -> dict[str, Any]:
 def refuse_unknown_options(method: str, given: Mapping[str, Any]) -> None:
     """Raise OptionError for a name that is not an option of any method, with those that this method has, or for
     something else that Ctrl-C is to do."""
-    if given.get("interrupts", RAISE) not in get_args(Interrupts):
+    if given.get("interrupts", RAISE) not in INTERRUPTS:
         raise ParameterError("interrupts", f"{given['interrupts']!r} is unknown", 'give "raise" or "return"')
     names = [name for name in given if name not in COMMON_OPTIONS]
     if not names:
