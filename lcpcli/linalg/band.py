@@ -11,7 +11,6 @@ from functools import cached_property
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
 
@@ -43,8 +42,7 @@ class Band:
     @cached_property
     def width(self) -> int:
         """The largest |i - j| of a stored entry in that order."""
-        with imports:
-            from scipy.sparse.csgraph import reverse_cuthill_mckee
+        from scipy.sparse.csgraph import reverse_cuthill_mckee
 
         symmetric = (abs(self._M) + abs(self._M.T)).tocsr()
         order = reverse_cuthill_mckee(symmetric, symmetric_mode=True)

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.fill import order_of
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric
@@ -50,8 +49,7 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
 
 
 def _sparse_factorizer(M: Matrix) -> Callable[[float], Solve]:
-    with imports:
-        from scipy.sparse import eye_array
+    from scipy.sparse import eye_array
 
     lu = sparse_lu(is_symmetric(M))
     identity = eye_array(M.shape[0], format="csr")
@@ -71,9 +69,8 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     SuperLU must not see a structurally singular matrix: for some it passes negative sizes to BLAS, which prints to
     standard output, and fails with other errors.
     """
-    with imports:
-        from scipy.sparse.csgraph import structural_rank
-        from scipy.sparse.linalg import splu
+    from scipy.sparse.csgraph import structural_rank
+    from scipy.sparse.linalg import splu
 
     include_loaded()
     chosen: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
@@ -109,8 +106,7 @@ def positive_pivots(lu: Any) -> bool:
 def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
     if M.shape[0] <= SMALL:
         return lambda shift: invert(_shifted(M, shift))
-    with imports:
-        from scipy.linalg import get_lapack_funcs
+    from scipy.linalg import get_lapack_funcs
 
     include_loaded()
     getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
@@ -140,8 +136,7 @@ def interruptible_cholesky(A: Matrix) -> Solve:
     scipy's potrf holds the interpreter's lock, so that neither Ctrl-C nor a time limit can end the wait for it. numpy's
     releases it, but copies A twice and takes a third longer, which pays where potrf would take more than a second.
     """
-    with imports:
-        from scipy.linalg import get_lapack_funcs
+    from scipy.linalg import get_lapack_funcs
 
     include_loaded()
     (potrs,) = get_lapack_funcs(("potrs",), (A,))

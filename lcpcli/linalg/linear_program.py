@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silence
 from lcpcli.linalg.matrices import stack
 from lcpcli.linalg.threads import include_loaded
@@ -31,8 +30,7 @@ def linprog(
 
     The solver takes at most that many seconds, and no more than remain of the time limit of the run.
     """
-    with imports:
-        from scipy.optimize import linprog as solve
+    from scipy.optimize import linprog as solve
 
     include_loaded()
     bounds = np.column_stack([np.broadcast_to(bound, objective.size) for bound in (lower, upper)])

@@ -8,7 +8,6 @@ from functools import cache, partial
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse
@@ -149,8 +148,7 @@ class _DenseFactors:
     """LAPACK's factorizations of copies of dense matrices. Raises SingularMatrix."""
 
     def __init__(self) -> None:
-        with imports:
-            from scipy.linalg import get_lapack_funcs
+        from scipy.linalg import get_lapack_funcs
 
         include_loaded()
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))

@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.bordered import Bordered, dense_places
 from lcpcli.linalg.factors import SingularMatrix
@@ -62,8 +61,7 @@ def sparse_systems(M: Matrix, S: Vector | None) -> SparseSystems:
 
 class _Dense:
     def __init__(self, M: Matrix) -> None:
-        with imports:
-            from scipy.linalg import get_lapack_funcs
+        from scipy.linalg import get_lapack_funcs
 
         include_loaded()
         self._M = M

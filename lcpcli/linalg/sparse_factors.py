@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors
 from lcpcli.linalg.factors import SingularMatrix
@@ -24,8 +23,7 @@ class SuperLU:
     library = "SuperLU"
 
     def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
-        with imports:
-            from scipy.sparse.linalg import splu
+        from scipy.sparse.linalg import splu
 
         include_loaded()
         self._splu, self._columns, self._places = splu, *_columns(*_entries(M), M.shape[0])

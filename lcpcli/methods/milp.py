@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.linear_program import linprog
@@ -113,8 +112,7 @@ def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], 
 
 def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
     """The active sets at the best (y, b, alpha) found by the deadline; none if alpha is 0."""
-    with imports:
-        from scipy.optimize import LinearConstraint, milp
+    from scipy.optimize import LinearConstraint, milp
 
     n = q.size
     seconds = max(deadline - time.perf_counter(), 1e-3)

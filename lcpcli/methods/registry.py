@@ -15,7 +15,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
-from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.options import Option
 
@@ -207,8 +206,7 @@ def declared(name: str) -> Method:
 def load(name: str) -> Callable[..., Stage]:
     """The function of the method of that name."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
-    with imports:
-        loaded: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
+    loaded: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
     return loaded
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
@@ -67,8 +66,7 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
     """The stage of an LCP, for a mixed problem that of its standard form."""
     if not problem.is_mixed:
         return function(problem, x0, **options)
-    with imports:
-        from lcpcli.model.reductions.standard_form import standard_form
+    from lcpcli.model.reductions.standard_form import standard_form
 
     try:
         form = standard_form(problem)

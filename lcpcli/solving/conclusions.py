@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.solving.result import Result
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounding
@@ -18,15 +17,13 @@ def concluded(results: Sequence[Result]) -> list[Result]:
     advised = [result if result.solved else _with_advice(result) for result in results]
     if not results or results[0].problem.origin is None:
         return advised
-    with imports:
-        from lcpcli.solving.meaning import answers
+    from lcpcli.solving.meaning import answers
 
     return [replace(result, answer=answer) for result, answer in zip(advised, answers(results), strict=True)]
 
 
 def _with_advice(result: Result) -> Result:
-    with imports:
-        from lcpcli.solving.advice import suggestions
+    from lcpcli.solving.advice import suggestions
 
     return replace(result, suggestions=suggestions(result))
 

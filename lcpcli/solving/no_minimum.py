@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import compressed
@@ -87,10 +86,10 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
     """What the simplex method in integers says, unless it takes too long."""
-    with imports:
-        from lcpcli.rational.infeasibility import farkas_vector
-        from lcpcli.rational.numbers import rounded_direction
-        from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.infeasibility import farkas_vector
+    from lcpcli.rational.numbers import rounded_direction
+    from lcpcli.rational.problem import ExactProblem
+
     try:
         y = farkas_vector(ExactProblem.of_floats(constraints), alarm(time.perf_counter() + SECONDS))
     except TimeIsUp:

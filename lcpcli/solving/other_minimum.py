@@ -10,7 +10,6 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
 from lcpcli.model.reductions.program import Program, ProgramData
@@ -48,10 +47,9 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
 def _may_move(x: Vector, data: ProgramData) -> bool:
     """Whether Qd = 0, c'd = 0 and the active rows and bounds at x leave a d that is not 0, for the decimals of the data
     in rational arithmetic. Then no rounding makes x one of several minimizers."""
-    with imports:
-        from lcpcli.rational import linear
-        from lcpcli.rational.problem import rows_of, shortest_decimal
-        from lcpcli.rational.sums import over_one_denominator
+    from lcpcli.rational import linear
+    from lcpcli.rational.problem import rows_of, shortest_decimal
+    from lcpcli.rational.sums import over_one_denominator
 
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lcpcli.clock import Stopwatch, imports, seconds
+from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
@@ -118,8 +118,8 @@ def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Tr
     """Those to make before a method runs, one after another."""
     changes: list[Transformation] = []
     if problem.reference_z is not None and method != "auto":  # which does so itself
-        with imports:
-            from lcpcli.model.shifted import shifted
+        from lcpcli.model.shifted import shifted
+
         changes.append(shifted(problem))
         problem = changes[-1].problem
     return [*changes, scaled.scale(problem)] if scale else changes
@@ -139,8 +139,7 @@ def _stage(
         in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
     stage = begin(method, problem, start, **in_force)
     if finishing_clock is not None:
-        with imports:
-            from lcpcli.methods.finish import finish
+        from lcpcli.methods.finish import finish
 
         stage = finish(problem, start, stage, finishing_clock)
     for change in reversed(changes):

@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, alarm, remaining
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
@@ -70,9 +69,8 @@ def has_no_solution(problem: Problem) -> bool | None:
     it takes longer than SECONDS or the time that is left."""
     if problem.n > FEW:
         return None
-    with imports:
-        from lcpcli.rational.problem import ExactProblem
-        from lcpcli.rational.tree import first_solution
+    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.tree import first_solution
 
     deadline = time.perf_counter() + min(SECONDS, remaining())
     try:
@@ -101,8 +99,7 @@ def proves_infeasible(problem: Problem, y: Vector) -> bool:
     if y.shape != problem.q.shape:
         return False
     if isinstance(problem.box, Box):
-        with imports:
-            from lcpcli.verify import mixed_farkas
+        from lcpcli.verify import mixed_farkas
 
         return mixed_farkas.refutes(problem.M, problem.q, problem.box, y)
     return refutes(problem.M, problem.q, y)
@@ -117,8 +114,7 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
     """
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
-    with imports:
-        from lcpcli.verify.exact_farkas import whole_proofs
+    from lcpcli.verify.exact_farkas import whole_proofs
 
     whole = next((v for v in whole_proofs(problem, y) if proves_infeasible(problem, v)), None)
     return proof_in_units(problem, np.ones(problem.n), y) if whole is None else whole
@@ -140,8 +136,7 @@ def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
     with np.errstate(all="ignore"):
         M, q = matrices.scaled(problem.M, R, C), R * problem.q
     if isinstance(problem.box, Box):
-        with imports:
-            from lcpcli.verify import mixed_farkas
+        from lcpcli.verify import mixed_farkas
 
         candidates = mixed_farkas.candidates(M, q, problem.box.in_units(C), seconds)
         return next((y for y in (proof_in_units(problem, R, y) for y in candidates) if y is not None), None)

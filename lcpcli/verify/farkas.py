@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
@@ -69,8 +68,7 @@ def refutes(A: Matrix, b: Vector, y: Vector) -> bool:
         active = np.flatnonzero(~(product < -error - ACTIVE * size))
         if (product > error + ACTIVE * size).any():
             return False
-    with imports:
-        from lcpcli.rational import sums
+    from lcpcli.rational import sums
 
     signs = (sums.sign_of_product(_column(A, j), y) for j in doubtful.tolist())
     if sums.sign_of_product(b, y) < 0 and all(sign <= 0 for sign in signs):
@@ -80,8 +78,7 @@ def refutes(A: Matrix, b: Vector, y: Vector) -> bool:
 
 def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool:
     """Whether y changed so that A'y = 0 in the active columns, exactly, refutes the system."""
-    with imports:
-        from fractions import Fraction
+    from fractions import Fraction
 
     support = np.flatnonzero(y)
     found = corrected(A, support, [Fraction(value) for value in y[support].tolist()], active)
@@ -90,8 +87,7 @@ def _refutes_corrected(A: Matrix, b: Vector, y: Vector, active: Indices) -> bool
 
 def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -> tuple[Indices, list[Fraction]] | None:
     """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
-    with imports:
-        from lcpcli.rational import linear, sums
+    from lcpcli.rational import linear, sums
 
     order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
     support, y = support[order], [y[k] for k in order]
@@ -118,8 +114,7 @@ def is_short(A: Sequence[Sequence[int]]) -> bool:
 
 
 def _largest() -> int:
-    with imports:
-        from lcpcli.rational import linear
+    from lcpcli.rational import linear
 
     return LARGEST_BY_FLINT if linear.is_fast() else LARGEST_EXACT
 

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import are_moderate, least, size
 from lcpcli.linalg.matrices import is_sparse
@@ -239,8 +238,7 @@ def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[f
     if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
         w: Vector = 0.0 - accurate_residual(M, z, -q)
         return w
-    with imports:
-        from lcpcli.rational import sums
+    from lcpcli.rational import sums
 
     used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
     parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg import products
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS
@@ -90,10 +89,9 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         return False
     if not Point(Criterion(problem), z).nearly_solves():
         return False
-    with imports:
-        from fractions import Fraction
+    from fractions import Fraction
 
-        from lcpcli.rational.basis import exact_basis
+    from lcpcli.rational.basis import exact_basis
 
     nonbasic = problem.box.nonbasic(basis) if problem.is_mixed else None
     found = exact_basis(problem.M, problem.q, basis.basic, nonbasic, problem.box)

@@ -10,7 +10,6 @@ from itertools import chain
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.band import is_narrow
 from lcpcli.linalg.matrices import is_sparse
@@ -126,8 +125,7 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
     """The methods for a large problem with many evident variables, without these."""
     if not problem.is_mixed or problem.n <= factors.SMALL:
         return
-    with imports:
-        from lcpcli.model.reductions.presolve import presolved
+    from lcpcli.model.reductions.presolve import presolved
 
     change = presolved(problem)
     if change is not None:
@@ -146,8 +144,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield "newton", _while_fast(problem, block_pivoting(problem, x0, problem.n))
         yield "interior", begin("interior", problem, x0)
     elif large_and_sparse:
-        with imports:
-            from lcpcli.methods.auto.sparse_route import sparse_route
+        from lcpcli.methods.auto.sparse_route import sparse_route
 
         narrow = is_narrow(problem.M)
         yield "sparse", sparse_route(problem, x0, krylov_only=narrow or not problem.M.diagonal().all())
@@ -167,8 +164,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     if large_and_sparse or problem.is_mixed:
         yield "linear", _linear(problem, _remaining(deadline))
     yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
-    with imports:
-        from lcpcli.methods.auto.restarts import restarts
+    from lcpcli.methods.auto.restarts import restarts
 
     yield "lemke", as_lcp(restarts, problem, x0)
 
@@ -193,23 +189,20 @@ def _first(problem: Problem) -> str:
     """The method that programs are given to first: linear, interior, or "" for what is no program; M sparse."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
-    with imports:
-        from lcpcli.methods.auto.linear import is_skew
-        from lcpcli.methods.auto.monotone import is_program
+    from lcpcli.methods.auto.linear import is_skew
+    from lcpcli.methods.auto.monotone import is_program
 
     return "linear" if is_skew(problem.M) else "interior" if is_program(problem) else ""
 
 
 def _is_monotone(problem: Problem) -> bool:
-    with imports:
-        from lcpcli.methods.auto.monotone import is_monotone
+    from lcpcli.methods.auto.monotone import is_monotone
 
     return is_monotone(problem.M)
 
 
 def _linear(problem: Problem, seconds: float) -> Stage:
-    with imports:
-        from lcpcli.methods.auto.linear import linear
+    from lcpcli.methods.auto.linear import linear
 
     return linear(problem, seconds)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import sizes
 from lcpcli.methods.auto.dense_route import dense_route
@@ -70,7 +69,6 @@ def _pivoting(problem: Problem, turns: Turns) -> Stage:
 
 def exactly(problem: Problem, turns: Turns, decide: bool) -> Stage:
     """The turn of exact arithmetic, from the last iterate."""
-    with imports:
-        from lcpcli.methods.auto.exact import exact
+    from lcpcli.methods.auto.exact import exact
 
     return (yield from turns.take("exact", exact(problem, problem.box.z_of(turns.last.x), decide)))

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeAlias
 
-from lcpcli.clock import imports
 from lcpcli.methods.iterate import FAULTS, Breakdown, Iterate, Stage, advance, told
 from lcpcli.methods.transformed import in_given_variables
 from lcpcli.model.problem import Problem
@@ -42,8 +41,7 @@ def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
     """A search in the variables in which the reference point of the problem is 0."""
     if problem.reference_z is None:
         return search(problem, Turns(x0))
-    with imports:
-        from lcpcli.model.shifted import shifted
+    from lcpcli.model.shifted import shifted
 
     change = shifted(problem)
     return in_given_variables(change, search(change.problem, Turns(change.start(x0))))
