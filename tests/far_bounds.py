@@ -7,6 +7,14 @@ from typing import Any
 import numpy as np
 
 Parts = dict[str, Any]
+FAR = {  # a program with bounds of 1e20 and more, six of them none by the convention of MPS files
+    "Q": [[2, 0], [0, 2]],
+    "c": [-3, 1],
+    "A": [[1, 1], [1, -1], [0, 1], [1, 2]],
+    "row_lower": [1, -1e20, -1e30, -1e25],
+    "row_upper": [1e20, 1e30, 4, None],
+    "upper": [1e20, None],
+}
 ENDS = ("row_lower", "row_upper", "lower", "upper")
 
 

@@ -20,17 +20,9 @@ from lcpcli.model.far_bounds import relaxed, with_infinity
 from lcpcli.model.reductions.program import Program
 from lcpcli.solving.answer import Minimum
 
-from .far_bounds import lists, random_program, with_far_bounds
+from .far_bounds import FAR, lists, random_program, with_far_bounds
 
 INF = np.inf
-FAR = {
-    "Q": [[2, 0], [0, 2]],
-    "c": [-3, 1],
-    "A": [[1, 1], [1, -1], [0, 1], [1, 2]],
-    "row_lower": [1, -1e20, -1e30, -1e25],
-    "row_upper": [1e20, 1e30, 4, None],
-    "upper": [1e20, None],
-}
 
 
 def minimum(problem: Problem, **options: Any) -> Minimum:

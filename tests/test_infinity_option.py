@@ -13,16 +13,9 @@ from lcpcli import from_qp, read
 from lcpcli.files import shipped
 
 from .conftest import Outcome
+from .far_bounds import FAR
 
 Lcp = Callable[..., Outcome]
-FAR = {
-    "Q": [[2, 0], [0, 2]],
-    "c": [-3, 1],
-    "A": [[1, 1], [1, -1], [0, 1], [1, 2]],
-    "row_lower": [1, -1e20, -1e30, -1e25],
-    "row_upper": [1e20, 1e30, 4, None],
-    "upper": [1e20, None],
-}
 MIXED = '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": [1e20, 1e400]}'
 REMARK = "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 takes them for none\n"
 

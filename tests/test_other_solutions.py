@@ -61,10 +61,10 @@ def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknow
 ) -> None:
     monkeypatch.setattr(others, "SECONDS", 60)
     infeasible, definite = families.make("infeasible", 5, 0), families.make("tridiagonal", 10, 0)
-    assert others.found_others(np.zeros(5), lambda: ExactProblem.of_decimals(infeasible)).others is None
+    assert others.search_others(np.zeros(5), lambda: ExactProblem.of_decimals(infeasible)).others is None
     assert not others.is_searched(families.make("tridiagonal", others.MOST + 1, 0), 1000)
-    found = others.found_others(run(definite).z, lambda: ExactProblem.of_decimals(definite))
-    assert found == others.Found(others=False, solvable=True)
+    found = others.search_others(run(definite).z, lambda: ExactProblem.of_decimals(definite))
+    assert found == others.Findings(others=False, solvable=True)
 
 
 NEARLY_SINGULAR = '{"M": [[1, 1], [1, 1.00000000000000000001]], "q": [-1, -1]}'

@@ -108,11 +108,16 @@ def room_of(name: str) -> str:
 IMPORTED = {name: imported(name, tree) for name, tree in MODULES.items()}
 
 
+def lines_of_docstring(function: ast.FunctionDef) -> int:
+    first = function.body[0]
+    return (first.end_lineno or 0) - first.lineno + 1 if ast.get_docstring(function) else 0
+
+
 @pytest.mark.parametrize("file", FILES, ids=lambda file: name_of(file))
 def test_no_file_and_no_function_is_long(file: Path) -> None:
     assert len(file.read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE
     functions = [node for node in ast.walk(TREES[name_of(file)]) if isinstance(node, ast.FunctionDef)]
-    lines = {node.name: (node.end_lineno or 0) - node.lineno + 1 for node in functions}
+    lines = {node.name: (node.end_lineno or 0) - node.lineno + 1 - lines_of_docstring(node) for node in functions}
     assert {name: count for name, count in lines.items() if count > LONGEST_FUNCTION} == {}
 
 

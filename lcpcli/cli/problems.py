@@ -35,7 +35,7 @@ def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
 
 
 def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> ExactProblem:
-    """The same with the numbers as written."""
+    """Return the problem that `read` does with its numbers as written, as fractions."""
     if given["game"]:
         return _of_game(files, given, quiet).exactly()
     from lcpcli.files import bounds, reading
@@ -49,7 +49,7 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
 
 
 def _of_game(files: Sequence[str], given: Given, quiet: bool) -> Held:
-    """The game whose payoffs are in the files."""
+    """Return the game whose payoffs are in the files."""
     from lcpcli.files.game_tables import game_in
 
     held = _single(game_in(files), given)
@@ -76,13 +76,13 @@ class Held(NamedTuple):
     """A problem that was read.
 
     exactly : reads its numbers as written. remarks : lines on what is wrong with its known solutions, which are dropped
-    then, and on bounds that may stand for none. length : the bytes of the text that it was read from.
+    then, and on bounds that may stand for none. length : returns the bytes of the text that it was read from.
     """
 
     problem: Problem
     exactly: Callable[[], ExactProblem]
     remarks: list[str]
-    length: int = 0
+    length: Callable[[], int] = int
 
 
 def held(work: Work, given: Given, exact: bool) -> Iterator[Held]:

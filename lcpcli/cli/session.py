@@ -108,10 +108,10 @@ def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result
     """The result with whether the problem has other solutions, and whether it has any as written."""
     if not result.solved:
         return result
-    from lcpcli.enumeration.others import found_others
+    from lcpcli.enumeration.others import search_others
 
-    found = found_others(result.z, exactly)
-    return replace(result, others=found.others, exactly_solvable=found.solvable)
+    findings = search_others(result.z, exactly)
+    return replace(result, others=findings.others, exactly_solvable=findings.solvable)
 
 
 def _refuse_amiss(files: Sequence[str], output: Output, plot: Plot, resumed: str | None) -> None:

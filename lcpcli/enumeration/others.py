@@ -20,7 +20,7 @@ LONGEST = 200_000  # bytes of its text, as there is no limit on digits: longer o
 AGREEMENT = 1e-7  # of the largest component: two points that are this close are the same as they are printed
 
 
-class Found(NamedTuple):
+class Findings(NamedTuple):
     """What is proved for the numbers as written, each None if it is not found out.
 
     others : whether there are other solutions than z; None too if the only one is not z, as far as z is printed.
@@ -31,19 +31,19 @@ class Found(NamedTuple):
     solvable: bool | None = None
 
 
-def is_searched(problem: Problem, length: int) -> bool:
-    """Whether a problem, in a text of that length, is small enough, and not the conditions of a program, of which only
-    x counts."""
-    return problem.n <= MOST and length <= LONGEST and not isinstance(problem.origin, Program)
+def is_searched(problem: Problem, length: Callable[[], int]) -> bool:
+    """Whether a problem, in a text of `length` bytes, is small enough, and not the conditions of a program, of which
+    only x counts."""
+    return problem.n <= MOST and not isinstance(problem.origin, Program) and length() <= LONGEST
 
 
-def found_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Found:
+def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
     """What a search finds beside z, which solves a problem up to rounding. `exactly` gives that problem, which is to be
     searched, with its numbers as written."""
     try:
         data = exactly()
     except ProblemError:  # a number with an exponent that is not expanded
-        return Found()
+        return Findings()
     from lcpcli.enumeration.search import solutions
     from lcpcli.linalg.doubles import size
     from lcpcli.rational.numbers import rounded
@@ -51,9 +51,9 @@ def found_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Found:
     search = solutions(data, time_limit=SECONDS_SMALL if data.n <= SMALL else SECONDS, max_solutions=2)
     pieces = list(search)
     if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
-        return Found(others=True, solvable=True)
+        return Findings(others=True, solvable=True)
     if not pieces:
-        return Found(solvable=False if search.complete else None)
+        return Findings(solvable=False if search.complete else None)
     only = rounded(pieces[0].vertices[0])
     agrees = size(only - z) <= AGREEMENT * max(size(only), size(z))
-    return Found(others=False if search.complete and agrees else None, solvable=True)
+    return Findings(others=False if search.complete and agrees else None, solvable=True)

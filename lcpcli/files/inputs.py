@@ -56,9 +56,9 @@ class Input:
             raise ProblemError(f"{place}: {where}" if where else place, error.fault, error.hint) from None
         return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
 
-    @property
     def length(self) -> int:
-        """The bytes of the texts among its contents, in which numbers may have any number of digits."""
+        """Return the number of bytes of the texts among its contents, in which numbers may have any number of
+        digits."""
         return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:

@@ -51,18 +51,21 @@ def solve(
     Parameters
     ----------
     M, q : shape (n, n), dense or a scipy sparse matrix or array of any format, and shape (n,); as in `Problem`.
-    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and none; None, or a size from infinity on.
+    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None stands for no bound.
+    infinity : the size from which on a bound is none, often 1e20; by default only infinite ones are.
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
         "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "interior" (Mehrotra 1992;
-        Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988).
-    x0, z0, basis : at most one start, x = (z - w) / 2, z, or a `Result.basis`, which "auto" and "newton" try first.
+        Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988); sources are in their modules.
+    x0, z0, basis : at most one start: x = (z - w) / 2, or z, from which w = M z + q, or a `Result.basis`, which "auto"
+        and "newton" try before anything else. By default x0 = 0.
     tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
     max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
     threads : for dense linear algebra, by default one unless the environment sets it or M is very large.
-    interrupts : what Ctrl-C does, "raise" Interrupted or "return" the result.
-    scale, finish : for "shi" and "fixed-point", to equilibrate the problem, and to stop once the active set solves it.
+    scale, finish : for "shi" and "fixed-point", to work on the equilibrated problem, and to stop once the active set
+        yields the solution.
+    interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the result with the best z so far.
     options : of the method; None means "not given". For "shi" p, k_star, rho, sigma and x1, for "fixed-point" omega
         and anderson, for "interior" start_slack and regularization: `lcp solve --help` describes them.
 
@@ -72,11 +75,17 @@ def solve(
 
     Raises
     ------
-    ProblemError, OptionError : a ValueError, as an argument cannot be used. Interrupted : Ctrl-C; it has the `result`.
+    ProblemError, OptionError : M, q, a bound or the start cannot be used; the method is unknown, or an option is
+        unknown, out of range or without effect on the method. Both are a ValueError.
+    Interrupted : Ctrl-C was pressed; a KeyboardInterrupt that has the `result`.
 
     Examples
     --------
-    >>> solve([[2, 1], [1, 2]], [-5, -6], lower=[None, 0], upper=2).z.tolist()
+    >>> import lcpcli
+    >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    >>> result.status.word, result.z.round(6).tolist()
+    ('solved', [1.333333, 2.333333])
+    >>> lcpcli.solve([[2, 1], [1, 2]], [-5, -6], lower=[None, 0], upper=2).z.tolist()
     [1.5, 2.0]
     """
     began = seconds()

@@ -152,17 +152,17 @@ def _searched(data: ExactProblem, deadline: float) -> Exact | None:
     return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _infeasible(data, y)
 
 
-def _solved(data: ExactProblem, z: list[Fraction]) -> Exact:
-    """The solution z, which is verified once more."""
+def _solved(data: ExactProblem, z: list[Fraction]) -> Exact | None:
+    """Return z with its w as what is proved, or None if z, which is verified once more, is no solution."""
     if not data.is_solution(z):
-        raise ArithmeticError("a solution that was found is none")
+        return None
     return Exact(Status.SOLVED, MIXED_SOLVED if data.problem.is_mixed else SOLVED, z=z, w=data.w(z))
 
 
-def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact:
-    """The proof y, the same way."""
+def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact | None:
+    """Return the Farkas vector y as what is proved, or None if y, which is verified once more, proves nothing."""
     if not data.refuted_by(y):
-        raise ArithmeticError("a proof that was found is none")
+        return None
     return Exact(Status.INFEASIBLE, MIXED_INFEASIBLE if data.problem.is_mixed else INFEASIBLE, y=y)
 
 

@@ -31,7 +31,7 @@ class Criterion:
 
     @cached_property
     def measure(self) -> Measure:
-        """That of the data."""
+        """The measure of the residuals of these data."""
         return Measure(self.data)
 
     def for_point(self, z: Vector) -> Criterion:
