@@ -49,10 +49,11 @@ def linprog(
 
 
 class Optimum(NamedTuple):
-    """A minimiser x and the multipliers y of the rows: the derivative of the minimum with respect to the bound."""
+    """A minimiser x, the multipliers y of the rows, the derivative of the minimum by the bound, and the minimum."""
 
     x: Vector
     y: Vector
+    value: float
 
 
 def minimized(
@@ -74,4 +75,4 @@ def minimized(
     y[equal] = found.eqlin.marginals
     y[below] -= found.ineqlin.marginals[: below.size]
     y[above] += found.ineqlin.marginals[below.size :]
-    return Optimum(found.x, y)
+    return Optimum(found.x, y, float(found.fun))

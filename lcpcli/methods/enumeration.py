@@ -19,6 +19,7 @@ from lcpcli.linalg import matrices
 from lcpcli.methods.iterate import Finished, OutOfTime, Stalled
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify import farkas
+from lcpcli.verify.alternative import alternative
 
 UNDECIDED, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
 MAX_NODES = 1 << 14  # enough for any problem of up to 12 unknowns
@@ -49,7 +50,7 @@ def candidates(
         if examined == nodes:
             return Stalled(f"{nodes} systems have been examined")
         examined += 1
-        found = farkas.alternative(*_system(M, q, decided), seconds)
+        found = alternative(*_system(M, q, decided), seconds)
         if found.proof is not None:
             continue
         undecided = decided == UNDECIDED

@@ -25,6 +25,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.scaled import Scaled, scale
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
+from lcpcli.verify.alternative import alternative
 from lcpcli.verify.certificate import Certificate, proof_in_units
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
@@ -69,7 +70,7 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
         finite = bool(np.isfinite(M.sum()) and np.isfinite(q).all() and np.isfinite(1 / units.R).all())
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
-    proof = farkas.alternative(M, q, time_limit).proof
+    proof = alternative(M, q, time_limit).proof
     y = None if proof is None else proof_in_units(problem, units.R, proof)
     if y is not None:
         return NoSolution(Certificate("farkas", NO_POINT, y))

@@ -126,6 +126,10 @@ class Orthant:
         smaller = factor * z < w
         return np.where(smaller, np.minimum(w, 0.0), w), z - self.on_bounds(z, w, factor)
 
+    def in_units(self, C: Vector) -> Orthant:  # noqa: ARG002
+        """The bounds of z / C."""
+        return self
+
     def averaged(self, T: Matrix) -> Orthant:  # noqa: ARG002
         """The bounds of T'z, for a nonnegative T with orthonormal columns."""
         return self

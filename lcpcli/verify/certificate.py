@@ -13,10 +13,10 @@ from lcpcli.interrupts import TimeIsUp, alarm, remaining
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.products import absolute_product, product
-from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import ACTIVE, alternative, refutes
+from lcpcli.verify.alternative import candidates
+from lcpcli.verify.farkas import ACTIVE, refutes
 from lcpcli.verify.measure import FEW
 
 SECONDS = 0.5  # for a search of all complementary sets, which takes milliseconds for most problems of few unknowns
@@ -34,7 +34,7 @@ class Certificate:
     """Why there is no solution, or why a method gives up.
 
     kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y of
-           `mixed_farkas`. It consists of integers, for which all this holds without rounding, where `proof` finds
+           `farkas`. It consists of integers, for which all this holds without rounding, where `proof` finds
            such; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
            "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
            "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
@@ -91,18 +91,12 @@ def is_ray(problem: Problem, z: Vector) -> bool:
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
-    """Whether y proves that no z >= 0 has M z + q >= 0: `farkas.refutes` on the original M and q.
+    """Whether y proves that no z within its bounds has w with the signs that these ask for: `farkas.refutes` on the
+    original M and q.
 
     Exact: it is never true for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,).
-    With bounds, `mixed_farkas.refutes`.
     """
-    if y.shape != problem.q.shape:
-        return False
-    if isinstance(problem.box, Box):
-        from lcpcli.verify import mixed_farkas
-
-        return mixed_farkas.refutes(problem.M, problem.q, problem.box, y)
-    return refutes(problem.M, problem.q, y)
+    return y.shape == problem.q.shape and refutes(problem.M, problem.q, y, problem.box)
 
 
 def proof(problem: Problem, y: Vector) -> Vector | None:
@@ -135,13 +129,8 @@ def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
         M, q = matrices.scaled(problem.M, R, C), R * problem.q
-    if isinstance(problem.box, Box):
-        from lcpcli.verify import mixed_farkas
-
-        candidates = mixed_farkas.candidates(M, q, problem.box.in_units(C), seconds)
-        return next((y for y in (proof_in_units(problem, R, y) for y in candidates) if y is not None), None)
-    y = alternative(M, q, seconds).proof
-    return None if y is None else proof_in_units(problem, R, y)
+    proofs = (proof_in_units(problem, R, y) for y in candidates(M, q, problem.box.in_units(C), seconds))
+    return next((y for y in proofs if y is not None), None)
 
 
 def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:

@@ -9,8 +9,8 @@ import numpy as np
 from lcpcli.methods.interior.scaling import Scaled
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Vector
+from lcpcli.verify.alternative import simplest
 from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
-from lcpcli.verify.mixed_farkas import rounded
 
 FAR = 1e2  # in scaled units: what diverges is at least that large
 COARSE = 1e-3  # of the largest entry of y: what is left out first
@@ -44,7 +44,7 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
 def _simplest_first(y: Vector) -> Iterator[Vector]:
     """What y may be an approximation of: integers, fractions, and itself, without small entries and with them."""
     for least in (COARSE * float(np.abs(y).max()), 0.0):
-        yield from reversed(list(rounded(np.where(np.abs(y) < least, 0.0, y))))
+        yield from reversed(list(simplest(np.where(np.abs(y) < least, 0.0, y))))
 
 
 def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:

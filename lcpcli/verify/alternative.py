@@ -1,0 +1,164 @@
+"""Farkas' alternatives by linear programs: a point of a system of inequalities, or a proof that there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg.linear_program import Optimum, minimized
+from lcpcli.linalg.matrices import is_sparse, stack
+from lcpcli.model.box import ORTHANT, Box, Orthant
+from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.verify.farkas import SNAP, Sides, refutes, sides
+
+GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
+LARGEST_POWER = 1000  # of two, that b is multiplied by
+
+
+class Alternative(NamedTuple):
+    """One of Farkas' alternatives; both None if neither was established.
+
+    point : z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves nothing.
+    proof : y for which `farkas.refutes` holds.
+    """
+
+    point: Vector | None
+    proof: Vector | None
+
+
+def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
+    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs; A should be equilibrated.
+
+    A of shape (m, n), dense or sparse, b of shape (m,); if they are not finite, nothing is established. Each LP may
+    take half of the seconds.
+    """
+    system = System(A, b, ORTHANT, seconds)
+    if not system.is_finite:
+        return Alternative(None, None)
+    first = system.least_total()
+    if first is not None and first.value > -0.5:
+        return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)
+    return Alternative(None, next((y for y in system.candidates(first) if refutes(A, b, y)), None))
+
+
+def candidates(A: Matrix, b: Vector, box: Orthant | Box, seconds: float = math.inf) -> Iterator[Vector]:
+    """Vectors y that may be proofs that no z within its bounds has A z + b with the signs that `farkas.refutes` asks
+    for, the likeliest first; nothing if there is such a z, to the tolerance of the LP solver."""
+    system = System(A, b, box, seconds)
+    if not system.is_finite or (system.rows.low & system.rows.high).all():
+        return
+    first = system.least_total()
+    if first is None or first.value <= -0.5:
+        yield from system.candidates(first)
+
+
+class System:
+    """A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, where b and the bounds are divided by a
+    power of two: its multipliers y. Each LP takes at most half of the seconds.
+
+    In the LPs for y, A'y = v - v' with v, v' >= 0 that cost what the bounds say, as HiGHS then takes the fewest steps;
+    for a dense A, whose identity would be as large, inequalities stand in their place where a bound is 0.
+    """
+
+    def __init__(self, A: Matrix, b: Vector, box: Orthant | Box, seconds: float) -> None:
+        self._A, self._seconds = A, seconds / 2
+        self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_POWER)
+        self.rows, columns = sides(box, b.size), sides(box, A.shape[1])
+        with np.errstate(all="ignore"):
+            self._b, lower, upper = (np.ldexp(v, -self.power) for v in (b, columns.lower, columns.upper))
+        self._columns = Sides(lower, upper, columns.low, columns.high)
+        may_fall, may_rise = (not is_sparse(A)) & (lower == 0), (not is_sparse(A)) & (upper == 0)
+        self._ends = np.where(may_fall, -np.inf, 0.0), np.where(may_rise, np.inf, 0.0)
+        self._positive, self._negative = np.flatnonzero(~self.rows.high), np.flatnonzero(~self.rows.low)
+        self._above, self._below = np.flatnonzero(columns.high & ~may_rise), np.flatnonzero(columns.low & ~may_fall)
+        self._cost = np.concatenate(
+            (self._b[self._positive], -self._b[self._negative], upper[self._above], -lower[self._below])
+        )
+        self.is_finite = bool(np.isfinite(self._b).all() and np.isfinite(self._cost).all() and np.isfinite(A.sum()))
+
+    def candidates(self, first: Optimum | None) -> Iterator[Vector]:
+        """Yield vectors that may be proofs, the likeliest first: those of `least_total`, if it has any, those of the
+        least violation, as the y of systems that almost have a solution are large, and those with margins."""
+        if first is not None:
+            yield from _with_itself(self._y(first))
+        least = self._least_violation()
+        if least is not None:
+            yield from _with_itself(least.y)
+        strict = None if first is None else self._largest_margins()
+        if strict is not None:
+            yield from _with_itself(self._y(strict))
+
+    def least_total(self) -> Optimum | None:
+        """The minimum of b'y + u'v - l'v' from -1 on, with A'y = v - v' for v and v' >= 0, where v_j = 0 if u_j is
+        infinite and v'_j = 0 if l_j is, over the y with the signs of multipliers.
+
+        It is -1 or 0, and if it is 0 its multipliers, of the columns of A and of the total, are minus a point of a
+        system with z >= 0.
+        """
+        return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
+
+    def _largest_margins(self) -> Optimum | None:
+        """The maximum of the sum of the margins, up to 1 each, by which components of A'y are beyond 0 on the side
+        where they cost nothing, as a vertex y has many that are 0 up to rounding; with a total of at most -1."""
+        lower, upper, low, high = self._columns
+        single = np.flatnonzero((low != high) & (np.where(low, lower, upper) == 0))
+        return self._minimum(np.append(0 * self._cost, -np.ones(single.size)), single, (-np.inf, -1.0))
+
+    def _minimum(self, objective: Vector, margins: Indices, total: tuple[float, float]) -> Optimum | None:
+        """The minimum of an objective of y, v, v' and the margins of some columns, with a total between two numbers."""
+        transposed, one = self._A.T, identity(self._A.T)
+        slopes = one[:, margins] * np.where(self._columns.low[margins], 1.0, -1.0)
+        y = [transposed[:, self._positive], -transposed[:, self._negative]]
+        v = [-one[:, self._above], one[:, self._below]]
+        A = stack([[stack([[*y, *v, slopes]])], [np.append(self._cost, 0 * margins)[np.newaxis]]])
+        ends = np.append(self._ends[0], total[0]), np.append(self._ends[1], total[1])
+        upper = np.append(np.full(self._cost.size, np.inf), np.ones(margins.size))
+        return minimized(objective, A, ends, (np.zeros(upper.size), upper), self._seconds)
+
+    def _y(self, found: Optimum) -> Vector:
+        split = self._positive.size
+        y = np.zeros(self._b.size)
+        y[self._positive] += found.x[:split]
+        y[self._negative] -= found.x[split : split + self._negative.size]
+        return y
+
+    def _least_violation(self) -> Optimum | None:
+        """The least sum of violations of the signs of A z + b, with multipliers of at most 1 in size.
+
+        J. W. Chinneck and E. W. Dravnieks, Locating minimal infeasible constraint sets in linear programs, ORSA Journal
+        on Computing 3 (1991) 157-168: the elastic program.
+        """
+        low, high = self.rows.low, self.rows.high
+        one = identity(self._A)
+        elastic = stack([[self._A, one[:, ~high], -one[:, ~low]]])
+        zero = np.zeros(elastic.shape[1] - self._A.shape[1])
+        ends = np.where(high, -np.inf, -self._b), np.where(low, np.inf, -self._b)
+        bounds = np.append(self._columns.lower, zero), np.append(self._columns.upper, zero + np.inf)
+        return minimized(np.append(np.zeros(self._A.shape[1]), zero + 1), elastic, ends, bounds, self._seconds)
+
+
+def simplest(y: Vector) -> Iterator[Vector]:
+    """Yield y without what is small, and what it may be an approximation of: fractions, or integers."""
+    largest = float(np.abs(y).max())
+    snapped = np.where(np.abs(y) < SNAP * largest, 0.0, y)
+    if snapped.any():
+        yield snapped
+        yield np.rint(GRID * (snapped / largest)) / GRID
+        yield np.rint(snapped / np.abs(snapped[snapped != 0]).min())
+
+
+def _with_itself(y: Vector) -> Iterator[Vector]:
+    yield from simplest(y)
+    yield y
+
+
+def identity(A: Matrix) -> Matrix:
+    """The identity of as many rows as A, sparse if A is."""
+    if not is_sparse(A):
+        return np.eye(A.shape[0])
+    from scipy.sparse import eye_array
+
+    return eye_array(A.shape[0]).tocsc()
