@@ -9,13 +9,13 @@ Algebra and its Applications 21 (1978) 207-215.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import numpy as np
 
-from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods.iterate import Finished, Iterate, Stage, advance
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
@@ -77,7 +77,7 @@ class _Finisher:
         self._previous: Basis | None = None
         self._stable = 0
         self._tried: Basis | None = None
-        self._unfinished: tuple[int, Basis] | None = None
+        self._unfinished: tuple[int, Iterator[BasicSolution]] | None = None
 
     def is_stable(self, basis: Basis) -> bool:
         """Whether the states, with this newest version, have been nearly unchanged for STABLE_ITERATES iterates."""
@@ -98,36 +98,37 @@ class _Finisher:
 
     def attempt(self, basis: Basis, budget: float, evaluations: int) -> Iterate | None:
         """Pivot from these states while violations decrease and the budget, in seconds for all attempts, lasts."""
-        fewest = self._problem.n + 1
         if self._unfinished is not None and not self._is_new(basis):
-            fewest, basis = self._unfinished
+            fewest, pivoting = self._unfinished
         else:
             self._tried = basis
+            fewest, pivoting = self._problem.n + 1, self._solutions.exchanging(basis)
         self._unfinished = None
         while True:
             began = self._clock()
-            found = self._basic_solution(basis)
+            found = _next(pivoting)
             seconds = self._clock() - began
             self._spent += seconds
             self._longest = max(seconds, self._longest)
             if found is None:
                 return None
             evaluations += 1
-            violated = self._solutions.violated(found)
-            violations = int(np.count_nonzero(violated))
+            found.wrong[:] = self._solutions.violated(found)
+            violations = int(np.count_nonzero(found.wrong))
             if not violations:
                 x = self._problem.box.x_within(found.z, found.w, found.basis)
                 return Iterate(x, None, STEP, evaluations)
             if violations >= fewest:
                 return None
-            fewest, basis = violations, self._problem.box.exchanged(basis, violated, found.z)
+            fewest = violations
             if self._spent + seconds > budget:
-                self._unfinished = fewest, basis
+                self._unfinished = fewest, pivoting
                 return None
 
-    def _basic_solution(self, basis: Basis) -> BasicSolution | None:
-        """That of the basis, None if it has none, or w overflows."""
-        with np.errstate(over="ignore", invalid="ignore"), suppress(factors.SingularMatrix):
-            found = self._solutions.at(basis)
-            return found if is_finite(found.w) else None
-        return None
+
+def _next(pivoting: Iterator[BasicSolution]) -> BasicSolution | None:
+    """The next basic solution; None if there is none, or its w overflows."""
+    with np.errstate(over="ignore", invalid="ignore"), suppress(SingularMatrix):
+        found = next(pivoting)
+        return found if is_finite(found.w) else None
+    return None

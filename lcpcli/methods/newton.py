@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from lcpcli.linalg import factors
 from lcpcli.linalg.band import is_narrow
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.problem import Problem
@@ -54,31 +54,27 @@ def newton(problem: Problem, x0: Vector) -> Stage:
 
 def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
     """The same, stalled after so many exchanges of least indices: block steps advance, these may take 2^n."""
-    basis, solutions = problem.box.basis_of(x0), BasicSolutions(problem)
     fewest, waiting, step = problem.n + 1, PATIENCE, "block"
-    evaluations = 0
-    while True:
-        try:
-            found = solutions.at(basis)
-        except factors.SingularMatrix:
-            size = np.count_nonzero(basis.basic)
-            return Breakdown(f"the principal submatrix of {size} indices is singular")
-        evaluations += 1
-        yield Iterate(found.x, None, step, evaluations, signs_final=found.is_solution)
-        infeasible = found.wrong.nonzero()[0]
-        if not infeasible.size:
-            return Finished()
-        if infeasible.size < fewest:
-            fewest, waiting, step = infeasible.size, PATIENCE, "block"
-        elif waiting > 1:
-            waiting -= 1
-        elif patience > 0:
-            patience, step = patience - 1, LEAST_INDEX
-        else:
-            return Stalled("the least-index steps were not enough")
-        if step == LEAST_INDEX:
-            found.wrong[infeasible[1:]] = False
-        basis = problem.box.exchanged(basis, found.wrong, found.z)
+    pivoting = BasicSolutions(problem).exchanging(problem.box.basis_of(x0))
+    try:
+        for evaluations, found in enumerate(pivoting, 1):
+            yield Iterate(found.x, None, step, evaluations, signs_final=found.is_solution)
+            infeasible = found.wrong.nonzero()[0]
+            if not infeasible.size:
+                break
+            if infeasible.size < fewest:
+                fewest, waiting, step = infeasible.size, PATIENCE, "block"
+            elif waiting > 1:
+                waiting -= 1
+            elif patience > 0:
+                patience, step = patience - 1, LEAST_INDEX
+            else:
+                return Stalled("the least-index steps were not enough")
+            if step == LEAST_INDEX:
+                found.wrong[infeasible[1:]] = False
+    except SingularMatrix as error:
+        return Breakdown(str(error))
+    return Finished()
 
 
 def from_states(problem: Problem, x0: Vector) -> Stage:
@@ -90,21 +86,19 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
     -------
     Finished : no sign is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
     """
-    box, solutions, evaluations = problem.box, BasicSolutions(problem), 0
-    basis, before = box.basis_of(x0), problem.n
+    solutions, before = BasicSolutions(problem), problem.n
     slow = SLOW_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW
-    while slow:
-        try:
-            found = solutions.at(basis)
-        except factors.SingularMatrix:
-            return Breakdown("a principal submatrix near the given basis is singular")
-        evaluations += 1
-        violated = solutions.violated(found)
-        violations = int(np.count_nonzero(violated))
-        if not violations:
-            yield Iterate(box.x_within(found.z, found.w, basis), None, "block", evaluations)
-            return Finished()
-        yield Iterate(found.x, None, "block", evaluations, signs_final=False)
-        slow -= violations > FAST * before
-        basis, before = box.exchanged(basis, violated, found.z), violations
+    try:
+        for evaluations, found in enumerate(solutions.exchanging(problem.box.basis_of(x0)), 1):
+            found.wrong[:] = solutions.violated(found)
+            violations = int(np.count_nonzero(found.wrong))
+            if not violations:
+                yield Iterate(problem.box.x_within(found.z, found.w, found.basis), None, "block", evaluations)
+                return Finished()
+            yield Iterate(found.x, None, "block", evaluations, signs_final=False)
+            slow, before = slow - (violations > FAST * before), violations
+            if not slow:
+                break
+    except SingularMatrix as error:
+        return Breakdown(str(error))
     return Stalled("the given basis is not nearly right")

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -74,19 +75,14 @@ def _near(
 ) -> Result | None:
     """The result, if the problem is solved by these states or by a few exchanges from them."""
     stopwatch = Stopwatch(seconds, seconds())
-    solutions = BasicSolutions(problem, solver)
+    pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(STEPS, limits.max_iterations))
     try:
         with within(limits.time_limit):
-            found, steps = solutions.at(basis), 1
-            while not found.is_solution and steps < min(STEPS, limits.max_iterations):
-                basis = problem.box.exchanged(basis, found.wrong, found.z)
-                found, steps = solutions.at(basis), steps + 1
-    except (*FAULTS, SingularMatrix, TimeIsUp):
-        return None
-    if not found.is_solution:
+            steps, found = next((k, found) for k, found in enumerate(pivoting, 1) if found.is_solution)
+    except (*FAULTS, SingularMatrix, TimeIsUp, StopIteration):
         return None
     stopwatch.count("solve")
-    point = Point(Criterion(problem, limits.tol), problem.box.z_of(problem.box.x_within(found.z, found.w, basis)))
+    point = Point(Criterion(problem, limits.tol), problem.box.z_of(problem.box.x_within(found.z, found.w, found.basis)))
     if not point.solves():
         return None
     stopwatch.count("verify")

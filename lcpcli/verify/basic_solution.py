@@ -8,6 +8,7 @@ largest |M_ij| makes of it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -52,8 +53,18 @@ class BasicSolutions:
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self._solver = problem, solver or PrincipalSolver(problem.M)
 
+    def exchanging(self, basis: Basis) -> Iterator[BasicSolution]:
+        """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block
+        principal pivoting (M. M. Kostreva, Linear Algebra and its Applications 21 (1978) 207-215). Whoever changes
+        `wrong` in between chooses what is exchanged. SingularMatrix as for `at`."""
+        while True:
+            found = self.at(basis)
+            yield found
+            basis = self._problem.box.exchanged(found.basis, found.wrong, found.z)
+
     def at(self, basis: Basis) -> BasicSolution:
-        """That of a basis; SingularMatrix if M_BB is singular, or numbers overflow.
+        """Return the basic solution of a basis; SingularMatrix, with a clause for the user, if M_BB is singular or
+        numbers overflow.
 
         If it is a solution, z is refined once by its residual w_B, unless that is already at rounding level.
         """
@@ -62,7 +73,14 @@ class BasicSolutions:
         start = product(problem.M, z) + problem.q if problem.is_mixed and z.any() else problem.q
         if not indices.size:
             return self._judged(basis, z, start.copy())
-        solve, own = self._solver.at(indices), start[indices]
+        try:
+            return self._refined(basis, z, indices, start[indices])
+        except factors.SingularMatrix:
+            raise factors.SingularMatrix(f"the principal submatrix of {indices.size} indices is singular") from None
+
+    def _refined(self, basis: Basis, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
+        """The basic solution with these basic indices, for z at bounds elsewhere and w = own there."""
+        problem, solve = self._problem, self._solver.at(indices)
         z[indices] = solve(-own)
         for refines in (True, False):
             if not is_finite(z):
