@@ -30,7 +30,7 @@ from lcpcli.bounds.rounding import Theorem, factor, norm
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.box import Box, Orthant
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -56,7 +56,7 @@ def theorems(problem: Problem) -> dict[str, Theorem]:
     return {name: theorem for name, theorem in found.items() if theorem is not None}
 
 
-def _theorem(M: Matrix, T: Vector, box: Orthant | Box) -> Theorem | None:
+def _theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
     """The bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
     diagonal = M.diagonal()
     D = np.exp2(-np.rint(0.5 * np.log2(T * diagonal)))

@@ -100,9 +100,7 @@ def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
 
 def _has_tiny_bounds(problem: Problem) -> bool:
     """Whether products with distances from the bounds may underflow."""
-    if not problem.is_mixed:
-        return False
-    sizes = np.abs(np.concatenate((problem.box.lower, problem.box.upper)))
+    sizes = np.abs(np.concatenate(problem.box.vectors(problem.n)))
     return bool(sizes.min(where=sizes != 0, initial=np.inf) < SMALLEST_ENTRY)
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.model.box import Box, Orthant
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -52,7 +52,7 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
         return None
 
 
-def _signs(box: Orthant | Box, x: Vector) -> Vector:
+def _signs(box: Box, x: Vector) -> Vector:
     """The diagonal of S, 0 at kinks."""
     if not isinstance(box, Box):
         return np.sign(x)

@@ -23,7 +23,6 @@ from lcpcli.files.content import decode
 from lcpcli.files.keys import BOUNDS, OTHER_NAMES
 from lcpcli.linalg import matrices
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import RATIO
 from lcpcli.typing import Matrix, Vector
@@ -127,7 +126,7 @@ def render(problem: Problem) -> dict[str, bytes]:
     """[M | q], one row per line, with all digits; with bounds [M | q | lower | upper] below a header."""
     M = matrices.dense(problem.M)
     lines = [",".join(map(repr, row)) for row in np.column_stack((M, problem.q)).tolist()]
-    if isinstance(problem.box, Box):
+    if problem.is_mixed:
         bounds = zip(problem.box.lower.tolist(), problem.box.upper.tolist(), strict=True)
         cells = (",".join("" if math.isinf(bound) else repr(bound) for bound in pair) for pair in bounds)
         lines = [f"{line},{pair}" for line, pair in zip(lines, cells, strict=True)]

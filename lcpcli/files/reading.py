@@ -16,7 +16,7 @@ from lcpcli.files import shipped
 from lcpcli.files.content import without_mark
 from lcpcli.files.formats import Format, load
 from lcpcli.files.recognition import form_of, uncompressed
-from lcpcli.model.box import Box, Orthant
+from lcpcli.model.box import Box
 from lcpcli.model.far_bounds import with_infinity
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -129,7 +129,7 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
     return problem if problem.name else problem.named(name_of(path))
 
 
-def read_start(field: str, path: str, n: int, box: Orthant | Box | None = None) -> Vector:
+def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
     """A starting point of length n from a file with it or a result that `lcp solve -o` wrote: x for these bounds, or z.
 
     path : a file, or the numbers themselves, as in `typed`.

@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.methods.auto.dense_route import BLOCK, GROWTH, LEAST_INDEX_STEPS, MOST_STEPS
 from lcpcli.methods.columns import Frame, Pivoted, block_pivoting
-from lcpcli.model.box import Basis, Box
+from lcpcli.model.box import Basis
 from lcpcli.typing import Indices, Mask, Vector
 
 STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
@@ -75,7 +75,7 @@ def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask
     half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
     R, C = R * half, C * half
     M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R
-    box = Box(frame.box.lower / C, frame.box.upper / C) if isinstance(frame.box, Box) else frame.box
+    box = frame.box.in_units(C)
     z, gradient, t = np.zeros(q.shape), q.copy(), np.full((q.shape[0], 1), 0.5)
     change, difference = np.empty_like(q), np.empty_like(q)
     first, basis, most = _dots(q, q), box.basis_of(-0.5 * q), np.inf

@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
 from lcpcli.methods.newton import PATIENCE
-from lcpcli.model.box import Basis, Box, Orthant, moved
+from lcpcli.model.box import Basis, Box, moved
 from lcpcli.model.columns import Block
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.basic_solution import FEW_WRONG
@@ -30,15 +30,13 @@ class Frame(NamedTuple):
 
     block: Block
     q: Vector
-    box: Orthant | Box
+    box: Box
 
     def part(self, rows: Indices) -> Frame:
         """Some of the problems."""
         if rows.size == self.q.shape[0]:
             return self
-        box = self.box
-        some = Box(box.lower[rows], box.upper[rows]) if isinstance(box, Box) else box
-        return self._replace(q=self.q[rows], box=some)
+        return self._replace(q=self.q[rows], box=self.box.mapped(lambda bound: bound[rows]))
 
     @property
     def start(self) -> Basis:
@@ -48,17 +46,15 @@ class Frame(NamedTuple):
 
 def frame_of(block: Block) -> Frame:
     """The frame of all problems of a block."""
-    there, box = block.references, block.box
-    if there.z is not None and isinstance(box, Box):
-        box = Box(*(moved(bound - there.z, bound) for bound in (box.lower, box.upper)))
-    return Frame(block, there.q, box)
+    z, q, box = block.references.z, block.references.q, block.box
+    return Frame(block, q, box if z is None else box.mapped(lambda bound: moved(bound - z, bound)))
 
 
 def in_given_variables(frame: Frame, z: Vector) -> Vector:
     """Admissible z of the block for z of its frame; what is at a bound stays there."""
     given, box, there = frame.block.box, frame.box, frame.block.references.z
     z = box.project(z)
-    if there is None or not isinstance(given, Box) or not isinstance(box, Box):
+    if there is None:
         return z
     inside = np.where(z == box.upper, given.upper, z + there)
     return given.project(np.where(z == box.lower, given.lower, inside))
@@ -136,13 +132,11 @@ def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
 
 def _basic_solutions(frame: Frame, basis: Basis) -> tuple[Vector, Mask, Indices, Mask]:
     """z of the states, where signs are wrong, how many are so beyond rounding, and which are regular and in range."""
-    nonbasic = None if isinstance(frame.box, Orthant) else frame.box.nonbasic(basis)
-    right = frame.q
-    if nonbasic is not None and nonbasic.any():
+    nonbasic, right = frame.box.nonbasic(basis), frame.q
+    if nonbasic.any():
         right = right + frame.block.times_M(nonbasic)
     z = solve_principal(frame.block.M, basis.basic, -right, frame.block.columns.inverse)
-    if nonbasic is not None:
-        z += nonbasic
+    z += nonbasic
     w = frame.block.times_M(z)
     w += frame.q
     w[basis.basic] = 0.0

@@ -115,7 +115,7 @@ class Smoothed:
     def at(self, x: Vector) -> Point:
         """F~ and f at x, with one product with M; f is infinite if it overflows."""
         box, to = self._problem.box, (self._p, x, self._z, self._w)
-        window = split_within(box, *to) if isinstance(box, Box) else split(*to)
+        window = split_within(box, *to) if self._problem.is_mixed else split(*to)
         F = product(self._problem.M, self._z)
         F -= self._w
         F += self._problem.q
@@ -131,11 +131,8 @@ class Smoothed:
         y = transposed_product(self._problem.M, point.F)
         y -= point.F
         box, p, window = self._problem.box, self._p, point.window
-        x = point.x[window]
-        if isinstance(box, Box):
-            h = 0.5 * (slope(p, x - box.lower[window] / 2) - slope(p, x - box.upper[window] / 2))
-        else:
-            h = 0.5 * (1 + slope(p, x))
+        x, bounds = point.x[window], box.mapped(lambda bound: bound[window])
+        h = 0.5 * (slope(p, x - bounds.lower / 2) - slope(p, x - bounds.upper / 2))
         inner = h * y[window]
         y *= box.basis_of(point.x).basic
         y[window] = inner

@@ -17,7 +17,7 @@ from lcpcli.linalg.matrices import dense
 from lcpcli.linalg.principal_many import well_conditioned_inverse
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, has_columns, own, with_infinity
-from lcpcli.model.box import Box, Orthant
+from lcpcli.model.box import Box
 from lcpcli.model.labels import by_label
 from lcpcli.model.problem import CANCELLATION, Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -62,10 +62,7 @@ class Columns:
             low, high = (_copy(bound[:, first:last]) for bound in self._bounds)
             _refuse_crossed(low, high, first)
             return Block(self, q, Box(low, high))
-        box = self.like.box
-        if isinstance(box, Box):
-            box = Box(np.broadcast_to(box.lower, q.shape), np.broadcast_to(box.upper, q.shape))
-        return Block(self, q, box)
+        return Block(self, q, self.like.box.mapped(lambda bound: np.broadcast_to(bound, q.shape)))
 
     def problems(self) -> Iterator[Problem]:
         """One problem after another."""
@@ -149,20 +146,19 @@ class Block:
     q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
     """
 
-    def __init__(self, columns: Columns, q: Vector, box: Orthant | Box) -> None:
+    def __init__(self, columns: Columns, q: Vector, box: Box) -> None:
         self.columns, self.q, self.box = columns, q, box
         self.like, self.M = columns.like, columns.M
         self.units = self.like.units
         self._fields = {**vars(self.like), "box": box}
-        if isinstance(box, Box):
+        if not box.is_orthant:
             self._fields["is_mixed"] = True
             for name in ("reference_z", "q_ref", "q_error"):
                 self._fields.pop(name, None)
 
     def part(self, rows: Indices) -> Block:
         """Some of the problems."""
-        box = Box(self.box.lower[rows], self.box.upper[rows]) if isinstance(self.box, Box) else self.box
-        some = Block(self.columns, self.q[rows], box)
+        some = Block(self.columns, self.q[rows], self.box.mapped(lambda bound: bound[rows]))
         vars(some)["references"] = self.references.part(rows)
         return some
 
@@ -221,9 +217,9 @@ class Block:
         fields = vars(problem)  # as it is frozen
         fields.update(self._fields)
         fields["q"], (fields["sizes_of_q"], fields["is_moderate"]) = q, self._fields_of_q[i]
-        if isinstance(self.box, Box):
-            low, high = self.box.lower[i], self.box.upper[i]
-            fields.update(lower=low, upper=high, box=Box(low, high))
+        if not self.box.is_orthant:
+            box = self.box.mapped(lambda bound: bound[i])
+            fields.update(lower=box.lower, upper=box.upper, box=box)
             known = vars(self).get("references")
             if known is not None:
                 moved = bool(known.z[i].any())
@@ -238,7 +234,7 @@ class Block:
     def references(self) -> References:
         """Those of all problems; of a problem whose row of M z + q cancels there, by itself."""
         box = self.box
-        if not isinstance(box, Box):
+        if box.is_orthant:
             return References(None, self.q, 0.0)
         z, corner = box.project(np.zeros(self.q.shape)), box.corner
         w = self.times_M(z) + self.q

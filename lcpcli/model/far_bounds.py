@@ -14,7 +14,6 @@ import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.model.arrays import NO_BOUND, as_intervals
-from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.reductions.program import Conditions, Program
 from lcpcli.typing import Mask, Vector
@@ -60,7 +59,7 @@ def _far_sides(problem: Problem) -> Sides | None:
     """Where z has such a lower bound, such an upper one, and where it is the multiplier of a row with such a bound as
     its only one; None if there is nothing of these."""
     origin = problem.origin if isinstance(problem.origin, Program) else None
-    ends = [problem.box.lower, problem.box.upper] if isinstance(problem.box, Box) else []
+    ends = [problem.box.lower, problem.box.upper] if problem.is_mixed else []
     if not any(map(_has_far, [*ends, problem.q] if origin else ends)):
         return None
     _, q, low, high = conditions_of(problem)

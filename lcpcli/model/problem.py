@@ -21,7 +21,7 @@ from lcpcli.linalg.products import absolute_product, product
 from lcpcli.linalg.units import Units, units
 from lcpcli.model.array_likes import plain
 from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
-from lcpcli.model.box import ORTHANT, Box, Orthant
+from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.labels import by_label
 from lcpcli.typing import Matrix, Vector
 
@@ -90,7 +90,7 @@ class Problem:
     lower: Vector | float = 0.0
     upper: Vector | float = math.inf
     is_mixed: bool = declared(init=False, repr=False)
-    box: Orthant | Box = declared(init=False, repr=False)
+    box: Box = declared(init=False, repr=False)
     row_maxima: Vector = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
     sizes_of_q: tuple[float, float] = declared(init=False, repr=False)
@@ -194,8 +194,7 @@ class Problem:
     def has_small_integers(self) -> bool:
         """Whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""
         numbers = [self.M.data if is_sparse(self.M) else self.M, self.q]
-        if isinstance(self.box, Box):
-            numbers += [bound[np.isfinite(bound)] for bound in (self.box.lower, self.box.upper)]
+        numbers += [bound[np.isfinite(bound)] for bound in self.box.vectors(self.n)]
         return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= SMALL_INTEGER for v in numbers)
 
     @cached_property
@@ -230,7 +229,6 @@ class Problem:
     @cached_property
     def _reference(self) -> tuple[Vector | None, Vector, Vector | float]:
         box = self.box
-        assert isinstance(box, Box)
         nearest, corner = box.project(np.zeros(self.n)), box.corner
         places = [nearest] if np.array_equal(nearest, corner) else [nearest, corner]
         with np.errstate(over="ignore", invalid="ignore"):

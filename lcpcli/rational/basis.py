@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.model.box import ORTHANT, Box, Orthant
+from lcpcli.model.box import ORTHANT, Box
 from lcpcli.rational import linear, sums
 from lcpcli.typing import Mask, Matrix, Vector
 
@@ -26,7 +26,7 @@ class ExactBasis(NamedTuple):
 
 
 def exact_basis(
-    M: Matrix, q: Vector, basic: Mask, nonbasic: Vector | None = None, box: Orthant | Box = ORTHANT
+    M: Matrix, q: Vector, basic: Mask, nonbasic: Vector | None = None, box: Box = ORTHANT
 ) -> ExactBasis | None:
     """The basic solution for finite M, q of shape (n, n) and (n,); None if there is none.
 
@@ -56,11 +56,8 @@ def exact_basis(
     for i, value in zip(used.tolist(), [*z_B, *values], strict=True):
         z[i] = value
     w = (sums.product(row, [*z_B, *values]) + value for row, value in zip(columns, constant, strict=True))
-    if isinstance(box, Box):
-        solves = all(map(_is_complementary, z, w, box.lower.tolist(), box.upper.tolist()))
-    else:
-        solves = min(z_B, default=0) >= 0 and all(value >= 0 for value in w)
-    return ExactBasis(z, not null_space, solves)
+    lower, upper = (bound.tolist() for bound in box.vectors(q.size))
+    return ExactBasis(z, not null_space, all(map(_is_complementary, z, w, lower, upper)))
 
 
 def _is_complementary(z: Fraction, w: Fraction, lower: float, upper: float) -> bool:

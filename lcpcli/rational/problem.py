@@ -185,9 +185,8 @@ def parts_of(held: Problem | Matrix, number: Callable[[Any], Fraction] = number_
 
 
 def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
-    """The lower and the upper bounds of a mixed problem; none of an LCP."""
-    bounds = (problem.box.lower, problem.box.upper)
-    return [bounds_of(bound, number) for bound in bounds if isinstance(bound, np.ndarray)]
+    """The lower and the upper bounds of a problem."""
+    return [bounds_of(bound, number) for bound in problem.box.vectors(problem.n)]
 
 
 def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> Bounds:

@@ -10,7 +10,7 @@ import numpy as np
 
 from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.matrices import is_sparse, stack
-from lcpcli.model.box import ORTHANT, Box, Orthant
+from lcpcli.model.box import ORTHANT, Box
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, Sides, refutes, sides
 
@@ -44,7 +44,7 @@ def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
     return Alternative(None, next((y for y in system.candidates(first) if refutes(A, b, y)), None))
 
 
-def candidates(A: Matrix, b: Vector, box: Orthant | Box, seconds: float = math.inf) -> Iterator[Vector]:
+def candidates(A: Matrix, b: Vector, box: Box, seconds: float = math.inf) -> Iterator[Vector]:
     """Vectors y that may be proofs that no z within its bounds has A z + b with the signs that `farkas.refutes` asks
     for, the likeliest first; nothing if there is such a z, to the tolerance of the LP solver."""
     system = System(A, b, box, seconds)
@@ -63,7 +63,7 @@ class System:
     for a dense A, whose identity would be as large, inequalities stand in their place where a bound is 0.
     """
 
-    def __init__(self, A: Matrix, b: Vector, box: Orthant | Box, seconds: float) -> None:
+    def __init__(self, A: Matrix, b: Vector, box: Box, seconds: float) -> None:
         self._A, self._seconds = A, seconds / 2
         self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_POWER)
         self.rows, columns = sides(box, b.size), sides(box, A.shape[1])

@@ -19,7 +19,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.linear_program import linprog
-from lcpcli.model.box import Basis, Box
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
 from lcpcli.rational.numbers import rounded
@@ -58,14 +58,11 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
     box = problem.box
     with np.errstate(all="ignore"):
         scaled, w = z / C, R * problem.w(z)
-        if isinstance(box, Box):
-            units = box.in_units(C)
-            near = ACTIVE * np.abs(scaled).max()
-            snapped = np.where(scaled - units.lower <= near, units.lower, scaled)
-            bases = [box.basis_of(z / 2), units.basis_of(units.x_of(scaled, w))]
-            bases += [units.basis_of(np.where(units.upper - snapped <= near, units.upper, snapped) / 2)]
-        else:
-            bases = [Basis(P) for P in (z > 0, scaled > np.maximum(w, 0), scaled > ACTIVE * np.max(scaled))]
+        units = box.in_units(C)
+        near = ACTIVE * np.abs(scaled).max()
+        snapped = np.where(scaled - units.lower <= near, units.lower, scaled)
+        bases = [box.basis_of(z / 2), units.basis_of(units.x_of(scaled, w))]
+        bases += [units.basis_of(np.where(units.upper - snapped <= near, units.upper, snapped) / 2)]
     for k, basis in enumerate(bases):
         if all(basis.changes(earlier) for earlier in bases[:k]):
             yield basis
@@ -94,9 +91,8 @@ def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -
 def _at_bounds(data: ExactProblem, basis: Basis) -> list[Fraction]:
     """z where it is not basic, 0 elsewhere."""
     z = [Fraction(0)] * data.n
-    if basis.upper is not None:
-        for i in np.flatnonzero(~basis.basic).tolist():
-            z[i] = (data.upper if basis.upper[i] else data.lower)[i] or z[i]
+    for i in np.flatnonzero(~basis.basic).tolist():
+        z[i] = (data.lower if basis.upper is None or not basis.upper[i] else data.upper)[i] or z[i]
     return z
 
 

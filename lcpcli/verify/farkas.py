@@ -23,7 +23,7 @@ import numpy as np
 from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
-from lcpcli.model.box import ORTHANT, Box, Orthant
+from lcpcli.model.box import ORTHANT, Box
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 if TYPE_CHECKING:
@@ -45,13 +45,13 @@ class Sides(NamedTuple):
     high: Mask
 
 
-def sides(box: Orthant | Box, n: int) -> Sides:
+def sides(box: Box, n: int) -> Sides:
     """Return the bounds of n variables as vectors."""
-    lower, upper = (np.broadcast_to(bound, n) for bound in (box.lower, box.upper))
+    lower, upper = box.vectors(n)
     return Sides(lower, upper, np.isfinite(lower), np.isfinite(upper))
 
 
-def refutes(A: Matrix, b: Vector, y: Vector, box: Orthant | Box = ORTHANT) -> bool:
+def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
     """Whether y, of shape (m,), is such a proof; A of shape (m, n), b of shape (m,), all finite. False proves nothing.
 
     box : the bounds of z, which ask for the signs of w: A is square, or all bounds are 0 and infinity.
@@ -93,9 +93,10 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Orthant | Box = ORTHANT) -> bo
     return _holds(A, b, bounds, *found)
 
 
-def _has_signs(y: Any, box: Orthant | Box, support: Indices | slice = slice(None)) -> bool:
+def _has_signs(y: Any, box: Box, support: Indices | slice = slice(None)) -> bool:
     """Whether y, on a support, has the signs of multipliers of the rows."""
-    low, high = (np.isfinite(bound if isinstance(bound, float) else bound[support]) for bound in (box.lower, box.upper))
+    own = box.mapped(lambda bound: bound[support])
+    low, high = np.isfinite(own.lower), np.isfinite(own.upper)
     return not ((low & (y < 0)).any() or (high & (y > 0)).any())
 
 

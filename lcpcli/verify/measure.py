@@ -188,7 +188,7 @@ class Measure:
         """log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or moved."""
         data, units = self.data, self.data.units
         sizes = units.largest_of_rows(np.log2(self.violations(self._reference, self._reference_w)) + units.rows)
-        if isinstance(data.box, Box):
+        if not data.box.is_orthant:
             moved = np.where(_at_bound(data.box, z), np.abs(z - self._reference), 0.0)
             sizes = np.maximum(sizes, units.largest_of_columns(np.log2(moved) - units.columns))
         return sizes
@@ -201,7 +201,7 @@ class Measure:
         units, sizes = self.data.units, self._unsolved_sizes(z)
         sizes = np.where(sizes > -np.inf, sizes, units.largest_of_rows(np.log2(np.abs(self._reference_w)) + units.rows))
         sizes = np.where(sizes > -np.inf, sizes, np.inf)
-        if not isinstance(self.data.box, Box):
+        if self.data.box.is_orthant:
             self._sizes = sizes
         return sizes
 
@@ -222,8 +222,7 @@ class Measure:
             self.component_sizes(other)[..., self.data.units.column_part],
         )
         natural = np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
-        if isinstance(self.data.box, Box):
-            natural = np.minimum(natural, self.data.box.upper - self.data.box.lower)
+        natural = np.minimum(natural, self.data.box.upper - self.data.box.lower)
         return np.asarray(quotients(apart, natural).max(axis=-1))
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:

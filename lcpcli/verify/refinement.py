@@ -74,7 +74,7 @@ def _at_rounding(problem: Problem, z: Vector) -> bool:
 
 def _sizes(problem: Problem, z: Vector) -> Vector:
     """|M| |z| + |q|."""
-    return products.absolute_product(problem.M, np.abs(z) if problem.is_mixed else z) + np.abs(problem.q)
+    return products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
@@ -93,8 +93,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
 
     from lcpcli.rational.basis import exact_basis
 
-    nonbasic = problem.box.nonbasic(basis) if problem.is_mixed else None
-    found = exact_basis(problem.M, problem.q, basis.basic, nonbasic, problem.box)
+    found = exact_basis(problem.M, problem.q, basis.basic, problem.box.nonbasic(basis), problem.box)
     if found is None or not (found.unique and found.solves):
         return False
     last_digits = Fraction(LAST_DIGITS)

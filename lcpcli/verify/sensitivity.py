@@ -16,7 +16,6 @@ import numpy as np
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import scaled
-from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
 from lcpcli.rational.numbers import rounded
@@ -37,18 +36,15 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
     """
     w = problem.w(z)
     terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-    between, vanishing = z > 0, w <= ROW_ROUNDING * terms
-    if isinstance(problem.box, Box):
-        box = problem.box
-        between, vanishing = (z > box.lower) & (z < box.upper), ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
+    box = problem.box
+    between, vanishing = (z > box.lower) & (z < box.upper), ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
     for active in (between | vanishing, between):
         P = np.flatnonzero(active)
         if not P.size:
             return 0.0
         inverse = _inverse(problem, P)
         if inverse is not None:
-            own = terms[P] if problem.is_mixed else np.abs(_block(problem.M, P)) @ z[P] + np.abs(problem.q[P])
-            largest = float((inverse @ own).max())
+            largest = float((inverse @ terms[P]).max())
             return largest if np.isfinite(largest) else None
     return None
 

@@ -22,7 +22,6 @@ import numpy as np
 from lcpcli.bounds.error_bound import Bound, error_bound
 from lcpcli.errors import count
 from lcpcli.linalg import products
-from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.rational.problem import ExactProblem
@@ -220,7 +219,7 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
 
 
 def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Number]:
-    if isinstance(problem.box, Box):
+    if problem.is_mixed:
         kind = "w < 0" if w < 0 else "w > 0"
         kind = "z < lower" if z < problem.box.lower[i] else "z > upper" if z > problem.box.upper[i] else kind
         return Violation(i, kind, z, w)

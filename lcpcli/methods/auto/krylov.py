@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.linalg.products import absolute_product
 from lcpcli.methods.auto.multilevel import Hierarchy
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled, advance
-from lcpcli.model.box import Basis, Box, Orthant
+from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -96,7 +96,7 @@ def _coarse_start(hierarchy: Hierarchy, problem: Problem) -> Vector | Ending:
     coarse = [(problem.q, problem.box)]
     for P, T in zip(hierarchy.prolongations, hierarchy.tentative, strict=True):
         q, box = coarse[-1]
-        coarse.append((P.T @ q, box.averaged(T)))
+        coarse.append((P.T @ q, box.mapped(T.T.__matmul__)))
     z = coarse[-1][1].project(np.zeros(coarse[-1][0].size))
     for level in range(len(coarse) - 1, 0, -1):
         q, box = coarse[level]
@@ -128,7 +128,7 @@ class _State(NamedTuple):
     size: float
 
 
-def _pivot(M: Matrix, q: Vector, box: Orthant | Box, z: Vector, inner: _Inner) -> Generator[_State, None, Ending]:
+def _pivot(M: Matrix, q: Vector, box: Box, z: Vector, inner: _Inner) -> Generator[_State, None, Ending]:
     diagonal = M.diagonal()
     if not diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)

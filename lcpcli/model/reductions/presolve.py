@@ -61,8 +61,6 @@ class Presolved:
 def presolved(given: Problem) -> Presolved | None:
     """The problem without evident variables; None if they are too few, or all."""
     box = given.box
-    if not isinstance(box, Box):
-        return None
     known, z = box.fixed.copy(), np.where(box.fixed, box.lower, 0.0)
     if is_sparse(given.M):
         _find_by_rows(given, box, known, z)

@@ -13,7 +13,6 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -74,7 +73,6 @@ class StandardForm:
 def standard_form(given: Problem) -> StandardForm:
     """The LCP of a mixed problem; M is copied once. If all variables are fixed, they count as boxed."""
     box = given.box
-    assert isinstance(box, Box)
     kept = np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(given.n)
     low, high = np.isfinite(box.lower), np.isfinite(box.upper)
     sign, base = np.where(high & ~low, -1.0, 1.0), np.where(low, box.lower, np.where(high, box.upper, 0.0))
