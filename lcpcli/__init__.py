@@ -120,7 +120,8 @@ if not TYPE_CHECKING:  # else no misspelt name would be found by type checkers
     def __getattr__(name: str) -> Any:
         if name not in _HOMES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        return getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
+        value = globals()[name] = getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
+        return value
 
 
 def __dir__() -> list[str]:

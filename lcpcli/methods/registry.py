@@ -9,6 +9,7 @@ nothing heavy is imported here.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -206,7 +207,8 @@ def declared(name: str) -> Method:
 def load(name: str) -> Callable[..., Stage]:
     """The function of the method of that name."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
-    loaded: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
+    place = f"lcpcli.methods.{module}"
+    loaded: Callable[..., Stage] = getattr(sys.modules.get(place) or import_module(place), function)
     return loaded
 
 

@@ -145,6 +145,8 @@ class Box:
 
     def excess(self, z: Vector, w: Vector) -> Vector:
         """By how much w has another sign than an admissible z asks for; minus infinity where that is any."""
+        if not self.has_upper:
+            return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
 
     def exchanged(self, basis: Basis, violated: Mask, z: Vector) -> Basis:
