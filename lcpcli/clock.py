@@ -25,6 +25,10 @@ class _Imports:
         self.seconds = 0.0
         self._depth, self._began = 0, 0.0
 
+    def now(self) -> float:
+        """The time, or when the import that is under way, perhaps in another thread, began."""
+        return self._began if self._depth else time.perf_counter()
+
     def __enter__(self) -> None:
         if not self._depth:
             self._began = time.perf_counter()
@@ -63,7 +67,7 @@ sys.meta_path.insert(0, imports)
 
 def seconds() -> float:
     """Seconds since an arbitrary moment, without those that imports have taken."""
-    return time.perf_counter() - imports.seconds
+    return imports.now() - imports.seconds
 
 
 class Stopwatch:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -12,11 +13,12 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Trace, clock
+from lcpcli import Problem, Status, Trace, clock, interrupts
 from lcpcli.bench.answer import Method
 from lcpcli.cli import repetition
 from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.run import run
 
 EXAMPLE = shipped.path("paper-example-1.json")
@@ -69,8 +71,12 @@ problems = [
 ]
 for problem in problems:
     for exact in (False, True):
-        result = lcpcli.exact(problem) if exact else lcpcli.run(problem, sys.argv[1], max_iterations=50)
+        if exact:
+            result = lcpcli.exact(problem, time_limit=0.5)
+        else:
+            result = lcpcli.run(problem, sys.argv[1], max_iterations=50, time_limit=0.5)
         assert result.seconds == 0, (result.seconds, result.parts)
+        assert result.status is not lcpcli.Status.TIME_LIMIT, result.message
 assert passed > began
 """
 
@@ -80,6 +86,42 @@ def test_nothing_that_a_first_run_loads_is_part_of_it(method: str) -> None:
     """In a new process, by a clock that goes on only while a module is loaded."""
     done = subprocess.run([sys.executable, "-c", LOADED, method], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock that goes on by one second whenever anything reads it."""
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    run(problem, "fixed-point")  # loads what it needs
+    ticking = Time()
+    monkeypatch.setattr("time.perf_counter", ticking)
+    result = run(problem, "fixed-point", omega=50, limits=Limits(time_limit=100.0))
+    assert result.status is Status.TIME_LIMIT
+    assert 100 <= result.seconds <= 110
+    began = clock.seconds()
+    with interrupts.within(10.0):
+        assert interrupts.deadline(100.0) == interrupts.deadline(200.0)
+        with interrupts.within(100.0):
+            assert interrupts.remaining() == pytest.approx(began + 10.0 - clock.seconds(), abs=2.0)
+        interrupts.alarm(interrupts.deadline(3.0))()
+        with pytest.raises(interrupts.TimeIsUp):
+            interrupts.alarm(interrupts.deadline(0.5))()
+
+
+def test_clock_stands_still_while_another_thread_loads_a_module() -> None:
+    loading, ending = threading.Event(), threading.Event()
+
+    def load() -> None:
+        with clock.imports:
+            loading.set()
+            ending.wait()
+
+    thread = threading.Thread(target=load)
+    thread.start()
+    loading.wait()
+    moments = [clock.seconds() for _ in range(3)]
+    ending.set()
+    thread.join()
+    assert len(set(moments)) == 1
 
 
 def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,13 +12,13 @@ tree over the states of all unknowns, which ends with a solution or with a proof
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.rational import exact_lemke
@@ -97,7 +97,7 @@ def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> R
     require()
     if result.interrupted or time_limit <= 0:
         return _unproved(result)
-    deadline = time.perf_counter() + time_limit
+    deadline = clock.seconds() + time_limit
     try:
         for run, is_exact in _runs(data, result, deadline):
             exact = _exact(data, run, is_exact, deadline)
@@ -115,7 +115,7 @@ def _runs(data: ExactProblem, result: Result, deadline: float) -> Iterator[tuple
     """The result, and one for integer data, each with whether its data are exact rather than rounded."""
     is_exact = data.are_floats()
     yield result, is_exact
-    seconds = deadline - time.perf_counter()
+    seconds = deadline - clock.seconds()
     whole = None if is_exact or seconds <= 0 else data.in_integers()
     if whole is not None:
         yield driver.run(whole, "auto", z0=_finite(result.z), limits=Limits(time_limit=seconds), conclude=False), True
@@ -140,7 +140,7 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
 
 def _searched(data: ExactProblem, deadline: float) -> Exact | None:
     """What a search decides in the time that is left, Lemke's method in half of it; None if nothing."""
-    now = time.perf_counter()
+    now = clock.seconds()
     deadline = now + SEARCH if deadline == math.inf else deadline
     try:
         z = exact_lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))

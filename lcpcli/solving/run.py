@@ -80,7 +80,8 @@ def run(
     stopwatch.count("setup")
     loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
     bounded = limits.time_limit < math.inf or observer is not None
-    with within(limits.time_limit, observer.report_if_due if observer else None) if bounded else nullcontext():
+    left = limits.time_limit - stopwatch.elapsed()
+    with within(left, observer.report_if_due if observer else None) if bounded else nullcontext():
         status, reason = loop.run(stage)
     result = loop.result(in_force | additions, status, reason)
     return concluded([result])[0] if conclude else result
