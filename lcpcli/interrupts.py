@@ -57,6 +57,12 @@ def remaining() -> float:
     return max(_deadline.get() - clock.seconds(), 0.0)
 
 
+def check() -> None:
+    """Raise TimeIsUp if the time of the context `within` is up."""
+    if clock.seconds() > _deadline.get():
+        raise TimeIsUp
+
+
 def alarm(end: float) -> Callable[[], None]:
     """A function that raises TimeIsUp when it is called after that moment, by `clock.seconds`."""
 

@@ -93,7 +93,7 @@ def _read(files: Sequence[str], bounds: problems.Given, given: Mapping[str, Any]
     if several:
         raise OptionError("--all", "takes one problem", "give the others to another run")
     work = next(works)
-    (held,) = problems.held(work, bounds, exact=True)
+    (held,) = problems.held(work, bounds)
     for remark in [] if given["quiet"] else held.remarks:
         problems.tell(remark)
     return held.exactly(), work.sources[0]

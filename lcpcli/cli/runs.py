@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -69,7 +69,7 @@ def each(
 
 
 def finished(
-    runs: Iterator[tuple[int, Result]], proofs: Sequence[ExactProblem], bounds: Limits, with_bound: bool
+    runs: Iterator[tuple[int, Result]], proofs: Sequence[Callable[[], ExactProblem]], bounds: Limits, with_bound: bool
 ) -> tuple[list[list[Result]], bool]:
     """The results by problem with the proofs requested, those before Ctrl-C if it came, and whether it came."""
     results: dict[int, list[Result]] = {}
@@ -91,7 +91,7 @@ def finished(
     return list(results.values()), any(result.interrupted for own in results.values() for result in own)
 
 
-def _proved(data: ExactProblem, results: Sequence[Result], bounds: Limits) -> list[Result]:
+def _proved(data: Callable[[], ExactProblem], results: Sequence[Result], bounds: Limits) -> list[Result]:
     """Each result with what is proved about it in the time that the run has left."""
     from lcpcli.solving.proof import prove
 

@@ -63,11 +63,11 @@ def run(
     works, several = problems_in.works(files, given.get("game", False))
     if many is not None and (several or _is_for_many(given, output)):
         return many(works, output)
-    held, sources, faults = _read(works, of_z, exact, given["quiet"])
+    held, sources, faults = _read(works, of_z, given["quiet"])
     if not held:
         _show([], [], faults, output, (None, False), compared=False)
         return BAD_INPUT
-    problems, data = [each.problem for each in held], [each.exactly() for each in held if exact]
+    problems, data = [each.problem for each in held], [each.exactly for each in held if exact]
     exactly = held[0].exactly if many is not None and _is_searched(held[0]) else None
     del held  # with the contents of files
     plot.require_room(len(problems))
@@ -128,9 +128,7 @@ def _is_for_many(given: Mapping[str, Any], output: Output) -> bool:
     return any(given[name] is not None for name in FOR_MANY) or (output.path or "").casefold().endswith(LINES)
 
 
-def _read(
-    works: Iterator[Work], bounds: problems_in.Given, exact: bool, quiet: bool
-) -> tuple[list[Held], list[Source], Faults]:
+def _read(works: Iterator[Work], bounds: problems_in.Given, quiet: bool) -> tuple[list[Held], list[Source], Faults]:
     """The problems in the inputs, where they are, and what is wrong with the others; of a single one it is raised."""
     inputs = list(works)
     held: list[Held] = []
@@ -138,7 +136,7 @@ def _read(
     faults: Faults = []
     for work in inputs:
         try:
-            found = list(problems_in.held(work, bounds, exact))
+            found = list(problems_in.held(work, bounds))
         except LCPError as fault:
             if len(inputs) == 1:
                 raise
