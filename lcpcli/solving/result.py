@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from lcpcli.report.plotting import Picture
 
 
+DIGITS_SECONDS = 1.0  # beyond those of the run, in which its digits are to be known
+
+
 class Status(Enum):
     """How a solve ended. The value is for users; `word` is for JSON and scripts.
 
@@ -227,14 +230,16 @@ class Result:
     @cached_property
     def digits(self) -> list[int] | None:
         """How many digits of each z_i the data determine, if each number of them is rounded to double precision: from 0
-        to 16; None if it is not solved, too large (for half of the time limit, too), or singular, so that z is one of
-        several. See `verify.digits`."""
+        to 16; None if it is not solved, too large (for half of the time limit, too, and for a second beyond the time of
+        the run), interrupted, or singular, so that z is one of several. See `verify.digits`."""
         from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
 
+        if not self.solved or self.interrupted:
+            return None
         try:
-            with within(self.limits.time_limit / 2):
-                found = digits(self.problem, self.z, self.w) if self.solved else None
+            with within(min(self.limits.time_limit / 2, self.seconds + DIGITS_SECONDS)):
+                found = digits(self.problem, self.z, self.w)
         except TimeIsUp:
             return None
         return None if found is None else found.astype(int).tolist()
