@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.clock import Lap
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import states_of
 from lcpcli.solving.limits import Limits
@@ -115,6 +116,8 @@ class Result:
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace : the rows kept, or None if not requested.
     curve : a second trace, for figures and milestones; None if not requested.
+    laps : the turns of these three with the seconds of each, in order, if there is a trace or a curve.
+    spread : how many times as long as here the median of the repetitions took; None if there were none.
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
@@ -159,6 +162,8 @@ class Result:
     certificate: Certificate | None
     interrupted: bool = False
     label: str = ""
+    laps: Sequence[Lap] = ()
+    spread: float | None = None
     bound: Bound | None = None
     exact: Exact | None = None
     suggestions: Suggestions = NONE
