@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -17,6 +18,8 @@ import pytest
 from scipy.sparse import diags_array, eye_array, random_array
 
 from lcpcli import Problem, exact
+from lcpcli.bounds import error_bound
+from lcpcli.cli import runs
 from lcpcli.files import writing
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
@@ -27,6 +30,7 @@ from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.methods.auto.restarts import restarts
 from lcpcli.rational.numbers import fraction
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.proof import prove
 from lcpcli.solving.run import run
 
@@ -229,3 +233,10 @@ def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_pr
     result = prove(late, run(Problem([[2.0]], [-1.0]), "auto"), 1.0)
     assert (result.solved, result.exit_code) == (True, 1)
     assert "no exact proof was found" in result.message
+
+
+def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
+    result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton")
+    late = runs.bounded(replace(result, limits=Limits(time_limit=1e-300)))
+    assert late.bound is error_bound.LATE
+    assert runs.bounded(result).bound is not error_bound.LATE

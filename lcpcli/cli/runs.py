@@ -13,6 +13,7 @@ import click
 from lcpcli.cli.output import Output, Plot
 from lcpcli.cli.progress import Line
 from lcpcli.cli.repetition import timed
+from lcpcli.interrupts import TimeIsUp, within
 
 if TYPE_CHECKING:
     from lcpcli.methods.variants import Variant
@@ -105,10 +106,15 @@ def _near(problem: Problem, size: float) -> Vector:
 
 
 def bounded(result: Result) -> Result:
-    """The result with what is proved about its error."""
-    from lcpcli.bounds.error_bound import NO_BOUND, error_bound
+    """The result with what is proved about its error in the time that the run has left."""
+    from lcpcli.bounds.error_bound import LATE, NO_BOUND, error_bound
 
-    return replace(result, bound=error_bound(result.problem, result.z) or NO_BOUND)
+    try:
+        with within(result.limits.time_limit - result.seconds):
+            bound = error_bound(result.problem, result.z) or NO_BOUND
+    except TimeIsUp:
+        bound = LATE
+    return replace(result, bound=bound)
 
 
 def all_referred(problems: Sequence[Problem], bounds: Limits) -> list[Problem]:
