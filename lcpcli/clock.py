@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any
 
 PARTS = ("setup", "solve", "verify")
+Lap = tuple[str, float]  # a turn of a part, and its seconds
 LOADERS = (SourceFileLoader, SourcelessFileLoader, ExtensionFileLoader)
 
 
@@ -24,6 +25,10 @@ class _Imports:
     def __init__(self) -> None:
         self.seconds = 0.0
         self._depth, self._began = 0, 0.0
+
+    def now(self) -> float:
+        """The time, or when the import that is under way, perhaps in another thread, began."""
+        return self._began if self._depth else time.perf_counter()
 
     def __enter__(self) -> None:
         if not self._depth:
@@ -63,23 +68,25 @@ sys.meta_path.insert(0, imports)
 
 def seconds() -> float:
     """Seconds since an arbitrary moment, without those that imports have taken."""
-    return time.perf_counter() - imports.seconds
+    return imports.now() - imports.seconds
 
 
 class Stopwatch:
     """The seconds of one run, divided among its PARTS, which take turns.
 
-    clock : the clock. began : when the run began, by that clock.
+    clock : the clock. began : when the run began, by that clock. parts : the seconds of each. laps : their turns.
     """
 
     def __init__(self, clock: Callable[[], float], began: float) -> None:
         self._clock, self._began, self._last = clock, began, began
         self.parts = dict.fromkeys(PARTS, 0.0)
+        self.laps: list[Lap] = []
 
     def count(self, part: str) -> None:
         """Count the time since the last call as part of the run."""
         now = self._clock()
         self.parts[part] += now - self._last
+        self.laps.append((part, now - self._last))
         self._last = now
 
     def skip(self) -> None:
@@ -96,12 +103,23 @@ class Stopwatch:
         return sum(self.parts.values())
 
 
+def least_laps(runs: Sequence[Sequence[Lap]]) -> list[Lap]:
+    """The laps of a run, each with the least time that it took in several repetitions of it.
+
+    The iterates are the same each time, and only the times are disturbed, by pauses that other programs cause: few of
+    long runs are without any, but of short laps most are. Repetitions that do not have the same laps, as a time limit
+    has cut them, do not count but for the first.
+    """
+    parts = [part for part, _ in runs[0]]
+    alike = [run for run in runs if [part for part, _ in run] == parts]
+    return [(part, min(run[i][1] for run in alike)) for i, part in enumerate(parts)]
+
+
 def least_steps(runs: Sequence[Mapping[int, float]]) -> dict[int, float]:
     """When the steps of a run end, by their numbers, from the times in several repetitions of it: the running sum of
     the least time that each step took.
 
-    The iterates are the same each time, and only the times are disturbed, by pauses that other programs cause.
-    Repetitions that do not have the same steps, as a time limit has cut them, do not count but for the first.
+    As `least_laps`, where laps are not known.
     """
     numbers = sorted(runs[0])
     alike = [run for run in runs if run.keys() == runs[0].keys()]

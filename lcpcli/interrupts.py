@@ -8,11 +8,12 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from typing import Any, NoReturn
+
+from lcpcli import clock
 
 WAIT = 0.2  # seconds between checks for Ctrl-C
 
@@ -23,34 +24,50 @@ class TimeIsUp(Exception):
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
 reading: list[threading.Thread] = []  # threads that may wait for input for ever; the interpreter exits without them
-_deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by time.monotonic()
+_deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by `clock.seconds`
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
 
 @contextmanager
 def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
-    """A context in which calls through `interruptibly` raise TimeIsUp after this many seconds.
+    """A context in which calls through `interruptibly` raise TimeIsUp after this many seconds, or when the context
+    around it says so.
 
     watch : called periodically during the wait.
     """
-    deadline, watching = _deadline.set(time.monotonic() + seconds), _watch.set(watch)
+    end, watching = _deadline.set(deadline(seconds)), _watch.set(watch)
     try:
         yield
     finally:
-        _deadline.reset(deadline)
+        _deadline.reset(end)
         _watch.reset(watching)
+
+
+def deadline(seconds: float) -> float:
+    """The moment, by `clock.seconds`, after which this many seconds or those of the context `within` have passed.
+
+    All limits are counted by that clock, as are the seconds of a result: while a module is loaded it stands still, and
+    no limit is reached. Whatever waits by another clock asks this one when it wakes.
+    """
+    return min(clock.seconds() + seconds, _deadline.get())
 
 
 def remaining() -> float:
     """Seconds until calls through `interruptibly` raise TimeIsUp; infinite if there is no time limit."""
-    return max(_deadline.get() - time.monotonic(), 0.0)
+    return max(_deadline.get() - clock.seconds(), 0.0)
 
 
-def alarm(deadline: float) -> Callable[[], None]:
-    """A function that raises TimeIsUp when it is called after the deadline, by time.perf_counter()."""
+def check() -> None:
+    """Raise TimeIsUp if the time of the context `within` is up."""
+    if clock.seconds() > _deadline.get():
+        raise TimeIsUp
+
+
+def alarm(end: float) -> Callable[[], None]:
+    """A function that raises TimeIsUp when it is called after that moment, by `clock.seconds`."""
 
     def check() -> None:
-        if time.perf_counter() > deadline:
+        if clock.seconds() > end:
             raise TimeIsUp
 
     return check

@@ -9,6 +9,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,8 @@ import pytest
 from scipy.sparse import diags_array, eye_array, random_array
 
 from lcpcli import Problem, exact
+from lcpcli.bounds import error_bound
+from lcpcli.cli import runs
 from lcpcli.files import writing
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
@@ -24,6 +28,11 @@ from lcpcli.linalg.fill import order_of
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.methods.auto.restarts import restarts
+from lcpcli.rational.numbers import fraction
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving.limits import Limits
+from lcpcli.solving.proof import prove
+from lcpcli.solving.run import run
 
 ABANDONING = """
 import atexit, sys, time
@@ -198,3 +207,36 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for() 
     began = time.perf_counter()
     assert exact(problem, time_limit=1.0).exact is not None
     assert time.perf_counter() - began < 8
+
+
+def test_time_limit_holds_while_numbers_are_made_exact() -> None:
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    data = ExactProblem.of_floats(problem)
+    z = [Fraction(4, 3), Fraction(7, 3)]
+    for work in (
+        lambda: ExactProblem.of_floats(problem),
+        lambda: fraction("0.1"),
+        data.are_floats,
+        lambda: data.w(z),
+        lambda: data.with_transpose(z),
+    ):
+        with within(-1.0), pytest.raises(TimeIsUp):
+            work()
+
+
+def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_proof() -> None:
+    pytest.importorskip("flint")
+
+    def late() -> ExactProblem:
+        raise TimeIsUp
+
+    result = prove(late, run(Problem([[2.0]], [-1.0]), "auto"), 1.0)
+    assert (result.solved, result.exit_code) == (True, 1)
+    assert "no exact proof was found" in result.message
+
+
+def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
+    result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton")
+    late = runs.bounded(replace(result, limits=Limits(time_limit=1e-300)))
+    assert late.bound is error_bound.LATE
+    assert runs.bounded(result).bound is not error_bound.LATE

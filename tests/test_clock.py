@@ -5,18 +5,22 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli import Problem, Trace, clock
+from lcpcli import Problem, Status, Trace, clock, interrupts
 from lcpcli.bench.answer import Method
 from lcpcli.cli import repetition
 from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS
+from lcpcli.report import summary
+from lcpcli.solving.limits import Limits
 from lcpcli.solving.run import run
 
 EXAMPLE = shipped.path("paper-example-1.json")
@@ -69,8 +73,12 @@ problems = [
 ]
 for problem in problems:
     for exact in (False, True):
-        result = lcpcli.exact(problem) if exact else lcpcli.run(problem, sys.argv[1], max_iterations=50)
+        if exact:
+            result = lcpcli.exact(problem, time_limit=0.5)
+        else:
+            result = lcpcli.run(problem, sys.argv[1], max_iterations=50, time_limit=0.5)
         assert result.seconds == 0, (result.seconds, result.parts)
+        assert result.status is not lcpcli.Status.TIME_LIMIT, result.message
 assert passed > began
 """
 
@@ -80,6 +88,42 @@ def test_nothing_that_a_first_run_loads_is_part_of_it(method: str) -> None:
     """In a new process, by a clock that goes on only while a module is loaded."""
     done = subprocess.run([sys.executable, "-c", LOADED, method], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock that goes on by one second whenever anything reads it."""
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    run(problem, "fixed-point")  # loads what it needs
+    ticking = Time()
+    monkeypatch.setattr("time.perf_counter", ticking)
+    result = run(problem, "fixed-point", omega=50, limits=Limits(time_limit=100.0))
+    assert result.status is Status.TIME_LIMIT
+    assert 100 <= result.seconds <= 110
+    began = clock.seconds()
+    with interrupts.within(10.0):
+        assert interrupts.deadline(100.0) == interrupts.deadline(200.0)
+        with interrupts.within(100.0):
+            assert interrupts.remaining() == pytest.approx(began + 10.0 - clock.seconds(), abs=2.0)
+        interrupts.alarm(interrupts.deadline(3.0))()
+        with pytest.raises(interrupts.TimeIsUp):
+            interrupts.alarm(interrupts.deadline(0.5))()
+
+
+def test_clock_stands_still_while_another_thread_loads_a_module() -> None:
+    loading, ending = threading.Event(), threading.Event()
+
+    def load() -> None:
+        with clock.imports:
+            loading.set()
+            ending.wait()
+
+    thread = threading.Thread(target=load)
+    thread.start()
+    loading.wait()
+    moments = [clock.seconds() for _ in range(3)]
+    ending.set()
+    thread.join()
+    assert len(set(moments)) == 1
 
 
 def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,17 +202,57 @@ def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp: 
     assert [json.loads(line)["seconds"] for line in lines] == [run.seconds for run in runs[1:]]
 
 
-def test_each_step_of_runs_that_are_compared_has_the_least_time_of_several(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
+def test_each_lap_of_runs_that_are_compared_has_the_least_time_of_several(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
     shown = json.loads(lcp("compare", EXAMPLE, "--method", "fixed-point", "--trace", "--format", "json").out)
     assert len(runs) == 1 + repetition.ENOUGH
-    traces = [run.trace for run in runs[1:]]
-    steps = [np.diff([row.seconds for row in trace.rows], prepend=0.0) for trace in traces if trace is not None]
-    assert [row["seconds"] for row in shown["trace"]] == pytest.approx(np.cumsum(np.min(steps, axis=0)), rel=1e-9)
-    assert shown["solve_seconds"] == min(run.solve_seconds for run in runs[1:])
+    first, *_ = repeated = [run.laps for run in runs[1:]]
+    least = np.min([[seconds for _, seconds in laps] for laps in repeated], axis=0)
+    assert shown["seconds"] == pytest.approx(sum(least), rel=1e-9)
+    solving = [i for i, (part, _) in enumerate(first) if part == "solve"]
+    assert shown["solve_seconds"] == pytest.approx(sum(least[solving]), rel=1e-9)
+    ends = np.cumsum(least)
+    assert all(np.isclose(row["seconds"], ends, rtol=1e-9).any() for row in shown["trace"])
     assert shown["trace"][-1]["seconds"] <= shown["seconds"]
+    assert shown["spread"] == pytest.approx(np.median([run.seconds for run in runs[1:]]) / shown["seconds"])
     assert {level["k"]: level["seconds"] for level in shown["milestones"]}.items() <= {
         row["k"]: row["seconds"] for row in shown["trace"]
     }.items()
+
+
+class Disturbed:
+    """A clock that goes on by one second each time it is read, and by `pause` more each tenth time."""
+
+    def __init__(self, pause: float) -> None:
+        self.now, self.readings, self.pause = 0.0, 0, pause
+
+    def __call__(self) -> float:
+        self.readings += 1
+        self.now += 1.0 + self.pause * (self.readings % 10 == 0)
+        return self.now
+
+
+@pytest.mark.parametrize("pause", [0.0, 1.0, 100.0])
+def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
+    pause: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each run takes the same number of readings, so that each lap has a pause in one run and none in another."""
+    monkeypatch.setattr(repetition, "LONG", np.inf)
+    monkeypatch.setattr(repetition, "BUDGET", np.inf)
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+
+    def once(clock: Callable[[], float]) -> lcpcli.Result:
+        return run(problem, "fixed-point", trace=Trace(), clock=clock)
+
+    whole = once(Time())
+    disturbed = Disturbed(pause)
+    (result,) = repetition.timed(partial(once, disturbed), compared=True)
+    assert result.seconds == whole.seconds
+    assert result.parts == whole.parts
+    assert result.trace is not None
+    assert whole.trace is not None
+    assert result.trace.times == whole.trace.times
+    assert result.spread == pytest.approx(1 + pause / 10, rel=0.2)
+    assert bool(summary.spread(result)) == (pause == 100.0)
 
 
 def test_a_pause_of_the_processor_is_in_no_curve() -> None:

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli.rational import linear
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.rational import flint_calls, linear
 from lcpcli.rational.linear import Rows, inverse, particular, solve
 
 ONE, ZERO = Fraction(1), Fraction(0)
@@ -72,3 +73,15 @@ def test_inverse_times_the_matrix_is_the_identity() -> None:
     columns = [product(A, [row[j] for row in found]) for j in range(20)]
     assert columns == [[Fraction(int(i == j)) for i in range(20)] for j in range(20)]
     assert inverse([[1, 2], [2, 4]]) is None
+
+
+def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("flint")
+    A, b = [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)], list(range(20))
+    here = linear.solve(A, b), linear.solve(A[:18], b[:18])
+    monkeypatch.setattr(flint_calls, "LONG", -1.0)
+    assert (linear.solve(A, b), linear.solve(A[:18], b[:18])) == here
+    with pytest.raises(TimeIsUp), within(0.0):
+        linear.solve(A, b)
+    monkeypatch.setattr("sys.executable", "/no/such/interpreter")
+    assert linear.solve(A, b) == here[0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-import time
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -17,7 +16,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 import lcpcli
-from lcpcli import Problem, Result, Status
+from lcpcli import Problem, Result, Status, clock
 from lcpcli.files import shipped, writing
 from lcpcli.rational import exact_lemke
 from lcpcli.rational.numbers import rounded
@@ -36,7 +35,7 @@ UNTIL = float("inf")
 
 
 def proved(problem: Problem) -> Result:
-    return prove(ExactProblem.of_floats(problem), run(problem, "auto"))
+    return prove(lambda: ExactProblem.of_floats(problem), run(problem, "auto"))
 
 
 def assert_solved(result: Result) -> None:
@@ -81,7 +80,7 @@ def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> No
         q = -M @ random.integers(0, 3, n)
     units = 10 ** random.integers(1, 4, n)
     result = run(Problem(M / units[:, None], q / units), "auto")
-    found = prove(ExactProblem.of_decimals(result.problem), result).exact
+    found = prove(lambda: ExactProblem.of_decimals(result.problem), result).exact
     whole = Problem(M, q)
     assert found is not None
     if found.status is Status.SOLVED:
@@ -137,11 +136,11 @@ def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles() -> None:
     problem = Problem([list(map(float, row)) for row in H], list(map(float, q)))
     lost = run(problem, "newton", limits=Limits(max_iterations=20))
     assert np.abs(lost.z - 1).max() > 0.01, "as accurate as the rounded data determine"
-    result = prove(ExactProblem(problem, [dict(enumerate(row)) for row in H], q), lost)
+    result = prove(lambda: ExactProblem(problem, [dict(enumerate(row)) for row in H], q), lost)
     assert result.exact is not None
     assert result.exact.z == [1] * n
     assert np.array_equal(result.z, np.ones(n))
-    assert_solved(prove(ExactProblem.of_floats(problem), lost))
+    assert_solved(prove(lambda: ExactProblem.of_floats(problem), lost))
 
 
 def narrow() -> dict[str, Any]:
@@ -251,10 +250,10 @@ def test_no_reference_solution_where_there_is_none() -> None:
 
 def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
     problem = families(10)["integers"]
-    result = prove(ExactProblem.of_floats(problem), run(problem, "auto"), -1.0)
+    result = prove(lambda: ExactProblem.of_floats(problem), run(problem, "auto"), -1.0)
     assert result.exact is not None
     assert (result.exact.status, result.exit_code) == (None, 1)
-    assert exact_lemke.solve(ExactProblem.of_floats(problem), time.perf_counter() - 1) is None
+    assert exact_lemke.solve(ExactProblem.of_floats(problem), clock.seconds() - 1) is None
 
 
 def test_farkas_vector_is_corrected_where_no_double_fits() -> None:

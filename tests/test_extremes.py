@@ -120,7 +120,7 @@ def test_nothing_else_that_is_said_is_false(seed: int, layout: str, power: float
             assert error <= Fraction(bound.value)
         if verify(problem, z, 1e-10).accepted:
             assert is_near_a_solution(plain, z)
-    check_proof(prove(ExactProblem.of_floats(problem), result, 5.0), plain)
+    check_proof(prove(lambda: ExactProblem.of_floats(problem), result, 5.0), plain)
     for z in with_reference(problem, 5.0).solutions:
         assert np.isfinite(z).all()
     inspect(problem)

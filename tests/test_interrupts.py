@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import pickle
@@ -232,6 +233,49 @@ def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatc
     with pytest.raises(lcpcli.errors.OptionError, match='interrupts: \'ignore\' is unknown; give "raise" or "return"'):
         call(problem, interrupts="ignore")
     assert isinstance(pickle.loads(pickle.dumps(ending.value)), lcpcli.Interrupted)
+
+
+@pytest.mark.parametrize(
+    "place",
+    ["lcpcli.solving.advice.suggestions", "lcpcli.solving.meaning.answers", "lcpcli.solving.loop.Loop._verified"],
+)
+def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    module, _, name = place.rpartition(".")
+    real = getattr(importlib.import_module(module), name) if "Loop" not in place else getattr(Loop, name)
+    once = iter([interrupt])
+    monkeypatch.setattr(place, lambda *given: next(once, real)(*given))
+    problem = lcpcli.from_qp(None, [1, 1], [[1, 1]], row_lower=[1])
+    with pytest.raises(lcpcli.Interrupted) as ending:
+        lcpcli.run(problem, max_iterations=0 if "advice" in place else 100)
+    assert ending.value.result.interrupted
+    assert ending.value.result.z.size == problem.n
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        "lcpcli.solving.conclusions._concluded",
+        "lcpcli.solving.conclusions.verified",
+        "lcpcli.enumeration.others.found_others",
+        "lcpcli.verify.digits.digits",
+    ],
+)
+def test_command_that_is_interrupted_after_the_iteration_reports_its_result(
+    place: str, lcp: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(place, interrupt)
+    command = ["compare", EXAMPLE, "--method", "newton"] if place.endswith("verified") else ["solve", EXAMPLE]
+    outcome = lcp(*command, "--format", "json")
+    assert (outcome.code, outcome.err) == (130, "")
+    assert json.loads(outcome.out)["z"] == [1, 0, 1, 0]
+
+
+def test_one_of_many_problems_that_is_interrupted_after_the_iteration_is_written(
+    lcp: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lcpcli.solving.conclusions._concluded", interrupt)
+    outcome = lcp("solve", EXAMPLE, EXAMPLE, "--format", "json")
+    assert (outcome.code, len(outcome.out.splitlines())) == (130, 1)
 
 
 def test_loop_of_a_user_ends_with_ctrl_c() -> None:

@@ -264,7 +264,7 @@ def test_exact_minimum_meets_the_conditions_of_the_decimals_as_written(tmp_path:
 
     write(PROBLEMS["qp"](), tmp_path / "own.json")
     data = read_exact(str(tmp_path / "own.json"))
-    exact = minimum(concluded([prove(data, run(data.problem, "auto"))])[0]).exact
+    exact = minimum(concluded([prove(lambda: data, run(data.problem, "auto"))])[0]).exact
     assert exact is not None
     x, y = exact["x"], exact["y"]
     Q, A, b = (decimals(values) for values in (PORTFOLIO_Q, PORTFOLIO_A, [PORTFOLIO_B]))

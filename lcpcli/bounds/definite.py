@@ -27,6 +27,7 @@ import math
 import numpy as np
 
 from lcpcli.bounds.rounding import Theorem, factor, norm
+from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
@@ -105,13 +106,13 @@ def least_eigenvalue(S: Matrix) -> float | None:
     """
     n = S.shape[0]
     try:
-        estimate = float(np.linalg.eigvalsh(S)[0])
+        estimate = float(interruptibly(lambda: np.linalg.eigvalsh(S)[0]))
         size = float(np.abs(S).sum(axis=1).max())
         lost = factor(n) * (float(S.trace()) + size) + n * n * SMALLEST_NORMAL
         shift = estimate - 2 * lost
         if not shift > lost:
             return None
-        np.linalg.cholesky(S - shift * np.eye(n))
+        interruptibly(lambda: np.linalg.cholesky(S - shift * np.eye(n)))
     except np.linalg.LinAlgError:
         return None
     return float(shift - lost) * (1 - 4 * EPS)

@@ -6,8 +6,7 @@ is either guaranteed by an error bound or decided in exact arithmetic, or else i
 
 from __future__ import annotations
 
-import time
-
+from lcpcli import clock
 from lcpcli.classes.context import Context
 from lcpcli.classes.copositive import copositive, copositive_plus, strictly_copositive
 from lcpcli.classes.definite import positive_definite, positive_semidefinite
@@ -46,7 +45,7 @@ def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> 
         progress is not interrupted.
     last : the class after which to stop; "" for none.
     """
-    context = Context(M, time.perf_counter() + seconds)
+    context = Context(M, clock.seconds() + seconds)
     for name, test in CLASSES.items():
         try:
             context.verdicts[name] = test(context)

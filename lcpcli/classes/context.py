@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.classes.verdict import NO, YES, Late, Verdict
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
@@ -20,7 +20,7 @@ DENSE = 2000  # n up to which a sparse matrix may be made dense
 
 
 class Context:
-    """M, dense or sparse of shape (n, n), the verdicts so far, and a deadline by time.perf_counter()."""
+    """M, dense or sparse of shape (n, n), the verdicts so far, and a deadline by `clock.seconds`."""
 
     def __init__(self, M: Matrix, deadline: float) -> None:
         self.M, self.n, self.deadline = M, int(M.shape[0]), deadline
@@ -40,7 +40,7 @@ class Context:
 
     def check(self) -> None:
         """Raise Late if the time is used up."""
-        if time.perf_counter() > self.deadline:
+        if clock.seconds() > self.deadline:
             raise Late
 
     @cached_property

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import signal
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from lcpcli import options
+from lcpcli import clock, options
 from lcpcli.cli import exit_codes, problems, threads
 from lcpcli.cli.options import STARTS
 from lcpcli.cli.output import HERE, Output, emit, terminal
@@ -94,7 +93,7 @@ def _read(files: Sequence[str], bounds: problems.Given, given: Mapping[str, Any]
     if several:
         raise OptionError("--all", "takes one problem", "give the others to another run")
     work = next(works)
-    (held,) = problems.held(work, bounds, exact=True)
+    (held,) = problems.held(work, bounds)
     for remark in [] if given["quiet"] else held.remarks:
         problems.tell(remark)
     return held.exactly(), work.sources[0]
@@ -105,14 +104,14 @@ def _found(data: ExactProblem, given: Mapping[str, Any]) -> SolutionSet:
     from lcpcli.enumeration import solution_set as sets
     from lcpcli.enumeration.search import solutions
 
-    began = time.perf_counter()
+    began = clock.seconds()
     search = solutions(data, time_limit=given[TIME_LIMIT.name], max_solutions=given[MAX_SOLUTIONS.name])
     with _stopped_by_interrupts(search) as interrupts:
         for _ in search:
             continue
     enough = len(search.pieces) == given[MAX_SOLUTIONS.name]
     ended = sets.INTERRUPTED if interrupts else sets.ENOUGH if enough else sets.TIME_LIMIT
-    return sets.SolutionSet.of(search, ended, time.perf_counter() - began)
+    return sets.SolutionSet.of(search, ended, clock.seconds() - began)
 
 
 @contextmanager

@@ -85,15 +85,11 @@ class Held(NamedTuple):
     length: Callable[[], int] = int
 
 
-def held(work: Work, given: Given, exact: bool) -> Iterator[Held]:
-    """The problems of an input, with the bounds given as options. exact : whether `exactly` is going to be called, so
-    that its errors are to be raised here."""
+def held(work: Work, given: Given) -> Iterator[Held]:
+    """The problems of an input, with the bounds given as options."""
     from lcpcli.files.inputs import QColumns
 
-    for one in _columns(work, given) if isinstance(work, QColumns) else [_single(work, given)]:
-        if exact:
-            one.exactly()
-        yield one
+    yield from _columns(work, given) if isinstance(work, QColumns) else [_single(work, given)]
 
 
 def _single(work: Input, given: Given) -> Held:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -84,9 +84,9 @@ class Task:
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
         """The results for problems that are solved one by one, with remarks on what was read."""
-        for held in problems.held(work, self._bounds, self.exact):
+        for held in problems.held(work, self._bounds):
             remarks = [] if self.given["quiet"] else held.remarks
-            yield self._solved(held.problem, held.exactly() if self.exact else None), remarks
+            yield self._solved(held.problem, held.exactly if self.exact else None), remarks
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
         """Those for problems with one M, solved together."""
@@ -100,7 +100,7 @@ class Task:
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name)), []
 
-    def _solved(self, problem: Problem, data: ExactProblem | None) -> Result:
+    def _solved(self, problem: Problem, data: Callable[[], ExactProblem] | None) -> Result:
         from lcpcli.solving import run as driver
         from lcpcli.solving.conclusions import concluded
         from lcpcli.solving.proof import prove

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ import click
 from lcpcli.cli.output import Output, Plot
 from lcpcli.cli.progress import Line
 from lcpcli.cli.repetition import timed
+from lcpcli.interrupts import TimeIsUp, within
 
 if TYPE_CHECKING:
     from lcpcli.methods.variants import Variant
@@ -69,7 +70,7 @@ def each(
 
 
 def finished(
-    runs: Iterator[tuple[int, Result]], proofs: Sequence[ExactProblem], bounds: Limits, with_bound: bool
+    runs: Iterator[tuple[int, Result]], proofs: Sequence[Callable[[], ExactProblem]], bounds: Limits, with_bound: bool
 ) -> tuple[list[list[Result]], bool]:
     """The results by problem with the proofs requested, those before Ctrl-C if it came, and whether it came."""
     results: dict[int, list[Result]] = {}
@@ -91,7 +92,7 @@ def finished(
     return list(results.values()), any(result.interrupted for own in results.values() for result in own)
 
 
-def _proved(data: ExactProblem, results: Sequence[Result], bounds: Limits) -> list[Result]:
+def _proved(data: Callable[[], ExactProblem], results: Sequence[Result], bounds: Limits) -> list[Result]:
     """Each result with what is proved about it in the time that the run has left."""
     from lcpcli.solving.proof import prove
 
@@ -105,10 +106,15 @@ def _near(problem: Problem, size: float) -> Vector:
 
 
 def bounded(result: Result) -> Result:
-    """The result with what is proved about its error."""
-    from lcpcli.bounds.error_bound import NO_BOUND, error_bound
+    """The result with what is proved about its error in the time that the run has left."""
+    from lcpcli.bounds.error_bound import LATE, NO_BOUND, error_bound
 
-    return replace(result, bound=error_bound(result.problem, result.z) or NO_BOUND)
+    try:
+        with within(result.limits.time_limit - result.seconds):
+            bound = error_bound(result.problem, result.z) or NO_BOUND
+    except TimeIsUp:
+        bound = LATE
+    return replace(result, bound=bound)
 
 
 def all_referred(problems: Sequence[Problem], bounds: Limits) -> list[Problem]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
 
 Faults: TypeAlias = "list[tuple[Source, LCPError]]"
+Results: TypeAlias = "Sequence[Sequence[Result]]"
 FOR_MANY = ("jobs", "cluster", "resume")
 OF_OUTPUT = ("form", "trace", "every", "output", "quiet", "bound")
 
@@ -63,11 +65,12 @@ def run(
     works, several = problems_in.works(files, given.get("game", False))
     if many is not None and (several or _is_for_many(given, output)):
         return many(works, output)
-    held, sources, faults = _read(works, of_z, exact, given["quiet"])
+    held, sources, faults = _read(works, of_z, given["quiet"])
     if not held:
-        _show([], [], faults, output, (None, False), compared=False)
+        if not output.silent:
+            _show(_text([], [], faults, output, (None, False), compared=False), output, (None, False))
         return BAD_INPUT
-    problems, data = [each.problem for each in held], [each.exactly() for each in held if exact]
+    problems, data = [each.problem for each in held], [each.exactly for each in held if exact]
     exactly = held[0].exactly if many is not None and _is_searched(held[0]) else None
     del held  # with the contents of files
     plot.require_room(len(problems))
@@ -78,16 +81,34 @@ def run(
     each = runs.each(
         problems, variants, chosen, bounds, given.get("warm"), (output, plot, screen[0]), wanted(given["quiet"])
     )
+    results: Results
     results, interrupted = runs.finished(each, data, bounds, given["bound"])
-    if not output.silent:
-        results = [_concluded(own, compared=bool(levels)) for own in results]
-        if exactly is not None and not interrupted:
-            results = [[_among_others(result, exactly) for result in own] for own in results]
     _write_trace(results, output.trace_path)
-    _show(results, sources, faults, output, screen, compared=bool(levels))
+    text_of = partial(_text, sources=sources, faults=faults, output=output, screen=screen, compared=bool(levels))
+    if not output.silent:
+        results, text = _with_conclusions(results, bool(levels), None if interrupted else exactly, text_of)
+        _show(text, output, screen)
     plot.show(results)
-    codes = [result.exit_code for own in results for result in own] + [BAD_INPUT] * bool(faults)
-    return INTERRUPTED if interrupted else of_several(codes)
+    ended = [result for own in results for result in own]
+    if interrupted or any(result.interrupted for result in ended):
+        return INTERRUPTED
+    return of_several([result.exit_code for result in ended] + [BAD_INPUT] * bool(faults))
+
+
+def _with_conclusions(
+    results: Results, compared: bool, exactly: Callable[[], ExactProblem] | None, text_of: Callable[[Results], str]
+) -> tuple[Results, str]:
+    """The results with what is concluded from them, and their text; without that if Ctrl-C comes before it is made."""
+    try:
+        made: Results = [_concluded(own, compared) for own in results]
+        if exactly is not None:
+            made = [[_among_others(result, exactly) for result in own] for own in made]
+        return made, text_of(made)
+    except KeyboardInterrupt:
+        from lcpcli.solving.conclusions import interrupted
+
+        bare = [interrupted(own) for own in results]
+        return bare, text_of(bare)
 
 
 def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
@@ -106,7 +127,7 @@ def _is_searched(held: Held) -> bool:
 
 def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:
     """The result with whether the problem has other solutions, and whether it has any as written."""
-    if not result.solved:
+    if not result.solved or result.interrupted:
         return result
     from lcpcli.enumeration.others import search_others
 
@@ -128,9 +149,7 @@ def _is_for_many(given: Mapping[str, Any], output: Output) -> bool:
     return any(given[name] is not None for name in FOR_MANY) or (output.path or "").casefold().endswith(LINES)
 
 
-def _read(
-    works: Iterator[Work], bounds: problems_in.Given, exact: bool, quiet: bool
-) -> tuple[list[Held], list[Source], Faults]:
+def _read(works: Iterator[Work], bounds: problems_in.Given, quiet: bool) -> tuple[list[Held], list[Source], Faults]:
     """The problems in the inputs, where they are, and what is wrong with the others; of a single one it is raised."""
     inputs = list(works)
     held: list[Held] = []
@@ -138,7 +157,7 @@ def _read(
     faults: Faults = []
     for work in inputs:
         try:
-            found = list(problems_in.held(work, bounds, exact))
+            found = list(problems_in.held(work, bounds))
         except LCPError as fault:
             if len(inputs) == 1:
                 raise
@@ -152,7 +171,7 @@ def _read(
     return held, sources, faults
 
 
-def _write_trace(results: Sequence[Sequence[Result]], path: str | None) -> None:
+def _write_trace(results: Results, path: str | None) -> None:
     """Write all iterates to the file for them, if there is one."""
     if path is None:
         return
@@ -162,18 +181,15 @@ def _write_trace(results: Sequence[Sequence[Result]], path: str | None) -> None:
     atomic_write.write_whole(path, trace_csv.render([result for own in results for result in own]))
 
 
-def _show(
-    results: Sequence[Sequence[Result]],
+def _text(
+    results: Results,
     sources: Sequence[Source],
     faults: Faults,
     output: Output,
     screen: tuple[int | None, bool],
     compared: bool,
-) -> None:
-    """Print the results, or write them to the output file; in JSON also what could not be read."""
-    if output.silent:
-        return
-    from lcpcli.files import atomic_write
+) -> str:
+    """What is shown of the results, in JSON also what could not be read."""
     from lcpcli.report import render as report
 
     width, color = screen
@@ -183,9 +199,16 @@ def _show(
     text = report.render(shown, places, output.form, width, color, compared=compared, whole=whole, iterates=iterates)
     if output.form == "json":
         text += report.unread(faults)
+    return text
+
+
+def _show(text: str, output: Output, screen: tuple[int | None, bool]) -> None:
+    """Print the text, or write it to the output file."""
     if output.path is None:
-        emit(text, color)
+        emit(text, screen[1])
     else:
+        from lcpcli.files import atomic_write
+
         atomic_write.write_whole(output.path, text)
 
 

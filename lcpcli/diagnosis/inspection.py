@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.classes import classify
 from lcpcli.classes.verdict import YES, Late, Verdict
 from lcpcli.diagnosis import matrix, rates, remarks
@@ -72,10 +72,10 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     ('yes', 'yes')
     """
     as_problem(problem)
-    deadline = time.perf_counter() + time_limit
+    deadline = clock.seconds() + time_limit
 
     def check() -> None:
-        if time.perf_counter() > deadline:
+        if clock.seconds() > deadline:
             raise Late
 
     found = classify.classify(problem.M, time_limit)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
+from lcpcli import clock
 from lcpcli.enumeration import theorems
 from lcpcli.enumeration.piece import NAMES, Piece, common_states
 from lcpcli.interrupts import TimeIsUp
@@ -23,7 +24,7 @@ States = Sequence[Sequence[str]]  # of each unknown, those that hold
 def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
     """Every maximal piece of the solution set once, in the order in which the tree meets them.
 
-    `check` is called before each step and may raise. deadline : by time.perf_counter(), for the method that looks for
+    `check` is called before each step and may raise. deadline : by `clock.seconds`, for the method that looks for
     a solution where it is known that all are one piece.
     """
     shape = theorems.shape(data, check)
@@ -78,7 +79,6 @@ def _bits(states: States) -> int:
 
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
     """A solution from the methods of the program, made exact; None if they have none."""
-    import time
 
     from lcpcli.rational import exact_lemke
     from lcpcli.solving import run
@@ -86,7 +86,7 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     from lcpcli.solving.result import Status
     from lcpcli.verify.exact_solution import from_point
 
-    began = time.perf_counter()
+    began = clock.seconds()
     seconds = min(deadline - began, METHODS if data.n <= exact_lemke.MOST_UNKNOWNS else math.inf)
     if seconds <= 0:
         return None
@@ -94,7 +94,7 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     result = run.run(data.problem, "auto", limits=limits, conclude=False, observe=lambda *_: check())
     if result.interrupted:
         raise KeyboardInterrupt
-    if result.status is Status.TIME_LIMIT and time.perf_counter() < began + seconds:
+    if result.status is Status.TIME_LIMIT and clock.seconds() < began + seconds:
         raise TimeIsUp  # by `check`
     found = from_point(data, result.z, deadline) if result.solved else None
     return found or exact_lemke.solve(data, deadline)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 from itertools import count, product
 
-from lcpcli import options
+from lcpcli import clock, options
 from lcpcli.enumeration.blocks import blocks, restricted
 from lcpcli.enumeration.equilibria import Equilibria, equilibria
 from lcpcli.enumeration.of_game import pieces_of
@@ -122,7 +121,7 @@ class Solutions(Iterator[Piece]):
         return list(dict.fromkeys(vertex for piece in self.pieces for vertex in piece.vertices))
 
     def _started(self) -> Iterator[Piece]:
-        self._deadline = min(self._deadline, time.perf_counter() + self._time_limit)
+        self._deadline = min(self._deadline, clock.seconds() + self._time_limit)
         if self._game is not None:
             self.equilibria = equilibria(*self._game.payoffs(), self._check)
             yield from pieces_of(self.equilibria, self._game, self.problem, self._check)
@@ -146,7 +145,7 @@ class Solutions(Iterator[Piece]):
 
     def _check(self) -> None:
         """Raise TimeIsUp after the deadline, and then once more after the time for putting together what was found."""
-        now = time.perf_counter()
+        now = clock.seconds()
         if now > self._deadline:
             self._deadline = now + min(ENDING, self._time_limit)
             raise TimeIsUp

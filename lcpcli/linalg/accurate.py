@@ -7,6 +7,7 @@ from itertools import chain, pairwise
 
 import numpy as np
 
+from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix, Vector
 
@@ -31,6 +32,7 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
     """Two lists that add up to -a_i x_i, entry by entry, without error."""
+    check()
     terms = a * x
     a_high, a_low = _split(a)
     x_high, x_low = _split(x)

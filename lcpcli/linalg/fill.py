@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.interrupts import TimeIsUp, remaining
+from lcpcli.interrupts import check
 from lcpcli.typing import Indices, Matrix
 
 SMALL = 20_000  # entries up to which any order is found in no time
@@ -49,8 +49,7 @@ def fill(M: Matrix, most: int) -> int:
     waiting: list[list[Indices]] = [[] for _ in columns]  # from the children of each column
     total = 0
     for j, own in enumerate(columns):
-        if remaining() <= 0:
-            raise TimeIsUp
+        check()
         merged = np.unique(np.concatenate((own, *waiting[j]))) if waiting[j] else own
         waiting[j] = []
         total += merged.size

@@ -9,12 +9,12 @@ or, where all indices are decided, by an exact solution of M_PP z_P = -q_P that 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Generator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lcpcli import clock
 from lcpcli.linalg import matrices
 from lcpcli.methods.iterate import Finished, OutOfTime, Stalled
 from lcpcli.typing import Matrix, Vector
@@ -34,7 +34,7 @@ def candidates(
     """The sets P, as masks of shape (n,), that appear to have a solution. A set may be yielded more than once.
 
     M, q : the problem, exactly equilibrated; the proofs refer to these numbers.
-    deadline : by time.perf_counter().
+    deadline : by `clock.seconds`.
     nodes : how many nodes may be examined, each at the cost of one or two LPs.
 
     Returns Finished if the problem is proved to have no solution, except on the sets that were yielded: the caller
@@ -44,7 +44,7 @@ def candidates(
     pending, examined, unresolved = [np.full(q.size, UNDECIDED, np.int8)], 0, False
     while pending:
         decided = pending.pop()
-        seconds = deadline - time.perf_counter()
+        seconds = deadline - clock.seconds()
         if seconds <= 0:
             return OutOfTime("the time limit is reached")
         if examined == nodes:

@@ -8,12 +8,12 @@ Algebra and its Applications 21 (1978) 207-215.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import numpy as np
 
+from lcpcli.clock import seconds
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods.iterate import Finished, Iterate, Stage, advance
@@ -27,7 +27,7 @@ STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an at
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
-def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = time.perf_counter) -> Stage:
+def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:
     """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it.
 
     An attempt is made when P is nearly unchanged for STABLE_ITERATES iterates, and when the stage ends; it continues

@@ -9,12 +9,12 @@ max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Generator
 from typing import Any
 
 import numpy as np
 
+from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.linear_program import linprog
@@ -62,7 +62,7 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
         tolerances: alpha = 0 is never taken as a proof, as a tiny alpha may hide a large solution.
     Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a solution or a proof.
     """
-    deadline = time.perf_counter() + time_limit
+    deadline = interrupts.deadline(time_limit)
     with np.errstate(all="ignore"):
         units = scale(problem)
         M, s = units.problem.M, float(np.exp2(-math.frexp(np.abs(units.problem.q).max())[1]))
@@ -98,7 +98,7 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 
 def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]:
     """Complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
-    if time.perf_counter() >= deadline:
+    if clock.seconds() >= deadline:
         return OutOfTime(LATE)
     for P in _program(M, q, deadline):
         yield "program", P
@@ -116,7 +116,7 @@ def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
     from scipy.optimize import LinearConstraint, milp
 
     n = q.size
-    seconds = max(deadline - time.perf_counter(), 1e-3)
+    seconds = max(deadline - clock.seconds(), 1e-3)
     one, zero = np.eye(n), np.zeros((n, n))
     column = q[:, np.newaxis]
     A = stack([[M, zero, column], [M, one, column], [one, -one, np.zeros((n, 1))]])

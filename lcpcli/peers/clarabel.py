@@ -7,10 +7,9 @@ looser tolerances of its own, does not count as solved.
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.model.problem import Problem
 from lcpcli.peers import quadratic, storage
 from lcpcli.peers.registry import Claim, distribution_version, library
@@ -35,7 +34,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     settings.time_limit = time_limit
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
     program = quadratic.program_of(problem)
-    began, one = time.perf_counter(), eye(program.c.size).tocsr()
+    began, one = clock.seconds(), eye(program.c.size).tocsr()
     low, high = np.isfinite(program.lower), np.isfinite(program.upper)
     equal = program.row_lower == program.row_upper
     below, above = np.isfinite(program.row_lower) & ~equal, np.isfinite(program.row_upper) & ~equal
@@ -46,7 +45,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
     P, q = storage.upper_triangle(program.Q), program.c.copy()
     solution = clarabel.DefaultSolver(P, q, A, b, cones, settings).solve()
-    seconds = time.perf_counter() - began
+    seconds = clock.seconds() - began
     y, dual = np.zeros(equal.size), np.split(np.array(solution.z), np.cumsum([equal.sum(), below.sum(), above.sum()]))
     y[equal] = -dual[0]
     y[below] += dual[1]

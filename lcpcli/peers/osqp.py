@@ -6,10 +6,9 @@ The tolerance applies to its primal and dual residuals, absolute and relative. O
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.interrupts import silence
 from lcpcli.model.problem import Problem
 from lcpcli.peers import quadratic, storage
@@ -35,7 +34,7 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
     program, solver = quadratic.program_of(problem), osqp.OSQP()
     limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, LONGEST)}
     with silence():  # OSQP prints a message when a factorization fails
-        began = time.perf_counter()
+        began = clock.seconds()
         P, q = storage.upper_triangle(program.Q), program.c.copy()
         A = storage.rows(program.A, eye(q.size))
         lower = np.concatenate((program.row_lower, program.lower))
@@ -44,8 +43,8 @@ def solve(problem: Problem, tol: float, time_limit: float) -> Claim:
             solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
             result = solver.solve(raise_error=False)
         except osqp.OSQPException as error:
-            return Claim(None, False, time.perf_counter() - began, f"refused the problem with error {error}")
-        seconds = time.perf_counter() - began
+            return Claim(None, False, clock.seconds() - began, f"refused the problem with error {error}")
+        seconds = clock.seconds() - began
     known = osqp.SolverStatus
     if result.info.status_val == known.OSQP_SIGINT:
         raise KeyboardInterrupt  # Ctrl-C, which OSQP has intercepted

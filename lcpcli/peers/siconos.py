@@ -14,13 +14,13 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
 from lcpcli.peers import storage
@@ -87,13 +87,13 @@ def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
         try:
             assert process.stdout is not None
             process.stdout.readline()
-            began = time.perf_counter()
+            began = clock.seconds()
             code = process.wait(None if time_limit == float("inf") else time_limit)
         except subprocess.TimeoutExpired:
-            return "stopped at the time limit", time.perf_counter() - began
+            return "stopped at the time limit", clock.seconds() - began
         finally:
             process.kill()
-        seconds = time.perf_counter() - began
+        seconds = clock.seconds() - began
     if code < 0:
         return f"killed by {signal.Signals(-code).name}", seconds
     return f"failed with exit code {code}" if code else "", seconds

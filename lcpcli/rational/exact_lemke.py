@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import time
 from fractions import Fraction
 
+from lcpcli import clock
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tableau import IntegerTableau
 
@@ -21,6 +21,6 @@ def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
     tableau = IntegerTableau(data.rows, data.constants)
     if min(data.constants) < 0:
         for _ in tableau.path():
-            if time.perf_counter() >= deadline:
+            if clock.seconds() >= deadline:
                 return None
     return tableau.z() if tableau.ray is None else None

@@ -14,6 +14,8 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from lcpcli.errors import ParameterError
+from lcpcli.interrupts import check
+from lcpcli.rational import flint_calls
 
 SMALL = 16  # rows up to which FLINT is not faster
 SECONDS = 1e-9  # that a nonsingular system takes by FLINT, for each bit of its entries and n^3
@@ -44,13 +46,10 @@ def require() -> Any:
 def solve(A: Rows, b: Sequence[int]) -> Solutions:
     """The solutions of A x = b, for integers A of shape (m, n) and b of length m."""
     m, n = len(A), len(A[0]) if A else 0
-    flint = _flint() if m == n > SMALL else None
-    if flint is not None:
-        try:
-            found = flint.fmpz_mat(A).solve(flint.fmpz_mat(n, 1, b)).entries()
-            return Solutions([Fraction(int(x.p), int(x.q)) for x in found], [])
-        except ZeroDivisionError:
-            pass
+    if m == n > SMALL and is_fast():
+        found = flint_calls.call("solved", duration(A), A, list(b))
+        if found is not None:
+            return Solutions([Fraction(*value) for value in found], [])
     rows, pivots, divisor = _reduced([[*row, value] for row, value in zip(A, b, strict=True)], n)
     x = [Fraction(0)] * n
     for row, column in zip(rows, pivots, strict=False):
@@ -65,7 +64,7 @@ def solve(A: Rows, b: Sequence[int]) -> Solutions:
 
 
 def duration(A: Rows) -> float:
-    """About how many seconds `solve` takes for a square A of many rows, in which Ctrl-C has to wait."""
+    """About how many seconds `solve` takes for a nonsingular A of many rows."""
     bits = max((abs(value).bit_length() for row in A for value in row), default=0)
     return SECONDS * bits * float(len(A)) ** 3
 
@@ -112,15 +111,14 @@ def inverse(A: Rows) -> list[list[Fraction]] | None:
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
     """The reduced row echelon form of the first n columns times a divisor, its pivot columns, and that divisor."""
-    flint = _flint() if len(rows) > SMALL else None
-    if flint is not None:
-        reduced, divisor, rank = flint.fmpz_mat(rows).rref()
-        whole = [[int(value) for value in row] for row in reduced.tolist()]
+    if len(rows) > SMALL and is_fast():
+        whole, divisor, rank = flint_calls.call("reduced", duration(rows), rows)
         leading = [next(j for j, value in enumerate(row) if value) for row in whole[:rank]]
-        return whole, [j for j in leading if j < n], int(divisor)
+        return whole, [j for j in leading if j < n], divisor
     pivots: list[int] = []
     previous = 1
     for column in range(n):
+        check()
         top = len(pivots)
         found = next((i for i in range(top, len(rows)) if rows[i][column]), None)
         if found is None:

@@ -15,6 +15,7 @@ from fractions import Fraction
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.interrupts import check
 from lcpcli.typing import Vector
 
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
@@ -24,7 +25,9 @@ RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
 
 
 def fraction(text: str) -> Fraction:
-    """The rational number of a decimal text; ProblemError if it is not a number, or its exponent is too large."""
+    """The rational number of a decimal text; ProblemError if it is not a number, or its exponent is too large. Raises
+    TimeIsUp too, as a file may have millions of them."""
+    check()
     try:
         if "_" in text:
             raise InvalidOperation

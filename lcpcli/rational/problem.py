@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.game import Game
@@ -20,9 +21,8 @@ from lcpcli.rational.numbers import LARGEST_INTEGER
 from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Indices, Matrix, Vector
 
+Row = TypeVar("Row")
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
-
-
 Bounds = list[Fraction | None]  # None for no bound
 
 
@@ -53,19 +53,12 @@ class ExactProblem:
     ) -> None:
         assert q is not None
         self.problem = problem
-        self.lower = [Fraction(0)] * problem.n if lower is None else lower
+        self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
-        self.scales = [
-            math.lcm(value.denominator, *(entry.denominator for entry in row.values()))
-            for row, value in zip(M, q, strict=True)
-        ]
-        self.rows = [
-            {j: entry.numerator * (scale // entry.denominator) for j, entry in row.items()}
-            for row, scale in zip(M, self.scales, strict=True)
-        ]
-        self.constants = [
-            value.numerator * (scale // value.denominator) for value, scale in zip(q, self.scales, strict=True)
-        ]
+        own = [_in_integers(row, value) for row, value in zip(M, q, strict=True)]
+        self.rows = [row for row, _, _ in own]
+        self.constants = [constant for _, constant, _ in own]
+        self.scales = [scale for _, _, scale in own]
 
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:
@@ -96,7 +89,7 @@ class ExactProblem:
         """w = M z + q."""
         Z, d = over_one_denominator(z)
         return [
-            Fraction(sum(a * Z[j] for j, a in row.items()) + constant * d, scale * d)
+            Fraction(sum(a * Z[j] for j, a in _in_time(row).items()) + constant * d, scale * d)
             for row, constant, scale in zip(self.rows, self.constants, self.scales, strict=True)
         ]
 
@@ -104,7 +97,7 @@ class ExactProblem:
         """|M| |z| + |q|."""
         Z, d = over_one_denominator(z)
         return [
-            Fraction(sum(abs(a * Z[j]) for j, a in row.items()) + abs(constant) * d, scale * d)
+            Fraction(sum(abs(a * Z[j]) for j, a in _in_time(row).items()) + abs(constant) * d, scale * d)
             for row, constant, scale in zip(self.rows, self.constants, self.scales, strict=True)
         ]
 
@@ -123,7 +116,7 @@ class ExactProblem:
         sums = [0] * self.n
         for row, factor in zip(self.rows, V, strict=True):
             if factor:
-                for j, a in row.items():
+                for j, a in _in_time(row).items():
                     sums[j] += a * factor
         return [Fraction(value, d) for value in sums], Fraction(_dot(self.constants, V), d)
 
@@ -143,8 +136,12 @@ class ExactProblem:
 
     def are_floats(self) -> bool:
         """Whether `problem` holds the data without rounding."""
-        own = ExactProblem.of_floats(self.problem)
-        return vars(own) == vars(self) | {"problem": own.problem}
+        if any(scale & (scale - 1) for scale in self.scales):  # denominators of doubles are powers of two
+            return False
+        q, (lower, upper) = self.problem.q.tolist(), _all_bounds_of(self.problem)
+        given = zip(self.rows, self.constants, self.scales, strict=True)
+        own = (_in_integers(*row) for row in zip(rows_of(self.problem.M), map(number_of, q), strict=True))
+        return (lower, upper) == (self.lower, self.upper) and all(a == b for a, b in zip(given, own, strict=True))
 
     def in_integers(self) -> Problem | None:
         """The problem with its rows times `scales`, with the same solutions z; None if doubles cannot represent it."""
@@ -152,11 +149,23 @@ class ExactProblem:
             return None
         if any(abs(value) > LARGEST_INTEGER for value in self.constants):
             return None
-        own = ExactProblem.of_floats(self.problem)
-        if (own.lower, own.upper) != (self.lower, self.upper):
+        if _all_bounds_of(self.problem) != (self.lower, self.upper):
             return None
         M, q = _like(self.problem.M, self.rows), np.array(self.constants, dtype=float)
         return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
+
+
+def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int, int], int, int]:
+    """The row and the constant times the least integer that makes them whole, and that."""
+    scale = math.lcm(constant.denominator, *(entry.denominator for entry in _in_time(row).values()))
+    whole = {j: entry.numerator * (scale // entry.denominator) for j, entry in row.items()}
+    return whole, constant.numerator * (scale // constant.denominator), scale
+
+
+def _in_time(row: Row) -> Row:
+    """The row, unless the time is up: work on all of many entries takes seconds."""
+    check()
+    return row
 
 
 def number_of(value: Any) -> Fraction:
@@ -167,12 +176,12 @@ def number_of(value: Any) -> Fraction:
 def rows_of(M: Matrix, number: Callable[[Any], Fraction] = number_of) -> Rows:
     """The rows of a dense or sparse matrix as rational numbers: by default exactly its own."""
     if not is_sparse(M):
-        return [{j: number(a) for j, a in enumerate(row) if a} for row in M.tolist()]
+        return [_in_time({j: number(a) for j, a in enumerate(row) if a}) for row in M.tolist()]
     rows: Rows = [{} for _ in range(M.shape[0])]
     coo = M.tocoo()
     for i, j, a in zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True):
         if a:
-            rows[i][j] = rows[i].get(j, 0) + number(a)
+            rows[i][j] = _in_time(rows[i]).get(j, 0) + number(a)
     return rows
 
 
@@ -187,6 +196,12 @@ def parts_of(held: Problem | Matrix, number: Callable[[Any], Fraction] = number_
 def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
     """The lower and the upper bounds of a problem."""
     return [bounds_of(bound, number) for bound in problem.box.vectors(problem.n)]
+
+
+def _all_bounds_of(problem: Problem) -> tuple[Bounds, Bounds]:
+    """The bounds, those of an LCP too."""
+    data = ExactProblem(problem, [{}] * problem.n, [Fraction(0)] * problem.n, *_bounds_of(problem, number_of))
+    return data.lower, data.upper
 
 
 def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> Bounds:

@@ -147,7 +147,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[st
     remarks = [f"{summary.name(result)} {result.message}" for result in results if compared and not result.solved]
     for result in results:
         by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
-        told = (advice.line(result), by, summary.doubt(result), summary.bound(result))
+        told = (advice.line(result), by, summary.doubt(result), summary.spread(result), summary.bound(result))
         remarks += [f"{summary.name(result)}: " * compared + text for text in told if text]
     remarks += [_vector(result.certificate) for result in results if result.certificate and not result.exact]
     remarks += [line for result in results if result.exact for line in _exact(result.exact, result.solved)]

@@ -47,6 +47,7 @@ class ResultDict(TypedDict):
     solve_seconds: float | None
     verify_seconds: float | None
     seconds: float | None
+    spread: float | None
     certificate: dict[str, Any] | None
     exact: dict[str, Any] | None
     answer: dict[str, Any] | None
@@ -111,6 +112,7 @@ def data(result: Result, source: Source = NOWHERE) -> ResultDict:
         "solve_seconds": result.solve_seconds,
         "verify_seconds": result.verify_seconds,
         "seconds": result.seconds,
+        "spread": finite(result.spread),
         "certificate": _certificate(result),
         "exact": _exact(result),
         "answer": answers.data(result),

@@ -14,6 +14,7 @@ from lcpcli.solving.trace import Milestone
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
 NOT_REACHED = "-"
+WIDE = 2.0  # the spread of times from which on it is told
 
 Cells = tuple[list[str], list[list[str]]]
 
@@ -63,6 +64,13 @@ def doubt(result: Result) -> str:
         f"the residual is small but z is far from the {result.problem.reference} solution: "
         "either it is another solution, or M is so ill-conditioned that the residual says little"
     )
+
+
+def spread(result: Result) -> str:
+    """A warning where the times of a run, although the least of its repetitions, may say little; else ""."""
+    if result.spread is None or result.spread <= WIDE:
+        return ""
+    return f"half of its repetitions took over {result.spread:.1f} times as long: other programs disturb the times"
 
 
 def bound(result: Result) -> str:

@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lcpcli import options
+from lcpcli import clock, options
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import as_vector
@@ -117,7 +116,7 @@ def verified_exactly(
     given, exact = _Given(origin, data.problem, rounded(values)), np.array(values, dtype=object)
     if given.needs_multipliers:
         near = given.with_step()
-        z = exact_solution.from_point(data, near, perf_counter() + MOST_SECONDS)
+        z = exact_solution.from_point(data, near, clock.seconds() + MOST_SECONDS)
         y = (fractions_of(near) if z is None else z)[given.k : data.n - origin.ranges]
         readings = iter([_completed(data, given, exact, np.array(y, dtype=object))])
     else:

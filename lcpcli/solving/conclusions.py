@@ -13,7 +13,20 @@ from lcpcli.verify.refinement import is_rounding
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
-    """The results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin."""
+    """The results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin; as they are
+    but `interrupted` if Ctrl-C comes before that."""
+    try:
+        return _concluded(results)
+    except KeyboardInterrupt:
+        return interrupted(results)
+
+
+def interrupted(results: Sequence[Result]) -> list[Result]:
+    """The results after Ctrl-C, from which nothing more is to be concluded."""
+    return [replace(result, interrupted=True) for result in results]
+
+
+def _concluded(results: Sequence[Result]) -> list[Result]:
     advised = [result if result.solved else _with_advice(result) for result in results]
     if not results or results[0].problem.origin is None:
         return advised

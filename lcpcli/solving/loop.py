@@ -275,6 +275,7 @@ class Loop:
             route=tuple(self.route) or (self.method,),
             certificate=self.certificate if status is not Status.SOLVED else None,
             interrupted=self.interrupted,
+            laps=self.stopwatch.laps if self.traces else (),
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
@@ -286,7 +287,7 @@ class Loop:
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
             return solution, "", Status.SOLVED
-        if is_rounding(self.problem, last.z, self.limits.tol):
+        if not self.interrupted and is_rounding(self.problem, last.z, self.limits.tol):
             left = f"which leaves a relative residual of {last.relative_residual:.1e}"
             return last, f"{ROUNDED}, {left}", Status.SOLVED
         best = min((last, best), key=lambda point: point.relative_residual)

@@ -6,13 +6,13 @@ It is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic pr
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import compressed
@@ -91,7 +91,7 @@ def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feas
     from lcpcli.rational.problem import ExactProblem
 
     try:
-        y = farkas_vector(ExactProblem.of_floats(constraints), alarm(time.perf_counter() + SECONDS))
+        y = farkas_vector(ExactProblem.of_floats(constraints), alarm(clock.seconds() + SECONDS))
     except TimeIsUp:
         return _Feasibility(None)
     return _Feasibility(True) if y is None else _Feasibility(False, _of_rows(problem, data, rounded_direction(y)))

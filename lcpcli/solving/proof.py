@@ -12,14 +12,15 @@ tree over the states of all unknowns, which ends with a solution or with a proof
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
-from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli import clock, interrupts
+from lcpcli.interrupts import TimeIsUp, alarm, within
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.rational import exact_lemke
 from lcpcli.rational.infeasibility import farkas_vector
@@ -83,39 +84,48 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     refuse_unknown_options("auto", {"interrupts": interrupts})
     limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
     result = driver.run(as_problem(problem), "auto", limits=limits, conclude=False)
-    result = prove(ExactProblem.of_floats(problem), result, limits.time_limit - result.seconds)
+    result = prove(partial(ExactProblem.of_floats, problem), result, limits.time_limit - result.seconds)
     return unless_interrupted(concluded([result])[0], interrupts)
 
 
-def prove(data: ExactProblem, result: Result, time_limit: float = math.inf) -> Result:
-    """The result of a run on data.problem with `exact` filled in, and the rest corrected by the proof.
+def prove(exactly: Callable[[], ExactProblem], result: Result, time_limit: float = math.inf) -> Result:
+    """The result of a run with `exact` filled in, and the rest corrected by the proof.
+
+    exactly : makes the exact data of the problem, which takes time too. time_limit : in seconds from the call.
 
     If it is proved to be solved, z is the exact solution rounded, and all measures are of this z. If nothing is proved,
-    the result stays as it was, and its message says so. time_limit is in seconds from the call; it is checked between
-    steps. Raises OptionError without python-flint.
+    the result stays as it was, and its message says so. Raises OptionError without python-flint.
     """
     require()
     if result.interrupted or time_limit <= 0:
         return _unproved(result)
-    deadline = time.perf_counter() + time_limit
     try:
-        for run, is_exact in _runs(data, result, deadline):
-            exact = _exact(data, run, is_exact, deadline)
+        with within(time_limit):
+            data = exactly()
+            exact = _decided(data, result, interrupts.deadline(time_limit))
             if exact is not None:
                 return _proved(data, result, exact)
-        exact = _searched(data, deadline)
-        if exact is not None:
-            return _proved(data, result, exact)
+    except TimeIsUp:
+        pass
     except KeyboardInterrupt:
         result = replace(result, status=Status.INTERRUPTED, interrupted=True, message=Status.INTERRUPTED.value)
     return _unproved(result)
+
+
+def _decided(data: ExactProblem, result: Result, deadline: float) -> Exact | None:
+    """What is proved, from the run or by a search."""
+    for run, is_exact in _runs(data, result, deadline):
+        exact = _exact(data, run, is_exact, deadline)
+        if exact is not None:
+            return exact
+    return _searched(data, deadline)
 
 
 def _runs(data: ExactProblem, result: Result, deadline: float) -> Iterator[tuple[Result, bool]]:
     """The result, and one for integer data, each with whether its data are exact rather than rounded."""
     is_exact = data.are_floats()
     yield result, is_exact
-    seconds = deadline - time.perf_counter()
+    seconds = deadline - clock.seconds()
     whole = None if is_exact or seconds <= 0 else data.in_integers()
     if whole is not None:
         yield driver.run(whole, "auto", z0=_finite(result.z), limits=Limits(time_limit=seconds), conclude=False), True
@@ -140,7 +150,7 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
 
 def _searched(data: ExactProblem, deadline: float) -> Exact | None:
     """What a search decides in the time that is left, Lemke's method in half of it; None if nothing."""
-    now = time.perf_counter()
+    now = clock.seconds()
     deadline = now + SEARCH if deadline == math.inf else deadline
     try:
         z = exact_lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))

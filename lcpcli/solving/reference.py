@@ -5,11 +5,11 @@ For small n it is exact. Otherwise it is auto's, refined to its last digits by `
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.solving import run as driver
@@ -34,7 +34,7 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
     """
     if problem.solutions or problem.verdict in WITHOUT_SOLUTION:
         return problem
-    deadline = time.perf_counter() + seconds
+    deadline = clock.seconds() + seconds
     result = driver.run(problem, "auto", limits=Limits(time_limit=seconds), conclude=False)
     if result.interrupted:
         raise KeyboardInterrupt

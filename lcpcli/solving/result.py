@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.clock import Lap
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import states_of
 from lcpcli.solving.limits import Limits
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
     from lcpcli.bounds.error_bound import Bound
     from lcpcli.report.plotting import Picture
+
+
+DIGITS_SECONDS = 1.0  # beyond those of the run, in which its digits are to be known
 
 
 class Status(Enum):
@@ -112,6 +116,8 @@ class Result:
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace : the rows kept, or None if not requested.
     curve : a second trace, for figures and milestones; None if not requested.
+    laps : the turns of these three with the seconds of each, in order, if there is a trace or a curve.
+    spread : how many times as long as here the median of the repetitions took; None if there were none.
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
@@ -156,6 +162,8 @@ class Result:
     certificate: Certificate | None
     interrupted: bool = False
     label: str = ""
+    laps: Sequence[Lap] = ()
+    spread: float | None = None
     bound: Bound | None = None
     exact: Exact | None = None
     suggestions: Suggestions = NONE
@@ -227,14 +235,16 @@ class Result:
     @cached_property
     def digits(self) -> list[int] | None:
         """How many digits of each z_i the data determine, if each number of them is rounded to double precision: from 0
-        to 16; None if it is not solved, too large (for half of the time limit, too), or singular, so that z is one of
-        several. See `verify.digits`."""
+        to 16; None if it is not solved, too large (for half of the time limit, too, and for a second beyond the time of
+        the run), interrupted, or singular, so that z is one of several. See `verify.digits`."""
         from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
 
+        if not self.solved or self.interrupted:
+            return None
         try:
-            with within(self.limits.time_limit / 2):
-                found = digits(self.problem, self.z, self.w) if self.solved else None
+            with within(min(self.limits.time_limit / 2, self.seconds + DIGITS_SECONDS)):
+                found = digits(self.problem, self.z, self.w)
         except TimeIsUp:
             return None
         return None if found is None else found.astype(int).tolist()

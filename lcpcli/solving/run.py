@@ -26,7 +26,7 @@ from lcpcli.solving.conclusions import concluded
 from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.observer import Observe, Observer
-from lcpcli.solving.result import Result
+from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import Vector
 
@@ -80,9 +80,14 @@ def run(
     stopwatch.count("setup")
     loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
     bounded = limits.time_limit < math.inf or observer is not None
-    with within(limits.time_limit, observer.report_if_due if observer else None) if bounded else nullcontext():
+    left = limits.time_limit - stopwatch.elapsed()
+    with within(left, observer.report_if_due if observer else None) if bounded else nullcontext():
         status, reason = loop.run(stage)
-    result = loop.result(in_force | additions, status, reason)
+    try:
+        result = loop.result(in_force | additions, status, reason)
+    except KeyboardInterrupt:
+        loop.interrupted = True
+        result = loop.result(in_force | additions, Status.INTERRUPTED, "")
     return concluded([result])[0] if conclude else result
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from lcpcli.interrupts import TimeIsUp, alarm, remaining
+from lcpcli import interrupts
+from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.products import absolute_product, product
@@ -72,7 +72,7 @@ def has_no_solution(problem: Problem) -> bool | None:
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.rational.tree import first_solution
 
-    deadline = time.perf_counter() + min(SECONDS, remaining())
+    deadline = interrupts.deadline(SECONDS)
     try:
         return first_solution(ExactProblem.of_floats(problem), alarm(deadline)) is None
     except TimeIsUp:

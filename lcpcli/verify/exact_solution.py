@@ -10,12 +10,12 @@ the sets are the states of `basic_solution`, and no vertex is sought.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.linalg import matrices
 from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.linear_program import linprog
@@ -38,13 +38,13 @@ def from_point(
     """The exact solution near an approximate z; None if none was found before the deadline.
 
     z : shape (n,). The solution has the complementary basis of z or, if its signs are wrong, one near it.
-    deadline : by time.perf_counter().
+    deadline : by `clock.seconds`.
     most : the largest number of components that are solved for.
     """
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, deadline, most)
         tries_vertex = not data.problem.is_mixed and np.count_nonzero(basis.basic) <= most
-        if found is None and tries_vertex and time.perf_counter() < deadline:
+        if found is None and tries_vertex and clock.seconds() < deadline:
             found = _at_vertex(data, basis.basic, deadline)
         if found is not None and data.is_solution(found):
             return found
@@ -71,7 +71,7 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
 def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -> list[Fraction] | None:
     fewest, box = data.n + 1, data.problem.box
     for _ in range(MOST_STEPS):
-        if np.count_nonzero(basis.basic) > most or time.perf_counter() >= deadline:
+        if np.count_nonzero(basis.basic) > most or clock.seconds() >= deadline:
             return None
         active = np.flatnonzero(basis.basic)
         z = _solved(data, active, active, _at_bounds(data, basis), deadline)
@@ -124,7 +124,7 @@ def _solved(
         w = data.w(known)
         right, d = over_one_denominator([-w[i] * data.scales[i] for i in rows.tolist()])
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
-    if deadline < math.inf and time.perf_counter() + linear.duration(A) > deadline:
+    if deadline < math.inf and clock.seconds() + linear.duration(A) > deadline:
         return None
     found = linear.solve(A, right).x
     if found is None:
@@ -148,7 +148,7 @@ def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] |
     if not (np.isfinite(q).all() and np.isfinite(columns.sum())):
         return None
     beside, equal = (-columns[inactive], q[inactive]), (columns[active], -q[active])
-    found = linprog(np.ones(active.size), *beside, deadline - time.perf_counter(), equal=equal)
+    found = linprog(np.ones(active.size), *beside, deadline - clock.seconds(), equal=equal)
     if found is None:
         return None
     kept = active[found.x > ACTIVE * max(float(found.x.max()), ACTIVE)]

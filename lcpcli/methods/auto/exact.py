@@ -6,13 +6,13 @@ From a point near a solution by `verify.exact_solution`; if that finds none, by 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.interrupts import TimeIsUp, alarm, remaining
+from lcpcli import interrupts
+from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.rational.infeasibility import farkas_vector
@@ -41,7 +41,7 @@ def exact(problem: Problem, z: Vector, decide: bool) -> Stage:
     Finished : there is one. NoSolution : it is proved that there is none. Stalled : those that were found are out of
         range, or none when they are rounded to doubles; or none was found in time.
     """
-    data, deadline = ExactProblem.of_floats(problem), time.perf_counter() + min(SECONDS, remaining())
+    data, deadline = ExactProblem.of_floats(problem), interrupts.deadline(SECONDS)
     reason = UNDECIDED
     try:
         for solution in _solutions(data, np.where(np.isfinite(z), z, 0.0), decide, deadline):

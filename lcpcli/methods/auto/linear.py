@@ -10,11 +10,11 @@ Linear Programming and Extensions (1963), chapter 6.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 
 import numpy as np
 
+from lcpcli import clock, interrupts
 from lcpcli.linalg.linear_program import linprog, minimized
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.finish import finish
@@ -28,13 +28,13 @@ from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
-    units, deadline = scaled.scale(problem), time.perf_counter() + seconds
+    units, deadline = scaled.scale(problem), interrupts.deadline(seconds)
     if is_skew(problem.M):
         saddle = finish(units.problem, None, _saddle_point(units.problem, seconds))
         ending = yield from in_given_variables(units, saddle)
         if isinstance(ending, Finished):
             return Stalled("rounding hides that the solution of the linear program is one")
-    seconds = deadline - time.perf_counter()
+    seconds = deadline - clock.seconds()
     if seconds <= 0:
         return Stalled("no time was left for the linear programs")
     proof = farkas(problem, 2 * seconds / 3)  # as it may take three LPs of half of that

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Generator, Iterator
 from functools import partial
 from itertools import chain
 
 import numpy as np
 
+from lcpcli import clock, interrupts
 from lcpcli.linalg import factors
 from lcpcli.linalg.band import is_narrow
 from lcpcli.linalg.matrices import is_sparse
@@ -64,7 +64,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     -------
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
-    search = partial(_search, deadline=time.perf_counter() + time_limit, states=states)
+    search = partial(_search, deadline=interrupts.deadline(time_limit), states=states)
     change = relaxed(problem)
     return _from_start(problem, x0, search) if change is None else _relaxed_first(problem, change, x0, search)
 
@@ -231,4 +231,4 @@ def _refined(problem: Problem, last: Iterate) -> Iterate:
 
 def _remaining(deadline: float) -> float:
     """The remaining seconds, at least a millisecond."""
-    return max(deadline - time.perf_counter(), 1e-3)
+    return max(deadline - clock.seconds(), 1e-3)
