@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
     from lcpcli.model.problem import Problem
     from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.written import Written
 
 
 Given = Mapping[str, Any]  # by the options OF_BOUNDS: texts for lower and upper, a number for infinity; and by game
@@ -46,6 +47,26 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
     data = bounds.exactly_bounded(data, problem, given, fetch)
     data.problem = _vetted(problem, files[0], quiet)
     return data
+
+
+def read_written(files: Sequence[str], given: Given) -> Written[Problem]:
+    """The same rounded and, where texts have more digits than doubles, as written."""
+    from lcpcli.rational.written import Doubles, Written, written
+
+    if given["game"]:
+        problem = _of_game(files, given, quiet=False).problem
+        return Written(problem, problem, {})
+    from lcpcli.files import bounds, reading
+
+    fetch = cache(reading.content_of)
+    file, q_file = [*files, None][:2]
+
+    def parse(doubles: Doubles) -> Problem:
+        problem = reading.problem_of(str(file), q_file, fetch, doubles)
+        return bounds.bounded(problem, given, fetch, doubles)
+
+    found = written(parse)
+    return Written(_vetted(found.rounded, files[0], False), _vetted(found.own, files[0], True), found.exact)
 
 
 def _of_game(files: Sequence[str], given: Given, quiet: bool) -> Held:
@@ -138,23 +159,27 @@ def inputs(files: Sequence[str], given: Given) -> list[str]:
     return [*files, *(given[name] for name in BOUNDS if given[name] is not None)]
 
 
-def write(made: Callable[[], Problem], output: str | None, as_program: bool = False) -> Problem:
+def write(
+    made: Callable[[], Problem | Written[Problem]], output: str | None, as_program: bool = False
+) -> Written[Problem]:
     """Make a problem and write it in the format of the file's suffix, or as JSON to standard output; return it.
 
     as_program : as for `writing.write`.
     Raises OptionError before it is made if the file cannot be written.
     """
     from lcpcli.files import atomic_write, writing
+    from lcpcli.rational.written import Written
 
     if output is not None:
         writing.ending_of(output)
         atomic_write.refuse_unwritable(output)
     problem = made()
+    found = problem if isinstance(problem, Written) else Written(problem, problem, {})
     if output is None:
-        emit(writing.contents_of(problem, "", ".json", as_program)[""].decode(), color=False)
+        emit(writing.contents_of(found, "", ".json", as_program)[""].decode(), color=False)
     else:
-        writing.write(problem, output, as_program=as_program)
-    return problem
+        writing.write_as(found, output, as_program)
+    return found
 
 
 def lost(problem: Problem, output: str) -> list[str]:
