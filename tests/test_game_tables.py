@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,32 @@ def test_tables_of_payoffs_are_taken_by_every_command_with_their_labels(
     assert "opera" in lcp("compare", *tables, "--game", "--method", "newton").out
     assert lcp("convert", *tables, "--game", "-o", str(tmp_path / "game.json")).code == 0
     assert pair in lcp("solve", str(tmp_path / "game.json"), "--method", "newton").out
+
+
+@pytest.mark.parametrize("labels", [True, False])
+def test_csv_has_the_strategies_as_the_table_has_and_check_reads_it(
+    labels: bool, tables: list[str], lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    if not labels:
+        (tmp_path / "A.csv").write_text("3,0\n0,2\n")
+    z = tmp_path / "z.csv"
+    assert lcp("solve", *tables, "--game", "--method", "newton", "-o", str(z)).code == 0
+    rows = list(csv.DictReader(line for line in z.read_text().splitlines() if not line.startswith("#")))
+    names = ["opera", "box", "left", "right"] if labels else ["x1", "x2", "y1", "y2"]
+    assert [row["name"] for row in rows] == names
+    assert [row["player"] for row in rows] == ["row", "row", "column", "column"]
+    assert [round(float(row["probability"]), 9) for row in rows] == [0.6, 0.4, 0.4, 0.6]
+    assert [round(float(row["payoff"]), 9) for row in rows] == [1.2] * 4
+    assert lcp("check", *tables, "--game", str(z)).code == 0
+    for ending in ("md", "tex"):
+        lcp("solve", *tables, "--game", "-o", str(tmp_path / f"z.{ending}"))
+        text = (tmp_path / f"z.{ending}").read_text()
+        assert not labels or all(name in text for name in (*names, "row gets", "column gets"))
+
+
+def test_csv_of_an_iterate_without_strategies_has_empty_cells(tables: list[str], lcp: Callable[..., Any]) -> None:
+    out = lcp("solve", *tables, "--game", "--method", "fixed-point", "--max-iterations", "0", "--format", "csv").out
+    assert out.splitlines()[-1] == "4,0.0,-1.0,right,column,,"
 
 
 @pytest.mark.parametrize("command", ["inspect", "convert"])

@@ -175,4 +175,4 @@ def _text(found: SolutionSet, source: Source, form: str, exact: bool, width: int
         )
     from lcpcli.report import render, solution_table
 
-    return render.typeset([solution_table.build(found, exact)], form, width, color)
+    return render.typeset([solution_table.build(found, exact, form)], form, width, color)

@@ -200,6 +200,11 @@ def tell(line: str) -> None:
     click.echo(f"lcp: {line}", err=True)
 
 
+def teller(quiet: bool) -> Callable[[str], object]:
+    """What tells a line, or nothing."""
+    return (lambda _: None) if quiet else tell
+
+
 def _vetted(problem: Problem, file: str, quiet: bool) -> Problem:
     vetted, faults = _without_wrong_solutions(problem, file)
     for fault in [] if quiet else faults:

@@ -15,7 +15,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.files import shipped
 from lcpcli.files.content import without_mark
 from lcpcli.files.formats import TEXT_FORMS, Format, load
-from lcpcli.files.recognition import form_of, uncompressed
+from lcpcli.files.recognition import form_of, is_result, uncompressed
 from lcpcli.model.box import Box, Orthant
 from lcpcli.model.far_bounds import with_infinity
 from lcpcli.model.problem import Problem
@@ -113,6 +113,8 @@ def exact_parts_of(path: str, q_path: str | None, fetch: Fetch) -> ExactParts:
 def held_in(path: str, fetch: Fetch, number: Number = float) -> Problem | Matrix:
     """The problem in a file, or M alone."""
     content = fetch(path, WHOLE)
+    if is_result(content):
+        raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
     return _blaming(path, lambda: format_of(path, content).parse(content, *_of_text(path, content, number)))
 
 
