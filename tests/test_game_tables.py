@@ -60,6 +60,36 @@ def test_csv_of_an_iterate_without_strategies_has_empty_cells(tables: list[str],
     assert out.splitlines()[-1] == "4,0.0,-1.0,right,column,,"
 
 
+GAMES = {
+    "labelled": (",l,r\nu,3,0\nd,0,2\n", ",l,r\nu,2,0\nd,0,3\n"),
+    "square": ("3,0\n0,2\n", "2,0\n0,3\n"),
+    "labelled like M and q": (",l,c,r\nu,3,0,1\nd,0,2,1\n", ",l,c,r\nu,2,0,1\nd,0,3,1\n"),
+    "long": ("3,0\n0,2\n1,1\n", "2,0\n0,3\n1,1\n"),
+    "wide": ("3;0;1;2\n0;2;1;2\n", "2;0;1;2\n0;3;1;2\n"),
+}
+NO_GAMES = {
+    "two problems": ("2,1,-1\n1,2,-1\n", "2,1,-1\n1,2,-2\n"),
+    "two of pandas": (",a,b,q\n0,2,1,-1\n1,1,2,-1\n", ",a,b,q\n0,2,1,-1\n1,1,2,-1\n"),
+    "three q": ("2,1\n1,2\n", "1,2,3\n-1,-2,-3\n"),
+    "one q": ("2,1\n1,2\n", "-1\n-2\n"),
+}
+ADD = "if A.csv and B.csv are the payoffs of a game, add --game"
+
+
+@pytest.mark.parametrize("kind", [*GAMES, *NO_GAMES])
+def test_two_tables_that_may_be_a_game_get_a_hint(
+    kind: str, lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in zip(("A.csv", "B.csv"), (GAMES | NO_GAMES)[kind], strict=True):
+        (tmp_path / name).write_text(text)
+    times = int(kind in GAMES)
+    for command in (["solve"], ["compare"], ["inspect"], ["convert"], ["solve", "--all"]):
+        assert lcp(*command, "A.csv", "B.csv").err.count(ADD) == times, command
+        assert lcp(*command, "A.csv", "B.csv", "--game").err == "" or kind in NO_GAMES
+    assert ADD not in lcp("solve", "A.csv", "B.csv", "-q").err
+
+
 @pytest.mark.parametrize("command", ["inspect", "convert"])
 def test_a_single_table_is_no_game(command: str, tables: list[str], lcp: Callable[..., Any]) -> None:
     refused = lcp(command, tables[0], "--game")

@@ -12,7 +12,7 @@ from lcpcli.cli import problems, threads
 from lcpcli.cli.command import Command
 from lcpcli.cli.options import problem_file, problem_output
 from lcpcli.cli.session import refuse_clashes
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, count, quoted
 from lcpcli.files.formats import COMPLETE, OF_PROGRAMS, WITH_BOUNDS
 
 if TYPE_CHECKING:
@@ -52,9 +52,21 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     if lost:
         kept = next(kept for endings, kept in KEPT if str(output).endswith(endings))
         problems.tell(f"{output}: the format keeps only {kept}; left out: {', '.join(lost)}")
+    if output is not None and output.endswith(OF_PROGRAMS):
+        _tell_of_names(written.rounded, output)
     if output is not None and is_rounded(written, output):
         problems.tell(f"{output}: some numbers have more digits than doubles and were rounded; {TEXT} keep them all")
     return 0
+
+
+def _tell_of_names(problem: Problem, output: str) -> None:
+    """Say which names of rows and columns the file has others for."""
+    from lcpcli.files.mps_writing import changed
+
+    if names := changed(problem):
+        old, new = next(iter(names.items()))
+        told = f"{count(len(names), 'name')} had to be changed, as MPS has none with spaces, or twice"
+        problems.tell(f"{output}: {told}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}")
 
 
 def _read(files: Sequence[str], given: problems.Given, output: str) -> Written[Problem]:

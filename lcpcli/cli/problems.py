@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from lcpcli.cli.output import emit
+from lcpcli.errors import ProblemError
 from lcpcli.files.formats import COMPLETE, OF_PROGRAMS
 from lcpcli.files.keys import BOUNDS
 
@@ -32,7 +34,8 @@ def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
         return _of_game(files, given, quiet).problem
     from lcpcli.files import bounds, reading
 
-    return _vetted(bounds.bounded(reading.read(*files), given), files[0], quiet)
+    with _hint_at_game(files):
+        return _vetted(bounds.bounded(reading.read(*files), given), files[0], quiet)
 
 
 def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> ExactProblem:
@@ -42,7 +45,8 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
     from lcpcli.files import bounds, reading
 
     fetch = cache(reading.content_of)
-    data = reading.read_exact(*files)
+    with _hint_at_game(files):
+        data = reading.read_exact(*files)
     problem = bounds.bounded(data.problem, given, fetch)
     data = bounds.exactly_bounded(data, problem, given, fetch)
     data.problem = _vetted(problem, files[0], quiet)
@@ -65,8 +69,21 @@ def read_written(files: Sequence[str], given: Given) -> Written[Problem]:
         problem = reading.problem_of(str(file), q_file, fetch, doubles)
         return bounds.bounded(problem, given, fetch, doubles)
 
-    found = written(parse)
+    with _hint_at_game(files):
+        found = written(parse)
     return Written(_vetted(found.rounded, files[0], False), _vetted(found.own, files[0], True), found.exact)
+
+
+@contextmanager
+def _hint_at_game(files: Sequence[str]) -> Iterator[None]:
+    """A context in which the error for two files that may be a game says so."""
+    try:
+        yield
+    except ProblemError as error:
+        from lcpcli.files.game_tables import hint
+
+        told = hint(files)
+        raise ProblemError(error.where, error.fault, f"{error.hint}; {told}") if told else error from None
 
 
 def _of_game(files: Sequence[str], given: Given, quiet: bool) -> Held:

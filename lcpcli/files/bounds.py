@@ -53,7 +53,8 @@ def bounded(
 
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
-    """That bounds may stand for none, if nothing is said about that; "" if they do not look so."""
+    """This is the line that tells users of bounds which may stand for none; it is "" where there are no such bounds, or
+    where --infinity says what they mean."""
     return far_bounds.remark(problem) if given["infinity"] is None else ""
 
 

@@ -31,6 +31,9 @@ from lcpcli.typing import Matrix, Vector
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
 SHORTEST = 15  # digits that every double has
 LARGEST = 10**1000  # what payoffs and their denominators stay below
+SEVERAL = (
+    "lcp solve takes a problem in each line; give other commands one of them, as by sed -n 1p FILE | lcp inspect -"
+)
 FAULTS = {  # by how Python's message about a text that is not JSON begins
     "Expecting value": "a value is expected there",
     "Expecting ','": "a comma or a closing bracket is expected there",
@@ -159,6 +162,8 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
     try:
         return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
+        if error.msg.startswith("Extra data") and text[error.pos] == "{" and error.lineno > 1:
+            raise ProblemError(f"line {error.lineno}", "has another object below the first one", SEVERAL) from None
         place = f"line {error.lineno}, column {error.colno}"
         faults = (f" ({fault})" for message, fault in FAULTS.items() if error.msg.startswith(message))
         raise ProblemError(place, f"is not JSON{next(faults, '')}", "correct it there") from None

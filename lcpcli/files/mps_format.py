@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.files import mps_words
 from lcpcli.files.content import unpacked
 from lcpcli.files.formats import NEAREST
-from lcpcli.files.mps_lines import as_written, line_of, range_sides, refuse_misread, undeclared, unknown_row
+from lcpcli.files.mps_lines import MPS, as_written, line_of, range_sides, refuse_misread, undeclared, unknown_row
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.model.from_program import from_qp
@@ -40,7 +41,6 @@ HINT = "pip install 'linear-complementarity[mps]'"
 NO_VECTOR = ("is a program", "name a file that holds a vector")
 TOLD_BETTER = ("inconsistent bounds", "Parser error", "switching to fixed format")  # here, or harmless
 DENSE = 200  # unknowns up to which the matrices are kept dense
-MPS = re.compile(rb"^ROWS\b", re.MULTILINE)
 NAME = re.compile(rb"^NAME[ \t]+(\S+)", re.MULTILINE)
 
 
@@ -102,10 +102,9 @@ def _read(text: bytes, ending: str) -> Any:
         place = line_of(text, f'"{unknown}"')
         raise ProblemError(place, f"names {quoted(unknown)}, which is not in ROWS", "correct it, or declare it there")
     if complaints:
-        place = line_of(text, complaints[0])
-        raise ProblemError(place, f"is not accepted by HiGHS ({complaints[0]})", "correct it there")
+        raise mps_words.fault(text, complaints[0])
     if status == highspy.HighsStatus.kError:
-        raise ProblemError("", "is not a program that HiGHS can read", "is it complete?")
+        raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
     return highs
 
 

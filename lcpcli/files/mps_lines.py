@@ -9,6 +9,7 @@ from fractions import Fraction
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.rational.numbers import fraction
 
+MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 INFINITE = rb"[-+]?[iI][nN][fF](?:[iI][nN][iI][tT][yY])?"
 SENSES = (b"MIN", b"MAX", b"MINIMIZE", b"MAXIMIZE")
@@ -71,7 +72,7 @@ def undeclared(text: bytes, names: Sequence[str]) -> str:
 def unknown_row(text: bytes) -> str:
     """The first name in COLUMNS, RHS or RANGES that is not in ROWS; "" if all are."""
     rows, unknown = set(), ""
-    for _, section, line in _lines(text):
+    for _, section, line in lines(text):
         words = line.split()
         if section == b"ROWS":
             rows |= set(words[1:])
@@ -113,8 +114,8 @@ def range_sides(text: bytes) -> dict[str, tuple[Fraction, Fraction]]:
 
 def _values(text: bytes, span: tuple[int, int]) -> dict[bytes, Fraction]:
     """The numbers in the lines of a section, by the names before them."""
-    lines = [line.split() for line in text[slice(*span)].splitlines() if not line.startswith(b"*")]
-    words = [words[len(words) % 2 :] for words in lines]
+    entries = [line.split() for line in text[slice(*span)].splitlines() if not line.startswith(b"*")]
+    words = [words[len(words) % 2 :] for words in entries]
     pairs = [pair for line in words for pair in zip(line[::2], line[1::2], strict=True)]
     return {name: fraction(value.decode("ascii")) for name, value in pairs if re.fullmatch(NUMBER, value)}
 
@@ -125,13 +126,13 @@ def line_of(text: bytes, complaint: str) -> str:
     named = re.search(r"(\w+) section", complaint)
     found = [
         number
-        for number, section, line in _lines(text)
+        for number, section, line in lines(text)
         if names and (named is None or named[1].encode() == section) and names <= set(line.split())
     ]
     return f"line {found[-1]}" if found else ""
 
 
-def _lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
+def lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
     """The lines with their numbers and sections."""
     section = b""
     for number, line in enumerate(text.splitlines(), 1):

@@ -54,6 +54,14 @@ def render(problem: Problem, exact: Exact = NEAREST) -> bytes:
     return "\n".join([*lines, "ENDATA", ""]).encode()
 
 
+def changed(problem: Problem) -> dict[str, str]:
+    """The names of rows and columns that are others in MPS, with these."""
+    held = fields_of(problem)
+    pairs = [(own, names(own, letter)) for own, letter in ((held.get("columns", []), "x"), (held.get("rows", []), "r"))]
+    both = [pair for own, written in pairs for pair in zip(own, written, strict=True)]
+    return {name: other for name, other in both if name and name != other}
+
+
 def names(given: Sequence[str], letter: str) -> list[str]:
     """Names without spaces, all different and none a word of the format; a letter and the place where there is none."""
     found: dict[str, None] = {}

@@ -47,7 +47,7 @@ def own(array: Vector, given: Any = None) -> Vector:
 
 
 def own_matrix(M: Matrix, given: Any = None) -> Matrix:
-    """The same of a matrix. A sparse one is owned with its values."""
+    """This does for a matrix what `own` does for an array; of a sparse matrix the values and the indices are copied."""
     if not is_sparse(M):
         return own(M, given)
     if _is_writeable(M.data):

@@ -103,7 +103,8 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
 
 def _chosen(cells: list[str], components: Indices | None) -> list[str]:
-    """The cells of these components, the last one after a mark for those that are left out; all if there are none."""
+    """This selects the cells of some components, with a mark before the last one for those that are left out; all cells
+    are taken if no components are given."""
     if components is None:
         return cells
     chosen = [cells[i] for i in components]
