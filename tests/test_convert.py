@@ -38,7 +38,7 @@ def test_numbers_are_the_same_in_all_formats(tmp_path: Path, lcp: Lcp, first: st
 @pytest.mark.parametrize("ending", COMPLETE)
 @pytest.mark.parametrize("problem", [SPARSE, GAME, RICH], ids=lambda problem: problem.name)
 def test_complete_formats_keep_everything(tmp_path: Path, lcp: Lcp, ending: str, problem: Problem) -> None:
-    write(problem, tmp_path / "a.json")
+    write(problem, tmp_path / "a.json", as_program=True)
     assert lcp("convert", str(tmp_path / "a.json"), "-o", str(tmp_path / f"b{ending}")).code == 0
     outcome = lcp("convert", str(tmp_path / f"b{ending}"))
     assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()

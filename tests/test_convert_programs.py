@@ -149,6 +149,16 @@ def test_names_without_a_place_in_mps_are_changed(tmp_path: Path) -> None:
     assert [line.split()[0] for line in text.splitlines() if "New_York 1" in line][:3] == ["a_b", "a_b_", "RHS_"]
 
 
+def test_changed_names_are_told(lcp: Lcp, tmp_path: Path) -> None:
+    program = {"c": [1, 2], "A": [[1, 1]], "b": [1], "rows": ["New York"], "columns": ["a b", "a_b"]}
+    (tmp_path / "p.json").write_text(json.dumps(program))
+    outcome = lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"))
+    told = "3 names had to be changed, as MPS has none with spaces, or twice: 'a b' is 'a_b', and so on"
+    assert (outcome.code, outcome.err) == (0, f"lcp: {tmp_path}/p.mps: {told}\n")
+    (tmp_path / "p.json").write_text(json.dumps(program | {"rows": ["a"], "columns": ["a", "b"]}))
+    assert lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps")).err == ""
+
+
 def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
     outcome = lcp("convert", shipped.path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
     words = "b.mps: is for programs, and the problem is not made from one; use .json"

@@ -63,3 +63,36 @@ def test_one_without_problems_is_refused(command: str, folder: Path, lcp: Lcp) -
         f"lcp: {folder / 'deeper.json'}: is a folder without problem files; they end in .json"
     )
     assert outcome.err.count("\n") == 1
+
+
+def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) -> None:
+    written = {
+        "y.csv": ["solve", "inside/b.json"],
+        "y1.csv": ["solve", "inside/b.json", "inside/a.csv"],
+        "y2.csv": ["solve", "inside/b.json", "--all"],
+        "y3.csv": ["compare", "inside/b.json"],
+        "y.json": ["solve", "inside/b.json"],
+        "y1.json": ["solve", "inside/b.json", "--all"],
+        "y2.json": ["bench", "inside/b.json", "--method", "newton", "--budget", "0", "-q"],
+    }
+    for name, command in written.items():
+        assert lcp(*command, "-o", name).code == 0
+    assert lcp("solve", "inside/b.json", "--method", "newton", "--trace", "y4.csv", "-q").code == 0
+    for kind, command in (("check", ["check", "inside/b.json", "0.5"]), ("inspect", ["inspect", "inside/b.json"])):
+        Path(f"y-{kind}.json").write_text(lcp(*command, "--format", "json").out)
+    results = sorted(file.name for file in Path().glob("y*"))
+    for name in results:
+        refused = lcp("solve", name)
+        assert (refused.code, refused.err) == (
+            2,
+            f"lcp: {name}: is a result, not a problem; name the file of the problem\n",
+        )
+        Path(name).rename(folder / name)
+    outcome = lcp("solve", "inside")
+    remark = f"lcp: inside: 10 files left out, as results of lcp and no problems: {', '.join(results[:3])}, ...\n"
+    assert (outcome.code, outcome.err) == (0, f"{remark}lcp: 3 problems: 3 solved\n")
+    assert lcp("solve", "inside", "-q").err == ""
+    for file in folder.iterdir():
+        if file.name[0] != "y" and file.is_file():
+            file.unlink()
+    assert "inside: is a folder without problem files" in lcp("solve", "inside").err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,62 @@ def test_tables_of_payoffs_are_taken_by_every_command_with_their_labels(
     assert "opera" in lcp("compare", *tables, "--game", "--method", "newton").out
     assert lcp("convert", *tables, "--game", "-o", str(tmp_path / "game.json")).code == 0
     assert pair in lcp("solve", str(tmp_path / "game.json"), "--method", "newton").out
+
+
+@pytest.mark.parametrize("labels", [True, False])
+def test_csv_has_the_strategies_as_the_table_has_and_check_reads_it(
+    labels: bool, tables: list[str], lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    if not labels:
+        (tmp_path / "A.csv").write_text("3,0\n0,2\n")
+    z = tmp_path / "z.csv"
+    assert lcp("solve", *tables, "--game", "--method", "newton", "-o", str(z)).code == 0
+    rows = list(csv.DictReader(line for line in z.read_text().splitlines() if not line.startswith("#")))
+    names = ["opera", "box", "left", "right"] if labels else ["x1", "x2", "y1", "y2"]
+    assert [row["name"] for row in rows] == names
+    assert [row["player"] for row in rows] == ["row", "row", "column", "column"]
+    assert [round(float(row["probability"]), 9) for row in rows] == [0.6, 0.4, 0.4, 0.6]
+    assert [round(float(row["payoff"]), 9) for row in rows] == [1.2] * 4
+    assert lcp("check", *tables, "--game", str(z)).code == 0
+    for ending in ("md", "tex"):
+        lcp("solve", *tables, "--game", "-o", str(tmp_path / f"z.{ending}"))
+        text = (tmp_path / f"z.{ending}").read_text()
+        assert not labels or all(name in text for name in (*names, "row gets", "column gets"))
+
+
+def test_csv_of_an_iterate_without_strategies_has_empty_cells(tables: list[str], lcp: Callable[..., Any]) -> None:
+    out = lcp("solve", *tables, "--game", "--method", "fixed-point", "--max-iterations", "0", "--format", "csv").out
+    assert out.splitlines()[-1] == "4,0.0,-1.0,right,column,,"
+
+
+GAMES = {
+    "labelled": (",l,r\nu,3,0\nd,0,2\n", ",l,r\nu,2,0\nd,0,3\n"),
+    "square": ("3,0\n0,2\n", "2,0\n0,3\n"),
+    "labelled like M and q": (",l,c,r\nu,3,0,1\nd,0,2,1\n", ",l,c,r\nu,2,0,1\nd,0,3,1\n"),
+    "long": ("3,0\n0,2\n1,1\n", "2,0\n0,3\n1,1\n"),
+    "wide": ("3;0;1;2\n0;2;1;2\n", "2;0;1;2\n0;3;1;2\n"),
+}
+NO_GAMES = {
+    "two problems": ("2,1,-1\n1,2,-1\n", "2,1,-1\n1,2,-2\n"),
+    "two of pandas": (",a,b,q\n0,2,1,-1\n1,1,2,-1\n", ",a,b,q\n0,2,1,-1\n1,1,2,-1\n"),
+    "three q": ("2,1\n1,2\n", "1,2,3\n-1,-2,-3\n"),
+    "one q": ("2,1\n1,2\n", "-1\n-2\n"),
+}
+ADD = "if A.csv and B.csv are the payoffs of a game, add --game"
+
+
+@pytest.mark.parametrize("kind", [*GAMES, *NO_GAMES])
+def test_two_tables_that_may_be_a_game_get_a_hint(
+    kind: str, lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in zip(("A.csv", "B.csv"), (GAMES | NO_GAMES)[kind], strict=True):
+        (tmp_path / name).write_text(text)
+    times = int(kind in GAMES)
+    for command in (["solve"], ["compare"], ["inspect"], ["convert"], ["solve", "--all"]):
+        assert lcp(*command, "A.csv", "B.csv").err.count(ADD) == times, command
+        assert lcp(*command, "A.csv", "B.csv", "--game").err == "" or kind in NO_GAMES
+    assert ADD not in lcp("solve", "A.csv", "B.csv", "-q").err
 
 
 @pytest.mark.parametrize("command", ["inspect", "convert"])

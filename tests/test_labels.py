@@ -70,3 +70,61 @@ def test_other_labels_are_refused(matrix: Any, q: Any, field: str) -> None:
         ProblemError, match=f"^{field}: has an index with other labels than the columns of M; .*to_numpy"
     ):
         lcpcli.solve(matrix, q)
+
+
+def test_known_solutions_are_taken_by_label() -> None:
+    problem = lcpcli.Problem(Frame(M, "ab", "ab"), Q, solutions=[Series(Z[::-1], "ba")])  # type: ignore[list-item]
+    assert [z.tolist() for z in problem.solutions] == [Z]
+
+
+def test_programs_are_taken_by_label() -> None:
+    Q2, A2 = np.array([[2.0, 0.0], [0.0, 4.0]]), np.array([[3.0, 5.0], [7.0, 9.0]])
+    plain = lcpcli.from_qp(Q2, [1, 2], A2, row_lower=[10, 20], upper=[8, 9])
+    for order in ([0, 1], [1, 0]):
+        columns, rows = ["".join(text[i] for i in order) for text in ("ab", "rs")]
+        own: dict[str, Any] = {
+            "c": Series(np.array([1, 2])[order], columns),
+            "upper": Series(np.array([8, 9])[order], columns),
+        }
+        made = lcpcli.from_qp(
+            Frame(Q2[order], columns, "ab"),
+            A=Frame(A2[:, order], "rs", columns),
+            row_lower=Series(np.array([10, 20])[order], rows),
+            **own,
+        )
+        assert (made.M == plain.M).all()
+        assert (made.q == plain.q).all()
+        assert (np.asarray(made.upper) == plain.upper).all()
+        linear = lcpcli.from_qp(None, A=Frame(A2[order], rows, "ab"), b=Series([20, 10], "sr"), **own)
+        assert linear.q.tolist() == [1, 2, *(-np.array([10.0, 20.0])[order])]
+    with pytest.raises(ProblemError, match="c: has an index with other labels than the columns of Q; give"):
+        lcpcli.from_qp(Frame(Q2, "ab", "ab"), Series([1, 2], "ac"))  # type: ignore[arg-type]
+
+
+def test_payoffs_are_taken_by_label_and_name_the_strategies() -> None:
+    A, B = np.array([[3.0, 0, 1], [0, 2, 1]]), np.array([[1.0, 2, 3], [4, 5, 6]])
+    for rows in ([0, 1], [1, 0]):
+        for columns in ([0, 1, 2], [2, 0, 1]):
+            other = Frame(B[rows][:, columns], [("opera", "box")[i] for i in rows], ["lrm"[j] for j in columns])
+            game = lcpcli.from_game(Frame(A, ["opera", "box"], ["l", "r", "m"]), other)
+            assert game.origin is not None
+            assert game.origin.data()["B"] == B.tolist()
+            assert list(game.names) == ["opera", "box", "l", "r", "m"]
+    with pytest.raises(ProblemError, match="B: has an index with other labels than the columns of A"):
+        lcpcli.from_game(Frame(A, "ob", "lrm"), Frame(B, "ob", "lrx"))
+    assert list(lcpcli.from_game(Frame(A), B).names) == [""] * 5
+
+
+def test_pandas_itself_is_taken_by_label() -> None:
+    pandas = pytest.importorskip("pandas")
+    matrix = pandas.DataFrame(M, index=["a", "b"], columns=["a", "b"])
+    q = pandas.Series(Q[::-1], index=["b", "a"])
+    for dtype in ("int64", "Int64", "Float64", object):
+        assert lcpcli.solve(matrix.astype(dtype), q.astype(dtype)).z == pytest.approx(Z)
+    assert lcpcli.solve(matrix.loc[["b", "a"]], q).z == pytest.approx(Z)
+    for wrong in (q[["a"]], pandas.Series([1, None], index=["a", "b"]), pandas.Series(Q, index=["a", "c"])):
+        with pytest.raises(ProblemError):
+            lcpcli.solve(matrix, wrong)
+    bound = pandas.Series({"b": None, "a": 3.0})
+    with pytest.raises(ProblemError, match="is not a number; give inf for no bound"):
+        lcpcli.Problem(matrix, q, upper=bound)

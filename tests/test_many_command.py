@@ -187,7 +187,7 @@ def test_table_and_csv_have_a_part_for_each_problem(lcp: Lcp, folder: Path) -> N
     assert [row[len("good.json") :].split("  ")[-1] for row in table[1:2]] == ["newton"]
     text = lcp("solve", "good.json", "bad.json", "good.json", "--format", "csv").out
     rows = [line.split(",") for line in text.splitlines() if not line.startswith("#")]
-    assert rows[0] == ["problem", "component", "z", "w", "state"]
+    assert rows[0] == ["problem", "component", "z", "w", "state", "name"]
     assert [(row[0], row[1]) for row in rows[1:]] == [("good.json", "1"), ("good.json", "2")] * 2
 
 

@@ -47,6 +47,38 @@ def test_tables_csv_and_checks_show_names(file: str, lcp: Lcp) -> None:
     assert "north sea" in lcp("solve", file, "--all").out
 
 
+@pytest.mark.parametrize("ending", [".csv", ".json"])
+def test_an_answer_with_names_is_read_back(file: str, ending: str, lcp: Lcp) -> None:
+    Path(file).write_text(json.dumps(NAMED | {"names": ["a name, longer than a column", "süd"]}))
+    assert lcp("solve", file, "-o", f"z{ending}").code == 0
+    assert "a name, longer than a column" in Path(f"z{ending}").read_text(encoding="utf-8")
+    assert lcp("check", file, f"z{ending}").code == 0
+    assert lcp("solve", file, "--z0", f"z{ending}", "--method", "newton").code == 0
+
+
+@pytest.mark.parametrize("ending", [".md", ".tex", ".txt"])
+def test_tables_have_all_names_and_are_not_read_back(file: str, ending: str, lcp: Lcp) -> None:
+    Path(file).write_text(json.dumps(NAMED | {"names": ["a name longer than a column", "süd"]}))
+    for more in ([], ["--all"]):
+        assert lcp("solve", file, *more, "-o", f"z{ending}").code == 0
+        text = Path(f"z{ending}").read_text(encoding="utf-8")
+        assert "süd" in text
+        assert "a name longer than a column" in text or (more and ending == ".txt")
+        for command in (["check", file], ["solve"]):
+            outcome = lcp(*command, f"z{ending}")
+            assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+            assert "is a result of lcp as a table, which it does not read" in outcome.err
+
+
+def test_names_are_in_all_records(file: str, lcp: Lcp) -> None:
+    assert json.loads(lcp("solve", file, "--format", "json").out)["names"] == NAMED["names"]
+    assert json.loads(lcp("solve", file, "--all", "--format", "json").out)["names"] == NAMED["names"]
+    for arguments in (["--all"], [file]):
+        lines = lcp("solve", file, *arguments, "--format", "csv").out.splitlines()
+        rows = [line.split(",") for line in lines if not line.startswith("#")]
+        assert [row[-1] for row in rows][:3] == ["name", "north sea", "süd"]
+
+
 def test_what_drops_names_says_so(file: str, lcp: Lcp) -> None:
     assert "left out: names\n" in lcp("convert", file, "-o", "market.csv").err
 

@@ -58,7 +58,7 @@ class Answer:
         return {k: passed for k, passed, _ in self.curve or ()} | {k: passed for _, k, passed in self.milestones or ()}
 
     def retimed(self, times: Mapping[int, float]) -> Answer:
-        """The same answer with other `times`."""
+        """This returns a copy of the answer whose curve and milestones have other times, given by iteration."""
         curve = self.curve and [(k, times[k], error) for k, _, error in self.curve]
         return replace(
             self, curve=curve, milestones=self.milestones and [(a, k, times[k]) for a, k, _ in self.milestones]

@@ -187,7 +187,7 @@ def cases_of(
 
     Raises OptionError for a name that is neither, ProblemError for a file that cannot be read.
     """
-    asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each]))]
+    asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
     cases, left = list[Case](), asked
     while left:
         name, used = left[0], 1

@@ -89,9 +89,11 @@ def _refuse_without_effect(variant: Variant, given: Mapping[str, Any]) -> None:
 
 def _read(files: Sequence[str], bounds: problems.Given, given: Mapping[str, Any]) -> tuple[ExactProblem, Source]:
     """The problem in the files, with decimals as written, and where it is."""
+    from lcpcli.files.game_tables import hint
+
     works, several = problems.works(files, given["game"])
     if several:
-        raise OptionError("--all", "takes one problem", "give the others to another run")
+        raise OptionError("--all", "takes one problem", hint(files) or "give the others to another run")
     work = next(works)
     (held,) = problems.held(work, bounds)
     for remark in [] if given["quiet"] else held.remarks:
@@ -174,4 +176,4 @@ def _text(found: SolutionSet, source: Source, form: str, exact: bool, width: int
         )
     from lcpcli.report import render, solution_table
 
-    return render.typeset([solution_table.build(found, exact)], form, width, color)
+    return render.typeset([solution_table.build(found, exact, form)], form, width, color)

@@ -31,6 +31,7 @@ ELSEWHERE = {  # words of other tools for options, with ours
     "f": "format",
     "figure": "plot",
     "iterations": "max-iterations",
+    "j": "jobs",
     "m": "method",
     "maxit": "max-iterations",
     "maxiter": "max-iterations",
@@ -40,6 +41,7 @@ ELSEWHERE = {  # words of other tools for options, with ours
     "timeout": "time-limit",
     "tolerance": "tol",
 }
+FILES_ELSEWHERE = {"i", "in", "input", "infile", "input-file", "file", "filename", "problem", "model"}
 COMMANDS_ELSEWHERE = {  # the same for commands
     "run": "solve",
     "verify": "check",
@@ -151,6 +153,8 @@ class Command(click.Command):
             return "the environment variable NO_COLOR switches colours off"
         if ctx.parent and word == "version":
             return f"did you mean {ctx.find_root().info_name} --version?"
+        if word in FILES_ELSEWHERE and any(isinstance(param, Argument) for param in self.get_params(ctx)):
+            return "name the file without an option"
         known = [flag[2:] for param in options for flag in (*param.opts, *param.secondary_opts) if flag[:2] == "--"]
         word = ELSEWHERE.get(word, word)
         meant = nearest(word, known) if len(word) > 1 or word in known else None

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lcpcli.cli import candidates, session
+from lcpcli.cli import candidates, problems, session
 from lcpcli.cli.command import Command, argument
 from lcpcli.cli.methods import chosen_variants, several_methods
 from lcpcli.cli.options import EXITS, numeric, solving, with_bounds
@@ -52,5 +52,5 @@ AS_PUBLISHED = ("fixed-point", "shi")
 @solving
 def compare(files: tuple[str, ...], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
-    paths = files_in(files) or [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
+    paths = files_in(files, problems.teller(given["quiet"])) or [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
     return session.run(paths, chosen_variants(given, AS_PUBLISHED), given, levels=LEVELS)

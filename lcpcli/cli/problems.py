@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from lcpcli.cli.output import emit
+from lcpcli.errors import ProblemError
 from lcpcli.files.formats import COMPLETE, OF_PROGRAMS
 from lcpcli.files.keys import BOUNDS
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
     from lcpcli.model.problem import Problem
     from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.written import Written
 
 
 Given = Mapping[str, Any]  # by the options OF_BOUNDS: texts for lower and upper, a number for infinity; and by game
@@ -31,7 +34,8 @@ def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
         return _of_game(files, given, quiet).problem
     from lcpcli.files import bounds, reading
 
-    return _vetted(bounds.bounded(reading.read(*files), given), files[0], quiet)
+    with _hint_at_game(files):
+        return _vetted(bounds.bounded(reading.read(*files), given), files[0], quiet)
 
 
 def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> ExactProblem:
@@ -41,11 +45,45 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
     from lcpcli.files import bounds, reading
 
     fetch = cache(reading.content_of)
-    data = reading.read_exact(*files)
+    with _hint_at_game(files):
+        data = reading.read_exact(*files)
     problem = bounds.bounded(data.problem, given, fetch)
     data = bounds.exactly_bounded(data, problem, given, fetch)
     data.problem = _vetted(problem, files[0], quiet)
     return data
+
+
+def read_written(files: Sequence[str], given: Given) -> Written[Problem]:
+    """The same rounded and, where texts have more digits than doubles, as written."""
+    from lcpcli.rational.written import Doubles, Written, written
+
+    if given["game"]:
+        problem = _of_game(files, given, quiet=False).problem
+        return Written(problem, problem, {})
+    from lcpcli.files import bounds, reading
+
+    fetch = cache(reading.content_of)
+    file, q_file = [*files, None][:2]
+
+    def parse(doubles: Doubles) -> Problem:
+        problem = reading.problem_of(str(file), q_file, fetch, doubles)
+        return bounds.bounded(problem, given, fetch, doubles)
+
+    with _hint_at_game(files):
+        found = written(parse)
+    return Written(_vetted(found.rounded, files[0], False), _vetted(found.own, files[0], True), found.exact)
+
+
+@contextmanager
+def _hint_at_game(files: Sequence[str]) -> Iterator[None]:
+    """A context in which the error for two files that may be a game says so."""
+    try:
+        yield
+    except ProblemError as error:
+        from lcpcli.files.game_tables import hint
+
+        told = hint(files)
+        raise ProblemError(error.where, error.fault, f"{error.hint}; {told}") if told else error from None
 
 
 def _of_game(files: Sequence[str], given: Given, quiet: bool) -> Held:
@@ -134,23 +172,27 @@ def inputs(files: Sequence[str], given: Given) -> list[str]:
     return [*files, *(given[name] for name in BOUNDS if given[name] is not None)]
 
 
-def write(made: Callable[[], Problem], output: str | None, as_program: bool = False) -> Problem:
+def write(
+    made: Callable[[], Problem | Written[Problem]], output: str | None, as_program: bool = False
+) -> Written[Problem]:
     """Make a problem and write it in the format of the file's suffix, or as JSON to standard output; return it.
 
     as_program : as for `writing.write`.
     Raises OptionError before it is made if the file cannot be written.
     """
     from lcpcli.files import atomic_write, writing
+    from lcpcli.rational.written import Written
 
     if output is not None:
         writing.ending_of(output)
         atomic_write.refuse_unwritable(output)
     problem = made()
+    found = problem if isinstance(problem, Written) else Written(problem, problem, {})
     if output is None:
-        emit(writing.contents_of(problem, "", ".json", as_program)[""].decode(), color=False)
+        emit(writing.contents_of(found, "", ".json", as_program)[""].decode(), color=False)
     else:
-        writing.write(problem, output, as_program=as_program)
-    return problem
+        writing.write_as(found, output, as_program)
+    return found
 
 
 def lost(problem: Problem, output: str) -> list[str]:
@@ -169,6 +211,11 @@ def lost(problem: Problem, output: str) -> list[str]:
 def tell(line: str) -> None:
     """Print a line about an input on standard error."""
     click.echo(f"lcp: {line}", err=True)
+
+
+def teller(quiet: bool) -> Callable[[str], object]:
+    """What tells a line, or nothing."""
+    return (lambda _: None) if quiet else tell
 
 
 def _vetted(problem: Problem, file: str, quiet: bool) -> Problem:

@@ -62,7 +62,11 @@ def run(
     of_z = {name: given[name] for name in OF_BOUNDS}
     _refuse_amiss(problems_in.inputs(files, of_z), output, plot, given.get("resume"))
     bounds = limits(given)
+    from lcpcli.files import game_tables
+
     works, several = problems_in.works(files, given.get("game", False))
+    if several and not given["quiet"] and (told := game_tables.hint(files)):
+        problems_in.tell(told)
     if many is not None and (several or _is_for_many(given, output)):
         return many(works, output)
     held, sources, faults = _read(works, of_z, given["quiet"])

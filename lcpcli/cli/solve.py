@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli import candidates, session
+from lcpcli.cli import candidates, problems, session
 from lcpcli.cli.command import Command, option
 from lcpcli.cli.methods import MethodChoice
 from lcpcli.cli.options import EXITS, numeric, problem_files, solving
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 )
 def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
-    paths = files_in(files)
+    paths = files_in(files, problems.teller(given["quiet"]))
     if all_of_them:
         from lcpcli.cli import all_solutions
 

@@ -24,19 +24,26 @@ from lcpcli.rational.numbers import fraction, ratio
 
 if TYPE_CHECKING:
     from lcpcli.rational.problem import Bounds, ExactProblem
+    from lcpcli.rational.written import Doubles
 
 ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
 
 
-def bounded(problem: Problem, given: Mapping[str, Any], fetch: reading.Fetch = reading.content_of) -> Problem:
+def bounded(
+    problem: Problem,
+    given: Mapping[str, Any],
+    fetch: reading.Fetch = reading.content_of,
+    doubles: Doubles | None = None,
+) -> Problem:
     """The problem with the bounds given by name, lower and upper; those that are None stay as they are. What is known
     of the solutions for other bounds is dropped.
 
     A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list, whose content is
     what fetch(name, hint for an empty one) gives. From the size infinity on it is none.
+    doubles : makes the doubles of the numbers as they are written, in place of the nearest ones.
     """
-    problem = _with_bounds(problem, {name: given[name] for name in BOUNDS if given[name] is not None}, fetch)
+    problem = _with_bounds(problem, {name: given[name] for name in BOUNDS if given[name] is not None}, fetch, doubles)
     if given["infinity"] is None:
         return problem
     try:
@@ -46,12 +53,15 @@ def bounded(problem: Problem, given: Mapping[str, Any], fetch: reading.Fetch = r
 
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
-    """That bounds may stand for none, if nothing is said about that; "" if they do not look so."""
+    """This is the line that tells users of bounds which may stand for none; it is "" where there are no such bounds, or
+    where --infinity says what they mean."""
     return far_bounds.remark(problem) if given["infinity"] is None else ""
 
 
-def _with_bounds(problem: Problem, given: Mapping[str, str], fetch: reading.Fetch) -> Problem:
-    values = {name: _values(name, text, fetch, exact=False) for name, text in given.items()}
+def _with_bounds(problem: Problem, given: Mapping[str, str], fetch: reading.Fetch, doubles: Doubles | None) -> Problem:
+    values = {name: _values(name, text, fetch, exact=doubles is not None) for name, text in given.items()}
+    if doubles is not None:
+        values = {name: _doubles_of(value, doubles) for name, value in values.items()}
     if not values:
         return problem
     if problem.origin is not None:
@@ -70,6 +80,13 @@ def _with_bounds(problem: Problem, given: Mapping[str, str], fetch: reading.Fetc
         file = "" if _is_typed(text) else f"{reading.place(text)}: "
         where = f"--{error.where}" if typed_here else f"--{name}: {file}{error.where}"
         raise ProblemError(where, error.fault, error.hint) from None
+
+
+def _doubles_of(values: Any, doubles: Doubles) -> Any:
+    """A bound with the doubles of its fractions."""
+    if isinstance(values, list):
+        return [_doubles_of(value, doubles) for value in values]
+    return doubles.of(values) if isinstance(values, Fraction) else values
 
 
 def exactly_bounded(

@@ -14,22 +14,25 @@ import csv
 import math
 import re
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, misread, quoted
 from lcpcli.files.content import decode
+from lcpcli.files.formats import NEAREST
 from lcpcli.files.keys import BOUNDS, OTHER_NAMES
 from lcpcli.linalg import matrices
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import RATIO
+from lcpcli.rational.numbers import RATIO, decimal
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lcpcli.files.formats import Exact, Number
     from lcpcli.rational.problem import ExactParts
 
 DELIMITERS = (";", "\t", ",")
@@ -40,9 +43,9 @@ HEADED = "name q, lower and upper in a header, if the last columns are these"
 NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
-def parse(content: bytes) -> Problem | Matrix:
-    """The problem in a text of n rows of n + 1 columns, or M in one of n rows of n columns."""
-    rows, places, _ = _table(decode(content))
+def parse(content: bytes, number: Number = float) -> Problem | Matrix:
+    """The problem in a text of n rows of n + 1 columns, or M in one of n rows of n columns; number makes doubles."""
+    rows, places, _ = _table(decode(content), number)
     if places:
         return _mixed(rows, places)
     table = np.array(rows)
@@ -68,9 +71,9 @@ def _mixed(rows: list[list[Any]], places: dict[str, int]) -> Problem:
     return Problem(M, **parts)
 
 
-def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
-    """A vector of length n, any length if None, from a text of one row or one column."""
-    rows = _rows(decode(content))
+def parse_vector(field: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
+    """A vector from a text of one row or one column."""
+    rows = _rows(decode(content), number)
     if len(rows) > 1 and len(rows[0]) > 1:
         shape = f"has {len(rows)} rows and {len(rows[0])} columns"
         raise ProblemError(field, shape, _numbering(np.array(rows)) or "give one row or one column")
@@ -103,35 +106,32 @@ def parse_bound(field: str, content: bytes, number_of: Callable[[str], Any]) -> 
 
 def parse_exact(content: bytes) -> ExactParts:
     """What a text that `parse` has accepted holds, with all decimals."""
-    from lcpcli.rational.numbers import fraction
-    from lcpcli.rational.problem import ExactParts
+    from lcpcli.rational.written import exact_parts
 
-    table, places, _ = _table(decode(content), fraction)
-    n = len(table)
-    parts = {name: [row[i] for row in table] for name, i in places.items()}
-    M = [[value for i, value in enumerate(row) if i not in places.values()] for row in table]
-    if not places and len(table[0]) > n:
-        parts["q"] = [row[n] for row in table]
-    return ExactParts([{j: value for j, value in enumerate(row[:n]) if value} for row in M], **parts)
+    return exact_parts(lambda number: parse(content, number))
 
 
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
+def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
     """A vector that `parse_vector` has accepted, with all decimals."""
-    from lcpcli.rational.numbers import fraction
+    from lcpcli.rational.written import exact_vector
 
-    return [value for row in _rows(decode(content), fraction) for value in row]
+    return exact_vector(lambda number: parse_vector(field, content, None, number))
 
 
-def render(problem: Problem) -> dict[str, bytes]:
+def render(problem: Problem, exact: Exact = NEAREST) -> dict[str, bytes]:
     """[M | q], one row per line, with all digits; with bounds [M | q | lower | upper] below a header."""
     M = matrices.dense(problem.M)
-    lines = [",".join(map(repr, row)) for row in np.column_stack((M, problem.q)).tolist()]
+    text = partial(_text, exact)
+    rows = [list(map(text, row)) for row in np.column_stack((M, problem.q)).tolist()]
     if problem.is_mixed:
         bounds = zip(problem.box.lower.tolist(), problem.box.upper.tolist(), strict=True)
-        cells = (",".join("" if math.isinf(bound) else repr(bound) for bound in pair) for pair in bounds)
-        lines = [f"{line},{pair}" for line, pair in zip(lines, cells, strict=True)]
-        lines.insert(0, ",".join([*(f"M{i}" for i in range(1, problem.n + 1)), "q", *BOUNDS]))
-    return {"": "".join(f"{line}\n" for line in lines).encode()}
+        rows = [[*row, *map(text, pair)] for row, pair in zip(rows, bounds, strict=True)]
+        rows.insert(0, [*(f"M{i}" for i in range(1, problem.n + 1)), "q", *BOUNDS])
+    return {"": "".join(f"{','.join(row)}\n" for row in rows).encode()}
+
+
+def _text(exact: Exact, x: float) -> str:
+    return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
 
 
 def is_comment(line: str) -> bool:

@@ -6,11 +6,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Protocol, cast
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
     from fractions import Fraction
 
     from lcpcli.model.problem import Problem
     from lcpcli.rational.problem import ExactParts
     from lcpcli.typing import Matrix, Vector
+
+    Number = Callable[[str], float]  # what makes a double of a number in a text
+    Exact = Mapping[float, Fraction]  # what doubles stand for, where that is not their shortest decimals
 
 FORMATS = {  # the module that reads and writes it
     ".json": "json",
@@ -26,11 +30,20 @@ COMPLETE = (".json", ".npz", ".mat")  # those that keep all that a problem holds
 WITH_BOUNDS = (*COMPLETE, ".csv")  # those that keep the bounds of z
 COMPRESSED = tuple(f"{ending}.gz" for ending in (".mtx", *READ_ONLY))  # read as if it were not
 PROBLEMS = (*FORMATS, *READ_ONLY, *COMPRESSED)  # all suffixes of files with one problem
+TEXTS = (".json", ".csv", ".mtx", *OF_PROGRAMS)  # those that are written in decimals, with any number of digits
+TEXT_FORMS = {(FORMATS | READ_ONLY)[ending] for ending in TEXTS}
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 
+NEAREST: Exact = {}  # every double stands for itself
+
+
 class Format(Protocol):
-    """Interface of a format's module. Errors do not name the file; the caller adds that."""
+    """Interface of a format's module. Errors do not name the file; the caller adds that.
+
+    Those of TEXTS have one parameter more: `parse` and `parse_vector` what makes doubles of their numbers, in place of
+    float, and `render` what these doubles stand for.
+    """
 
     def parse(self, content: bytes, /) -> Problem | Matrix:
         """The problem, or M alone if the file has no q."""

@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from decimal import Decimal
+from pathlib import Path
 
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files import csv_format, reading
 from lcpcli.files.inputs import Input
+from lcpcli.files.keys import BOUNDS
 
+LARGEST = 100_000  # bytes of a table that is read again for a hint
 HINT = "give the payoffs of the row player and those of the column player"
 
 
@@ -25,6 +28,22 @@ def game_in(paths: Sequence[str]) -> Input:
     parts = [f'"{key}": [{", ".join(map(_row, table))}]' for key, table in (("A", A), ("B", B))]
     parts += [f'"{key}": {json.dumps(own)}' for key, own in names.items()]
     return Input((paths[0],), (f"{{{', '.join(parts)}}}".encode(),))
+
+
+def hint(paths: Sequence[str]) -> str:
+    """That two files may be the payoffs of a game: they are tables of one shape, of as many rows as columns, or with
+    labels and no q, or of a shape that no problem has; "" for others."""
+    if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < LARGEST for path in paths):
+        return ""
+    try:
+        (A, rows, columns), (B, _, others) = map(_payoffs, paths)
+    except LCPError:
+        return ""
+    m, k = len(A), len(A[0])
+    is_labelled = bool(rows and columns) and not {"q", *BOUNDS} & {*columns, *others}
+    if (m, k) != (len(B), len(B[0])) or k == 1 or (k == m + 1 and not is_labelled):
+        return ""
+    return f"if {' and '.join(map(reading.place, paths))} are the payoffs of a game, add --game"
 
 
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:

@@ -13,11 +13,13 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.files import coordinates, origins
 from lcpcli.files.content import decode
+from lcpcli.files.formats import NEAREST
 from lcpcli.files.keys import BOUNDS, KEYS, TEXTS, refuse_unknown
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
@@ -29,6 +31,9 @@ from lcpcli.typing import Matrix, Vector
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
 SHORTEST = 15  # digits that every double has
 LARGEST = 10**1000  # what payoffs and their denominators stay below
+SEVERAL = (
+    "lcp solve takes a problem in each line; give other commands one of them, as by sed -n 1p FILE | lcp inspect -"
+)
 FAULTS = {  # by how Python's message about a text that is not JSON begins
     "Expecting value": "a value is expected there",
     "Expecting ','": "a comma or a closing bracket is expected there",
@@ -42,12 +47,16 @@ FAULTS = {  # by how Python's message about a text that is not JSON begins
 }
 
 if TYPE_CHECKING:
-    from lcpcli.rational.problem import ExactParts, Rows
+    from lcpcli.files.formats import Exact, Number
+    from lcpcli.rational.problem import ExactParts
 
 
-def parse(content: bytes) -> Problem:
-    """The problem in a JSON text, or a ProblemError that names the field or the line and column."""
-    data = load(decode(content))
+def parse(content: bytes, number: Number = float) -> Problem:
+    """The problem in a JSON text, or a ProblemError that names the field or the line and column.
+
+    number : makes the doubles of its numbers.
+    """
+    data = load(decode(content), number)
     if not isinstance(data, dict):
         raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q, or one in each line")
     if told := origins.kind_of(data):
@@ -70,27 +79,19 @@ def parse(content: bytes) -> Problem:
     return Problem(M, data["q"], solutions=_solutions(data), **fields)
 
 
-def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
+def parse_vector(field: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
     """A vector of length n, any length if None, written as a JSON list."""
-    return as_vector(field, load(decode(content)), n)
+    return as_vector(field, load(decode(content), number), n)
 
 
 def parse_exact(content: bytes) -> ExactParts:
-    """A problem that `parse` has accepted, with all decimals; of a program the shortest decimals."""
-    from lcpcli.rational.problem import ExactParts, decimal_parts_of
+    """A problem that `parse` has accepted, with all decimals."""
+    from lcpcli.rational.problem import decimal_parts_of
+    from lcpcli.rational.written import exact_parts
 
-    data = load(decode(content), fraction_or_none)
-    if origins.kind_of(data):
+    if origins.kind_of(load(decode(content))) == "game":
         return decimal_parts_of(parse(content))
-    M, q = data["M"], data["q"]
-    bounds = {key: _exact_bound(data[key], len(q)) for key in BOUNDS if key in data}
-    if not isinstance(M, dict):
-        return ExactParts([{j: value for j, value in enumerate(row) if value} for row in M], q, **bounds)
-    rows: Rows = [{} for _ in q]
-    for i, j, value in zip(M["rows"], M["cols"], M["values"], strict=True):
-        if value:
-            rows[int(i)][int(j)] = value
-    return ExactParts(rows, q, **bounds)
+    return exact_parts(lambda number: parse(content, number))
 
 
 def payoff(text: str) -> float | Fraction:
@@ -130,17 +131,11 @@ def fraction_or_none(text: str) -> Fraction | None:
     return None if "Infinity" in text else fraction(text)
 
 
-def _exact_bound(bound: Any, n: int) -> list[Fraction | None]:
-    """One bound for each unknown, None if there is none."""
-    return bound if isinstance(bound, list) else [bound] * n
-
-
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
+def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
     """A JSON list that `parse_vector` has accepted, with all decimals."""
-    from lcpcli.rational.numbers import fraction
+    from lcpcli.rational.written import exact_vector
 
-    numbers: list[Fraction] = load(decode(content), fraction)
-    return numbers
+    return exact_vector(lambda number: parse_vector(field, content, None, number))
 
 
 def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
@@ -167,6 +162,8 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
     try:
         return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
+        if error.msg.startswith("Extra data") and text[error.pos] == "{" and error.lineno > 1:
+            raise ProblemError(f"line {error.lineno}", "has another object below the first one", SEVERAL) from None
         place = f"line {error.lineno}, column {error.colno}"
         faults = (f" ({fault})" for message, fault in FAULTS.items() if error.msg.startswith(message))
         raise ProblemError(place, f"is not JSON{next(faults, '')}", "correct it there") from None
@@ -174,18 +171,23 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
         raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
 
 
-def render(problem: Problem) -> dict[str, bytes]:
-    """The problem as a JSON text that `parse` reads back to the same numbers; one row of a dense M per line."""
+def render(problem: Problem, exact: Exact = NEAREST) -> dict[str, bytes]:
+    """The problem as a JSON text that `parse` reads back to the same numbers; one row of a dense M per line.
+
+    exact : what doubles stand for.
+    """
+    number = partial(number_text, exact)
     lines = [
         f'"{key}": {json.dumps(getattr(problem, key))}' for key in ("name", "source", "note") if getattr(problem, key)
     ]
-    lines.append(f'"M": {_render_matrix(problem.M)}')
-    lines.append(f'"q": {_render(problem.q)}')
+    lines.append(f'"M": {matrix_text(problem.M, number)}')
+    lines.append(f'"q": {list_text(problem.q, number)}')
     if problem.is_mixed:
-        lines += [f'"{key}": {_render_bound(getattr(problem, key))}' for key in BOUNDS]
-    lines += [f'"{key}": {_render(getattr(problem, key))}' for key in ("x0", "x1") if getattr(problem, key) is not None]
+        lines += [f'"{key}": {_bound_text(getattr(problem, key), number)}' for key in BOUNDS]
+    starts = {key: getattr(problem, key) for key in ("x0", "x1")}
+    lines += [f'"{key}": {list_text(start, number)}' for key, start in starts.items() if start is not None]
     if problem.solutions:
-        rendered = ", ".join(_render(z) for z in problem.solutions)
+        rendered = ", ".join(list_text(z, number) for z in problem.solutions)
         lines.append(f'"solution": {rendered if len(problem.solutions) == 1 else f"[{rendered}]"}')
     if problem.verdict:
         lines.append(f'"verdict": "{problem.verdict}"')
@@ -193,8 +195,13 @@ def render(problem: Problem) -> dict[str, bytes]:
         lines.append(f'"names": {json.dumps(problem.names)}')
     elif problem.origin is not None:
         lines.append(f'"origin": {json.dumps(problem.origin.data())}')
+    return {"": object_text(lines)}
+
+
+def object_text(lines: list[str]) -> bytes:
+    """An object of lines with a key and a value each."""
     body = ",\n  ".join(lines)
-    return {"": f"{{\n  {body}\n}}\n".encode()}
+    return f"{{\n  {body}\n}}\n".encode()
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -214,24 +221,31 @@ def _solutions(data: dict[str, Any]) -> list[Any]:
     return solution if solution and isinstance(solution[0], list) else [solution]
 
 
-def _render(v: Any) -> str:
-    return "[" + ", ".join(_number(x) for x in v.tolist()) + "]"
+def list_text(v: Any, number: Callable[[float], str]) -> str:
+    """A vector as a list."""
+    return "[" + ", ".join(map(number, v.tolist())) + "]"
 
 
-def _render_bound(bound: Vector) -> str:
+def _bound_text(bound: Vector, number: Callable[[float], str]) -> str:
     """One number if all bounds are the same, null for none."""
-    values = ["null" if math.isinf(x) else _number(x) for x in bound.tolist()]
+    values = list(map(number, bound.tolist()))
     return values[0] if len(set(values)) == 1 else f"[{', '.join(values)}]"
 
 
-def _number(x: float) -> str:
-    return f"{x:.0f}" if x == int(x) and abs(x) < 1e15 else repr(x)
+def number_text(exact: Exact, x: float) -> str:
+    """What a double stands for; null if it is infinite."""
+    if x in exact:
+        from lcpcli.rational.numbers import decimal
+
+        return decimal(exact[x])
+    return "null" if math.isinf(x) else f"{x:.0f}" if x == int(x) and abs(x) < 1e15 else repr(x)
 
 
-def _render_matrix(M: Matrix) -> str:
+def matrix_text(M: Matrix, number: Callable[[float], str]) -> str:
+    """A matrix as a list of rows, or by coordinates."""
     if not is_sparse(M):
-        return "[\n    " + ",\n    ".join(_render(row) for row in M) + "\n  ]"
+        return "[\n    " + ",\n    ".join(list_text(row, number) for row in M) + "\n  ]"
     coo = M.tocoo()
     parts = {"rows": coo.row, "cols": coo.col, "values": coo.data}
-    lists = ",\n    ".join(f'"{key}": {_render(values)}' for key, values in parts.items())
+    lists = ",\n    ".join(f'"{key}": {list_text(values, number)}' for key, values in parts.items())
     return f'{{\n    "format": "coo", "shape": [{M.shape[0]}, {M.shape[1]}],\n    {lists}\n  }}'

@@ -15,15 +15,18 @@ import numpy as np
 from lcpcli.errors import REAL as REAL_ONLY
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.content import refuse_beyond_memory, unpacked
+from lcpcli.files.formats import NEAREST
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
+from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.rational.problem import ExactParts, Rows
+    from lcpcli.files.formats import Exact, Number
+    from lcpcli.rational.problem import ExactParts
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
@@ -44,14 +47,17 @@ class _Header(NamedTuple):
     end: int
 
 
-def parse(content: bytes) -> Matrix:
-    """M, dense or in scipy's coordinate form. The format has no place for q."""
-    return _matrix("M", unpacked(content))
+def parse(content: bytes, number: Number = float) -> Matrix:
+    """M, dense or in scipy's coordinate form. The format has no place for q.
+
+    number : makes the doubles of its numbers.
+    """
+    return _matrix("M", unpacked(content), number)
 
 
-def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
+def parse_vector(field: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
     """A vector of length n, any length if None, from a matrix of one row or one column."""
-    matrix = _matrix(field, unpacked(content))
+    matrix = _matrix(field, unpacked(content), number)
     rows, columns = matrix.shape
     if 1 not in (rows, columns):
         raise ProblemError(field, f"has {rows} rows and {columns} columns", "give one row or one column")
@@ -63,57 +69,44 @@ def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
 
 def parse_exact(content: bytes) -> ExactParts:
     """M of a file that `parse` has accepted, with all decimals."""
-    from lcpcli.rational.problem import ExactParts
+    from lcpcli.rational.written import exact_parts
 
-    return ExactParts(_exact_rows("M", content))
+    return exact_parts(lambda number: parse(content, number))
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
     """A vector that `parse_vector` has accepted, with all decimals."""
-    from fractions import Fraction
+    from lcpcli.rational.written import exact_vector
 
-    rows = _exact_rows(field, content)
-    columns = _matrix(field, unpacked(content)).shape[1]
-    return [row.get(j, Fraction(0)) for row in rows for j in range(columns)]
+    return exact_vector(lambda number: parse_vector(field, content, None, number))
 
 
-def render(problem: Problem) -> dict[str, bytes]:
+def render(problem: Problem, exact: Exact = NEAREST) -> dict[str, bytes]:
     """M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
-    return {"": _written(problem.M), ".q": _written(problem.q[:, np.newaxis])}
+    return {"": _written(problem.M, exact), ".q": _written(problem.q[:, np.newaxis], exact)}
 
 
-def _written(matrix: Matrix) -> bytes:
+def _written(matrix: Matrix, exact: Exact) -> bytes:
+    """The matrix as scipy writes it, with other numbers in place of its doubles."""
     from scipy.io import mmwrite
 
     file = io.BytesIO()
     mmwrite(file, matrix, symmetry="general")
-    return file.getvalue()
+    if not exact:
+        return file.getvalue()
+    lines = [line.split() for line in file.getvalue().decode().splitlines()]
+    first = next(i for i, line in enumerate(lines) if not line[0].startswith("%")) + 1
+    for words in lines[first:]:
+        words[-1] = decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
+    return "".join(f"{' '.join(words)}\n" for words in lines).encode()
 
 
-def _matrix(field: str, content: bytes) -> Any:
+def _matrix(field: str, content: bytes, number: Number) -> Any:
     header, numbers = _entries(field, content)
     width = WIDTHS[header.form]
-    values = np.fromiter(map(float, numbers[width - 1 :: width]), np.float64, header.entries)
-    return _assembled(field, header, numbers, values)
-
-
-def _exact_rows(field: str, content: bytes) -> Rows:
-    """The rows of the matrix with all decimals: it is assembled from the positions of its numbers in the file."""
-    from lcpcli.rational.numbers import fraction
-
-    header, numbers = _entries(field, unpacked(content))
-    width = WIDTHS[header.form]
-    texts = [number.decode("ascii") for number in numbers[width - 1 :: width]]
-    places = _assembled(field, header, numbers, np.arange(1.0, header.entries + 1))
-    rows: Rows = [{} for _ in range(header.shape[0])]
-    entries = places.tocoo() if is_sparse(places) else None
-    i, j = np.nonzero(places) if entries is None else (entries.row, entries.col)
-    signed = places[i, j] if entries is None else entries.data
-    for row, column, place in zip(i.tolist(), j.tolist(), signed.astype(np.int64).tolist(), strict=True):
-        value = fraction(texts[abs(place) - 1])
-        if value:
-            rows[row][column] = value if place > 0 else -value
-    return rows
+    texts = numbers[width - 1 :: width]
+    doubles = map(float, texts) if number is float else (number(text.decode("ascii")) for text in texts)
+    return _assembled(field, header, numbers, np.fromiter(doubles, np.float64, header.entries))
 
 
 def _entries(field: str, content: bytes) -> tuple[_Header, list[bytes]]:

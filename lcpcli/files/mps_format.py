@@ -10,48 +10,58 @@ from __future__ import annotations
 
 import re
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.files import mps_words
 from lcpcli.files.content import unpacked
-from lcpcli.files.mps_lines import line_of, refuse_misread, undeclared, unknown_row
+from lcpcli.files.formats import NEAREST
+from lcpcli.files.mps_lines import MPS, as_written, line_of, range_sides, refuse_misread, undeclared, unknown_row
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem
+from lcpcli.rational.written import Doubles, exact_parts
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lcpcli.files.formats import Exact, Number
     from lcpcli.rational.problem import ExactParts
+
+Interval = tuple[float, float]
 
 PACKAGE = "highspy"
 HINT = "pip install 'linear-complementarity[mps]'"
 NO_VECTOR = ("is a program", "name a file that holds a vector")
 TOLD_BETTER = ("inconsistent bounds", "Parser error", "switching to fixed format")  # here, or harmless
 DENSE = 200  # unknowns up to which the matrices are kept dense
-MPS = re.compile(rb"^ROWS\b", re.MULTILINE)
 NAME = re.compile(rb"^NAME[ \t]+(\S+)", re.MULTILINE)
 
 
-def parse(content: bytes) -> Problem:
-    """The problem of the program in a file."""
+def parse(content: bytes, number: Number = float) -> Problem:
+    """The problem of the program in a file.
+
+    number : makes the doubles of the numbers in MPS, one for each of them if it is a `Doubles`.
+    """
     text = unpacked(content)
     is_mps = MPS.search(text) is not None
-    if is_mps:
-        refuse_misread(text)
-    return _problem(_read(text, ".mps" if is_mps else ".lp"), text, is_mps)
+    if not is_mps:
+        return _problem(_read(text, ".lp"), text, {})
+    refuse_misread(text)
+    double_of = number.of if isinstance(number, Doubles) else float
+    sides = {row: (double_of(low), double_of(high)) for row, (low, high) in range_sides(text).items()}
+    return _problem(_read(text if number is float else as_written(text, number), ".mps"), text, sides, is_mps)
 
 
 def parse_exact(content: bytes) -> ExactParts:
-    """The same with the shortest decimals of the numbers."""
-    from lcpcli.rational.problem import decimal_parts_of
-
-    return decimal_parts_of(parse(content))
+    """The same with the numbers as they are written, in the LP format the shortest decimals of their doubles."""
+    return exact_parts(lambda number: parse(content, number))
 
 
 def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:  # noqa: ARG001 (as in every format)
@@ -62,11 +72,11 @@ def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: A
     raise ProblemError("", *NO_VECTOR)
 
 
-def render(problem: Problem) -> dict[str, bytes]:
+def render(problem: Problem, exact: Exact = NEAREST) -> dict[str, bytes]:
     """The program as free MPS."""
     from lcpcli.files import mps_writing
 
-    return {"": mps_writing.render(problem)}
+    return {"": mps_writing.render(problem, exact)}
 
 
 def _read(text: bytes, ending: str) -> Any:
@@ -92,14 +102,13 @@ def _read(text: bytes, ending: str) -> Any:
         place = line_of(text, f'"{unknown}"')
         raise ProblemError(place, f"names {quoted(unknown)}, which is not in ROWS", "correct it, or declare it there")
     if complaints:
-        place = line_of(text, complaints[0])
-        raise ProblemError(place, f"is not accepted by HiGHS ({complaints[0]})", "correct it there")
+        raise mps_words.fault(text, complaints[0])
     if status == highspy.HighsStatus.kError:
-        raise ProblemError("", "is not a program that HiGHS can read", "is it complete?")
+        raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
     return highs
 
 
-def _problem(highs: Any, text: bytes, is_mps: bool) -> Problem:
+def _problem(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: bool = False) -> Problem:
     model = highs.getModel()
     lp, hessian = model.lp_, model.hessian_
     k, names = lp.num_col_, list(lp.col_names_)
@@ -113,6 +122,7 @@ def _problem(highs: Any, text: bytes, is_mps: bool) -> Problem:
         _refuse_undeclared(lp, A, names, text)
     _refuse_crossed(low, high, names, text)
     rows = _sides(np.array(lp.row_lower_), np.array(lp.row_upper_))
+    _round_once(rows, list(lp.row_names_), ranges)
     if k + lp.num_row_ <= DENSE:
         A, Q = A.toarray(), None if Q is None else Q.toarray()
     return from_qp(
@@ -135,6 +145,16 @@ def _sides(low: Vector, high: Vector) -> tuple[Vector, Vector]:
     """The sides of rows, without the one that a range of NO_BOUND makes of a right-hand side that is not 0."""
     ranges = (high - low >= (1 - EPS) * NO_BOUND) & np.isfinite(high - low)
     return np.where(ranges & (-low > high), -np.inf, low), np.where(ranges & (-low <= high), np.inf, high)
+
+
+def _round_once(sides: tuple[Vector, Vector], names: list[str], ranges: Mapping[str, Interval]) -> None:
+    """Put the sides of rows with ranges in their place, where rounding alone tells them from what HiGHS computes."""
+    places = {name: i for i, name in enumerate(names)} if ranges else {}
+    for name, ends in ranges.items():
+        i = places.get(name)
+        if i is None or not np.allclose([sides[0][i], sides[1][i]], ends, rtol=1e-12, atol=1e-12 * max(map(abs, ends))):
+            continue
+        sides[0][i], sides[1][i] = ends
 
 
 def _sparse(matrix: Any, shape: tuple[int, int]) -> Matrix:

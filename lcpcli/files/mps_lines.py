@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.rational.numbers import fraction
 
+MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 INFINITE = rb"[-+]?[iI][nN][fF](?:[iI][nN][iI][tT][yY])?"
 SENSES = (b"MIN", b"MAX", b"MINIMIZE", b"MAXIMIZE")
@@ -14,6 +17,10 @@ OF_ENTRIES = (b"COLUMNS", b"RHS", b"RANGES", b"QUADOBJ", b"QMATRIX")  # sections
 HEADING = re.compile(rb"\n([A-Z]+)[^\n]*")
 USUAL = rb"[ \t]+\S+[ \t]+\S+[ \t]+%b(?:[ \t]+\S+[ \t]+%b)?[ \t]*\r?\n" % (NUMBER, NUMBER)  # a line of entries
 OTHERS = re.compile(rb"\n(?!%b)(?=[^*\r\n]*\S)(?=([^\n]*))" % USUAL)
+VALUE = re.compile(
+    rb"(?<=[ \t])(%b)(?=[ \t]+\S+[ \t]+%b[ \t]*\r?\n|[ \t]*\r?\n)" % (NUMBER, NUMBER)
+)  # in a line of entries
+WITHOUT_NUMBER = (b"FR", b"MI", b"PL", b"BV")  # bounds
 BOUNDS = re.compile(
     rb"\n[ \t]+(?:UP|LO|FX)[ \t](?=[^\n]*[ \t](?!(?:%b|%b)[ \t]*\r?\n)\S+[ \t]*\r?\n)" % (NUMBER, INFINITE)
 )
@@ -65,7 +72,7 @@ def undeclared(text: bytes, names: Sequence[str]) -> str:
 def unknown_row(text: bytes) -> str:
     """The first name in COLUMNS, RHS or RANGES that is not in ROWS; "" if all are."""
     rows, unknown = set(), ""
-    for _, section, line in _lines(text):
+    for _, section, line in lines(text):
         words = line.split()
         if section == b"ROWS":
             rows |= set(words[1:])
@@ -74,19 +81,58 @@ def unknown_row(text: bytes) -> str:
     return unknown
 
 
+def as_written(text: bytes, number: Callable[[str], float]) -> bytes:
+    """The text with the doubles that are made of its numbers, where these are not the nearest ones."""
+    sections, parts, end = _sections(text), list[bytes](), 0
+    spans = sorted(sections[name] for name in (*OF_ENTRIES, b"BOUNDS") if name in sections)
+    for match in (match for span in spans for match in VALUE.finditer(text, *span)):
+        before = text[text.rfind(b"\n", 0, match.start()) + 1 : match.start()].split()
+        if not before or before[0] in WITHOUT_NUMBER:
+            continue  # it is a name
+        written = match[1].decode("ascii")
+        double = number(written)
+        if double != float(written):
+            parts += [text[end : match.start(1)], repr(double).encode()]
+            end = match.end(1)
+    return b"".join([*parts, text[end:]])
+
+
+def range_sides(text: bytes) -> dict[str, tuple[Fraction, Fraction]]:
+    """The two sides of the rows that have a range, as written."""
+    sections = _sections(text)
+    sizes = _values(text, sections.get(b"RANGES", (0, 0)))
+    kinds = {words[-1]: words[0] for words in map(bytes.split, text[slice(*sections[b"ROWS"])].splitlines()) if words}
+    given = _values(text, sections.get(b"RHS", (0, 0))) if sizes else {}
+    found = {}
+    for row, size in sizes.items():
+        side, kind = given.get(row, Fraction(0)), kinds.get(row, b"")
+        goes_up = kind in (b"G", b"g") or (kind in (b"E", b"e") and size > 0)
+        ends = (side, side + abs(size)) if goes_up else (side - abs(size), side)
+        found[row.decode("utf-8", "replace")] = ends
+    return found
+
+
+def _values(text: bytes, span: tuple[int, int]) -> dict[bytes, Fraction]:
+    """The numbers in the lines of a section, by the names before them."""
+    entries = [line.split() for line in text[slice(*span)].splitlines() if not line.startswith(b"*")]
+    words = [words[len(words) % 2 :] for words in entries]
+    pairs = [pair for line in words for pair in zip(line[::2], line[1::2], strict=True)]
+    return {name: fraction(value.decode("ascii")) for name, value in pairs if re.fullmatch(NUMBER, value)}
+
+
 def line_of(text: bytes, complaint: str) -> str:
     """The last line with all the names that a complaint quotes, in the section that it names; "" if there is none."""
     names = {name.encode() for name in re.findall(r'"([^"]*)"', complaint)}
     named = re.search(r"(\w+) section", complaint)
     found = [
         number
-        for number, section, line in _lines(text)
+        for number, section, line in lines(text)
         if names and (named is None or named[1].encode() == section) and names <= set(line.split())
     ]
     return f"line {found[-1]}" if found else ""
 
 
-def _lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
+def lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
     """The lines with their numbers and sections."""
     section = b""
     for number, line in enumerate(text.splitlines(), 1):

@@ -1,53 +1,65 @@
-"""Programs written in their own keys, those of `origins.NATIVE`: in JSON, NPZ, MAT and, by `mps_writing`, MPS."""
+"""Programs and games written in their own keys, those of `origins`: in JSON, NPZ, MAT and, by `mps_writing`, MPS."""
 
 from __future__ import annotations
 
 import io
 import json
-import math
-from typing import Any
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.files.formats import NEAREST
+from lcpcli.files.json_format import list_text, matrix_text, number_text, object_text
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.reductions.game import Game
 from lcpcli.model.reductions.program import SENSES, Program
+from lcpcli.rational.numbers import decimal, places, text
+
+if TYPE_CHECKING:
+    from lcpcli.files.formats import Exact
 
 NAMES = ("rows", "columns")
-WHOLE = 1e15  # whole numbers below it are written without a point
 
 
 def is_whole(problem: Problem) -> bool:
-    """Whether a problem was made from a program and holds nothing for which a program has no key."""
+    """Whether a problem was made from a program or a game and holds nothing for which that has no key."""
     others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
-    return isinstance(problem.origin, Program) and not others
+    return isinstance(problem.origin, (Program, Game)) and not others
 
 
 def fields_of(problem: Problem) -> dict[str, Any]:
-    """The program that a problem was made from, in its own sense: arrays, texts, a number and lists of names, without
-    what is as by default."""
+    """The program or the game that a problem was made from, a program in its own sense: arrays, texts, a number and
+    lists of names, without what is as by default."""
     origin = problem.origin
-    assert isinstance(origin, Program)
+    assert isinstance(origin, (Program, Game))
+    held: dict[str, Any] = {key: getattr(problem, key) for key in ("name", "source", "note") if getattr(problem, key)}
+    held |= {"A": origin.A, "B": origin.B} if isinstance(origin, Game) else _fields_of_program(problem, origin)
+    return held | {key: list(getattr(origin, key)) for key in NAMES if getattr(origin, key)}
+
+
+def _fields_of_program(problem: Problem, origin: Program) -> dict[str, Any]:
     data = origin.program(conditions_of(problem))
     assert data is not None
     sign = SENSES[origin.sense]
-    held: dict[str, Any] = {key: getattr(problem, key) for key in ("name", "source", "note") if getattr(problem, key)}
-    held |= {"sense": origin.sense} if sign < 0 else {}
+    held: dict[str, Any] = {"sense": origin.sense} if sign < 0 else {}
     held |= {"Q": _without_minus_zero(sign * data.Q)} if (data.Q != 0).sum() else {}
     held["c"] = sign * data.c + 0.0
     if data.row_lower.size:
         held |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
     held |= {"lower": data.lower} if data.lower.any() else {}
     held |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
-    held |= {"constant": origin.constant} if origin.constant else {}
-    return held | {key: list(getattr(origin, key)) for key in NAMES if getattr(origin, key)}
+    return held | ({"constant": origin.constant} if origin.constant else {})
 
 
-def json_of(problem: Problem) -> bytes:
-    """The program as a JSON text; one row of a dense matrix per line."""
-    lines = [f'"{key}": {_text(value)}' for key, value in fields_of(problem).items()]
-    body = ",\n  ".join(lines)
-    return f"{{\n  {body}\n}}\n".encode()
+def json_of(problem: Problem, exact: Exact = NEAREST) -> bytes:
+    """The program or the game as a JSON text; one row of a dense matrix per line."""
+    fields = fields_of(problem)
+    if isinstance(problem.origin, Game) and problem.origin.written is not None:
+        fields |= zip("AB", (np.array(payoffs, dtype=object) for payoffs in problem.origin.written), strict=True)
+    return object_text([f'"{key}": {_text(value, exact)}' for key, value in fields.items()])
 
 
 def npz_of(problem: Problem) -> bytes:
@@ -82,16 +94,18 @@ def _without_minus_zero(A: Any) -> Any:
     return A
 
 
-def _text(value: Any) -> str:
+def _text(value: Any, exact: Exact) -> str:
     """A value as JSON: null for an infinite number."""
-    if is_sparse(value):
-        coo = value.tocoo()
-        parts = {"rows": coo.row.tolist(), "cols": coo.col.tolist(), "values": _plain(coo.data)}
-        return json.dumps({"format": "coo", "shape": list(coo.shape), **parts})
-    if isinstance(value, np.ndarray) and value.ndim == 2:
-        return "[\n    " + ",\n    ".join(json.dumps(_plain(row)) for row in value) + "\n  ]"
-    return json.dumps(_plain(value) if isinstance(value, np.ndarray) else value, ensure_ascii=False)
+    number = partial(_number_text, exact)
+    if isinstance(value, float):
+        return number(value)
+    if is_sparse(value) or isinstance(value, np.ndarray):
+        return matrix_text(value, number) if value.ndim == 2 else list_text(value, number)
+    return json.dumps(value, ensure_ascii=False)
 
 
-def _plain(values: Any) -> list[Any]:
-    return [None if math.isinf(x) else int(x) if x == int(x) and abs(x) < WHOLE else x for x in values.tolist()]
+def _number_text(exact: Exact, value: float | Fraction) -> str:
+    """What a double stands for, or a payoff: one that is no decimal as a text."""
+    if not isinstance(value, Fraction):
+        return number_text(exact, value)
+    return decimal(value) if places(value) is not None else json.dumps(text(value))

@@ -14,8 +14,8 @@ from typing import IO, TYPE_CHECKING, TypeVar, cast
 from lcpcli.errors import ProblemError
 from lcpcli.files import shipped
 from lcpcli.files.content import without_mark
-from lcpcli.files.formats import Format, load
-from lcpcli.files.recognition import form_of, uncompressed
+from lcpcli.files.formats import TEXT_FORMS, Format, load
+from lcpcli.files.recognition import form_of, is_result, uncompressed
 from lcpcli.model.box import Box
 from lcpcli.model.far_bounds import with_infinity
 from lcpcli.model.problem import Problem
@@ -23,6 +23,7 @@ from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
     from lcpcli.files.candidate import Candidate
+    from lcpcli.files.formats import Number
     from lcpcli.rational.problem import ExactParts, ExactProblem
 
 STANDARD_INPUT = "-"
@@ -90,9 +91,12 @@ def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem
     return _blaming(paths[0], lambda: with_infinity(problem, infinity)), used
 
 
-def problem_of(path: str, q_path: str | None, fetch: Fetch) -> Problem:
-    """The problem in the contents that fetch(path, hint for an empty one) gives, of one file or of two."""
-    return _completed(held_in(path, fetch), path, q_path, fetch)
+def problem_of(path: str, q_path: str | None, fetch: Fetch, number: Number = float) -> Problem:
+    """The problem in the contents that fetch(path, hint for an empty one) gives, of one file or of two.
+
+    number : makes the doubles of the numbers in texts.
+    """
+    return _completed(held_in(path, fetch, number), path, q_path, fetch, number)
 
 
 def exact_parts_of(path: str, q_path: str | None, fetch: Fetch) -> ExactParts:
@@ -106,13 +110,20 @@ def exact_parts_of(path: str, q_path: str | None, fetch: Fetch) -> ExactParts:
     return parts._replace(q=_blaming(q_place, lambda: format_of(q_place, vector).parse_exact_vector("q", vector)))
 
 
-def held_in(path: str, fetch: Fetch) -> Problem | Matrix:
+def held_in(path: str, fetch: Fetch, number: Number = float) -> Problem | Matrix:
     """The problem in a file, or M alone."""
     content = fetch(path, WHOLE)
-    return _blaming(path, lambda: format_of(path, content).parse(content))
+    if is_result(content):
+        raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
+    return _blaming(path, lambda: format_of(path, content).parse(content, *_of_text(path, content, number)))
 
 
-def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fetch) -> Problem:
+def _of_text(path: str, content: bytes, number: Number) -> list[Number]:
+    """What makes the doubles, if the content is a text in which it makes others than float does."""
+    return [number] if number is not float and form_of(path, content) in TEXT_FORMS else []
+
+
+def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fetch, number: Number = float) -> Problem:
     """What a file holds, with q from the other file if that is M alone."""
     if isinstance(held, Problem):
         if q_path is not None:
@@ -124,7 +135,8 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
             shape = " x ".join(map(str, held.shape)) or "one number"
             raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
         line = fetch(q_path, LINE)
-        q = _blaming(q_path, lambda: format_of(q_path, line).parse_vector("q", line))
+        own = _of_text(q_path, line, number)
+        q = _blaming(q_path, lambda: format_of(q_path, line).parse_vector("q", line, None, *own))
         problem = _blaming(path, lambda: Problem(held, q))
     return problem if problem.name else problem.named(name_of(path))
 

@@ -27,6 +27,15 @@ PACKED = ("is compressed", "uncompress it first")
 PAGE = ("is HTML or XML", "was a web page saved in place of the file?")
 DOCUMENT = ("is a document", "copy M and q into a CSV file")
 
+TABLES = ("", ".txt", ".md", ".tex")
+HEAD = 4096  # bytes of a file that tell whether it is a result
+RESULT = re.compile(  # of this program, in JSON or CSV
+    rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, "(?:kind|bounds)": |\{\s*"suite": \[|'
+    rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
+    rb"problem,method,k,)"
+)
+RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \d|in exact arithmetic)")
+AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it with -o to a .json or .csv file")
 FOREIGN_BEGINNINGS = {
     b"MATLAB 7.3": ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')"),
     b"\x89HDF": HDF5,
@@ -64,12 +73,17 @@ def form_of(path: str, content: bytes) -> str:
         (form for mark, form in BEGINNINGS.items() if content.startswith(mark)), (FORMATS | READ_ONLY).get(ending)
     )
     if form is None:
-        _refuse(FOREIGN_SUFFIXES.get(ending))
+        _refuse(AS_TABLE if ending in TABLES and RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
     if form is None and MPS.match(content):
         return "mps"
     if form is None or form == "csv":
         return "json" if content.lstrip()[:1] in (b"{", b"[") else "csv"
     return form
+
+
+def is_result(content: bytes) -> bool:
+    """Whether a file is a result of this program, by what it begins with."""
+    return RESULT.match(content[:HEAD]) is not None
 
 
 def uncompressed(path: str) -> str:

@@ -8,8 +8,10 @@ from pathlib import Path
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, WITH_BOUNDS, load
+from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, TEXTS, WITH_BOUNDS, load
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.game import Game
+from lcpcli.rational.written import Written, of_game
 
 
 def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False) -> None:
@@ -26,29 +28,50 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
     >>> read("small.mtx", "small.q.mtx").q.tolist()
     [-5.0, -6.0]
     """
-    path = os.fspath(path)
+    write_as(Written(problem, problem, {}), os.fspath(path), as_program)
+
+
+def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
+    """The same for a problem with the numbers as they are written, which texts keep."""
     ending = ending_of(path)
-    if problem.is_mixed and ending not in (*WITH_BOUNDS, *OF_PROGRAMS):
+    if found.rounded.is_mixed and ending not in (*WITH_BOUNDS, *OF_PROGRAMS):
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")
-    contents = contents_of(problem, path, ending, as_program)
+    contents = contents_of(found, path, ending, as_program)
     write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
 
 
-def contents_of(problem: Problem, path: str, ending: str, as_program: bool) -> dict[str, bytes]:
+def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
     """The contents of the files to be written, as `Format.render` has them."""
+    problem, exact = (found.own, [found.exact]) if ending in TEXTS else (found.rounded, [])
     if ending in OF_PROGRAMS:
         if problem.origin is None or problem.origin.data()["kind"] != "qp":
             raise ProblemError(path, "is for programs, and the problem is not made from one", f"use {_or(COMPLETE)}")
         try:
-            return load(READ_ONLY[ending]).render(problem)
+            return load(READ_ONLY[ending]).render(problem, *exact)
         except ProblemError as error:
             raise error.inside(path) from None
     if as_program and ending in COMPLETE:
         from lcpcli.files import programs
 
         if programs.is_whole(problem):
-            return {"": programs.WRITERS[ending](problem)}
-    return load(FORMATS[ending]).render(problem)
+            return {"": programs.WRITERS[ending](problem, *exact)}
+    return load(FORMATS[ending]).render(problem, *exact)
+
+
+def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
+    """The problem of a game for a file with M and q, with its costs as the payoffs are written; as it is where some are
+    no decimals, and for any other file."""
+    game = found.rounded.origin
+    is_of_costs = isinstance(game, Game) and path.endswith(TEXTS) and not path.endswith(COMPLETE)
+    return (of_game(found.rounded, game) or found) if is_of_costs and isinstance(game, Game) else found
+
+
+def is_rounded(found: Written[Problem], path: str) -> bool:
+    """Whether a file with that of `with_costs` holds doubles in place of some of the numbers as they are written."""
+    game = found.own.origin if isinstance(found.own.origin, Game) else None
+    if path.endswith(TEXTS):
+        return game is not None and not path.endswith(COMPLETE)
+    return bool(found.exact) or (game is not None and game.written is not None)
 
 
 def ending_of(path: str) -> str:

@@ -47,7 +47,7 @@ def own(array: Vector, given: Any = None) -> Vector:
 
 
 def own_matrix(M: Matrix, given: Any = None) -> Matrix:
-    """The same of a matrix. A sparse one is owned with its values."""
+    """This does for a matrix what `own` does for an array; of a sparse matrix the values and the indices are copied."""
     if not is_sparse(M):
         return own(M, given)
     if _is_writeable(M.data):
@@ -153,8 +153,8 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a number, or a flat list of numbers")
     if v.size != n:
         raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
-    if np.isnan(v).any():
-        raise ProblemError(f"{field}[{int(np.argmax(np.isnan(v)))}]", "is not a number", f"give a number {FROM_0}")
+    if (wrong := np.flatnonzero(np.isnan(v))).size:
+        raise ProblemError(f"{field}[{wrong[0]}]", "is not a number", f"give inf for no bound {FROM_0}")
     return v
 
 

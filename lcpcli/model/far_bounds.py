@@ -47,7 +47,8 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
 
 def remark(problem: Problem) -> str:
-    """That a problem has such bounds, and what to do if they stand for none; "" if it has none of them."""
+    """This line says that the problem has bounds of 1e20 or more and what to do if they stand for none; it is "" where
+    the problem has no such bounds."""
     sides = _far_sides(problem)
     if sides is None:
         return ""

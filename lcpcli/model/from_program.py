@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.matrices import compressed, is_sparse, stack
 from lcpcli.model.arrays import FROM_0, NO_BOUND, as_intervals, as_matrix, as_square, as_vector
+from lcpcli.model.labels import program_by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
 from lcpcli.typing import Matrix, Vector
@@ -63,6 +64,7 @@ def from_qp(
     >>> answer.x.tolist(), answer.y.tolist(), answer.objective
     ([1.0, 0.0], [-1.0], -2.0)
     """
+    Q, c, A, b, row_lower, row_upper, lower, upper = program_by_label(Q, c, A, b, row_lower, row_upper, lower, upper)
     linear, sign = _objective("c", c), SENSES[sense_of(sense)]
     k = linear.size
     bounds = _bounds(lower, upper, free, k, infinity)

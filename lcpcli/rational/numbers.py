@@ -61,6 +61,24 @@ def text(value: Fraction) -> str:
     return numerator if value.denominator == 1 else f"{numerator}/{Decimal(value.denominator)}"
 
 
+def places(value: Fraction) -> int | None:
+    """How many decimals a rational number has; None if it has infinitely many."""
+    twos = (value.denominator & -value.denominator).bit_length() - 1
+    rest, fives = value.denominator >> twos, 0
+    while rest % 5 == 0:
+        rest, fives = rest // 5, fives + 1
+    return max(twos, fives) if rest == 1 else None
+
+
+def decimal(value: Fraction) -> str:
+    """A rational number with all its decimals, or a ProblemError if it has infinitely many."""
+    count = places(value)
+    if count is None:
+        raise ProblemError("", f"has {text(value)}, which is no decimal", "write it where fractions are read")
+    digits = Decimal(value.numerator * 10**count // value.denominator).as_tuple()
+    return str(Decimal((digits.sign, digits.digits, -count)))
+
+
 def brief(value: Fraction) -> str:
     """A rational number for a line of text: with more than MOST_DIGITS digits, rounded and marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()

@@ -217,11 +217,11 @@ def shortest_decimal(value: float) -> Fraction:
 def decimal_parts_of(problem: Problem) -> ExactParts:
     """The same with the shortest decimal of each double: as written, up to 15 digits; of a game, from its payoffs."""
     if isinstance(problem.origin, Game):
-        return _parts_of_game(problem.origin)
+        return parts_of_game(problem.origin)
     return parts_of(problem, shortest_decimal)
 
 
-def _parts_of_game(game: Game) -> ExactParts:
+def parts_of_game(game: Game) -> ExactParts:
     """The costs of a game."""
     (A, B), (r, c) = game.payoffs(), game.cost_constants()
     m, k = game.A.shape

@@ -3,51 +3,83 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterable, Sequence
 from io import StringIO
 from typing import Any
 
+from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.game import Game
 from lcpcli.model.reductions.program import Program
-from lcpcli.report import provenance, summary
+from lcpcli.report import provenance, strategies, summary
 from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
 
 COLUMNS = ("component", "z", "w")  # components from 1
 STATE = "state"
 OF_PROGRAM = ("part", "value", "bound_multiplier")
+OF_GAME = ("player", "probability", "payoff")
 
 
 def render(results: Sequence[Result], compared: bool) -> str:
     """Columns component, z, w and, if a problem has bounds, state; of results that are compared, problem and method
-    before them. Behind them the names of components, if there are any, and of programs what each component is."""
+    before them. Behind them the names of components, if there are any, and of programs and games what each component
+    is."""
     mixed = any(result.problem.is_mixed for result in results)
-    named = any(any(result.problem.names) for result in results)
-    of_program = any(isinstance(result.problem.origin, Program) for result in results)
-    header = [*(["problem", "method"] if compared else []), *COLUMNS, *[STATE] * mixed, *["name"] * named]
-    header += OF_PROGRAM if of_program else []
+    origins = [result.problem.origin for result in results]
+    games = any(isinstance(origin, Game) for origin in origins)
+    named = games or any(any(result.problem.names) for result in results)
+    parts = (*OF_PROGRAM * any(isinstance(origin, Program) for origin in origins), *OF_GAME * games)
+    header = [*(["problem", "method"] if compared else []), *COLUMNS, *[STATE] * mixed, *["name"] * named, *parts]
     lines = [
-        rows(result, [result.problem.name, summary.name(result)] * compared, mixed, _ends(result, named, of_program))
+        rows(result, [result.problem.name, summary.name(result)] * compared, mixed, _ends(result, named, parts))
         for result in results
     ]
     return comments(provenance.lines(results)) + text([header]) + "".join(lines)
 
 
-def _ends(result: Result, named: bool, of_program: bool) -> list[list[str]]:
-    """The last cells of each component: its name and, of a program, whether it is x, y or s, its value in the program's
-    own sense, and the multiplier of its bounds."""
+def _ends(result: Result, named: bool, parts: Sequence[str]) -> list[list[str]]:
+    """The last cells of each component: its name, and under the names of parts what it is of a program or a game."""
     problem = result.problem
-    names = [[" ".join(name.split())] * named for name in problem.names]
-    if not of_program:
-        return names
-    parts, answer, origin = [[""] * len(OF_PROGRAM)] * problem.n, result.answer, problem.origin
-    if isinstance(origin, Program) and isinstance(answer, Minimum) and answer.x is not None:
-        assert answer.y is not None
-        assert answer.bound_multipliers is not None
-        pairs = zip(answer.x.tolist(), answer.bound_multipliers.tolist(), strict=True)
-        parts = [["x", repr(value), repr(multiplier)] for value, multiplier in pairs]
-        parts += [["y", repr(value), ""] for value in answer.y.tolist()]
-        parts += [["s", repr(value), ""] for value in result.z[len(parts) :].tolist()]
-    return [name + part for name, part in zip(names, parts, strict=True)]
+    names, own = problem.names, [dict[str, str]()] * problem.n
+    if isinstance(problem.origin, Program):
+        own = _of_program(result)
+    elif isinstance(problem.origin, Game):
+        rows, columns = strategies.names(problem.origin, math.inf)
+        names, own = [*rows, *columns], _of_game(result, problem.origin)
+    return [
+        [" ".join(name.split())] * named + [told.get(part, "") for part in parts]
+        for name, told in zip(names, own, strict=True)
+    ]
+
+
+def _of_program(result: Result) -> list[dict[str, str]]:
+    """Whether each component is x, y or s, its value in the program's own sense, and the multiplier of its bounds."""
+    answer, n = result.answer, result.problem.n
+    if not isinstance(answer, Minimum) or answer.x is None:
+        return [{}] * n
+    assert answer.y is not None
+    assert answer.bound_multipliers is not None
+    pairs = zip(answer.x.tolist(), answer.bound_multipliers.tolist(), strict=True)
+    cells = [("x", repr(value), repr(multiplier)) for value, multiplier in pairs]
+    cells += [("y", repr(value), "") for value in answer.y.tolist()]
+    cells += [("s", repr(value), "") for value in result.z[len(cells) :].tolist()]
+    return [dict(zip(OF_PROGRAM, each, strict=True)) for each in cells]
+
+
+def _of_game(result: Result, game: Game) -> list[dict[str, str]]:
+    """The player that each component is of, the probability of its strategy, and what the player gets in all."""
+    *probabilities, by_row, by_column = strategies.of_iterate(game, result.z)
+    m, k = game.A.shape
+    players = [("row", by_row)] * m + [("column", by_column)] * k
+    cells = [(player, value, payoff) for (player, payoff), value in zip(players, probabilities, strict=True)]
+    texts = [["" if cell is None else str(cell) for cell in each] for each in cells]
+    return [dict(zip(OF_GAME, each, strict=True)) for each in texts]
+
+
+def names(problem: Problem) -> list[list[str]]:
+    """A cell with the name of each component, in one line."""
+    return [[" ".join(name.split())] for name in problem.names]
 
 
 def rows(result: Result, start: Sequence[str], mixed: bool, ends: Sequence[list[str]] = ()) -> str:

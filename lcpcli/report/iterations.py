@@ -47,21 +47,22 @@ def kept_components(problem: Problem, width: int | None) -> Indices | None:
 
 
 def build(
-    results: Sequence[Result], width: int | None, compared: bool, whole: bool, room: int | None = None
+    results: Sequence[Result], width: int | None, compared: bool, whole: bool, form: str = "table"
 ) -> ResultTable:
     """The table of several methods' results on one problem, whose traces hold the same components of z.
 
     width : of the terminal; None if there is none.
     compared : whether the results are compared below the iterates, instead of a single result above them.
     whole : whether to show all components of z.
-    room : the width for the strategies of a game, as by `room`.
+    form : the format that it is for; only on a screen is a name of `CELL` characters or more too long for a column.
     """
     problem, trace = results[0].problem, results[0].trace
     components = trace.components if trace else None
     of_game = problem.origin if isinstance(problem.origin, Game) else None
     if of_game is not None:
-        components = shown_components(problem.n, None if room is None else room - 2 * CELL)
-    columns = _columns(problem, components)
+        own = room(form, width)
+        components = shown_components(problem.n, None if own is None else own - 2 * CELL)
+    columns = _columns(problem, components, longest(form))
     traces = [_rows(result) for result in results]
     length, unit = numbers.unit(max((row.seconds for rows in traces for row in rows), default=0.0))
     others = _other_columns(problem, any(row.step for rows in traces for row in rows))
@@ -86,17 +87,24 @@ def build(
     return ResultTable(title, header, groups, head, facts, remarks, made_by, settled, *lines, leaders)
 
 
-def _columns(problem: Problem, components: Indices | None) -> list[str]:
-    """The names of the components that fit above them, else their places; of a game the strategies and payoffs."""
+def longest(form: str) -> float:
+    """The length from which on a name is too long for a column of a format."""
+    return CELL if form == "table" else math.inf
+
+
+def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
+    """The names of the components that are shorter than that, else their places; of a game the strategies and
+    payoffs."""
     if isinstance(problem.origin, Game):
-        rows, columns = strategies.names(problem.origin, CELL)
+        rows, columns = strategies.names(problem.origin, most)
         return [*_chosen([*rows, *columns], components), *strategies.PAYOFFS]
-    names = [name if 0 < len(name) < CELL else f"z{i}" for i, name in enumerate(problem.names, 1)]
+    names = [name if 0 < len(name) < most else f"z{i}" for i, name in enumerate(problem.names, 1)]
     return _chosen(names, components)
 
 
 def _chosen(cells: list[str], components: Indices | None) -> list[str]:
-    """Those of the components, the last one after a mark for those that are left out."""
+    """This selects the cells of some components, with a mark before the last one for those that are left out; all cells
+    are taken if no components are given."""
     if components is None:
         return cells
     chosen = [cells[i] for i in components]

@@ -8,6 +8,7 @@ from typing import Any, TypedDict, cast
 
 from lcpcli import __version__
 from lcpcli.files.source import NOWHERE, Source
+from lcpcli.model.problem import Problem
 from lcpcli.report import advice, answers, provenance, summary
 from lcpcli.report.numbers import finite
 from lcpcli.solving.result import Result
@@ -21,6 +22,7 @@ class ResultDict(TypedDict):
     item: int | None
     problem: str | None
     n: int | None
+    names: list[str] | None
     method: str | None
     label: str | None
     route: list[str] | None
@@ -86,6 +88,7 @@ def data(result: Result, source: Source = NOWHERE) -> ResultDict:
         "item": source.item,
         "problem": result.problem.name,
         "n": result.problem.n,
+        "names": names(result.problem),
         "method": result.method,
         "label": summary.name(result),
         "route": list(result.route),
@@ -124,6 +127,11 @@ def data(result: Result, source: Source = NOWHERE) -> ResultDict:
         "options": made_by["options"],
         "trace": _trace(result),
     }
+
+
+def names(problem: Problem) -> list[str] | None:
+    """The names of the components of z; None if they have none."""
+    return list(problem.names) if any(problem.names) else None
 
 
 def _milestones(result: Result) -> list[dict[str, Any]] | None:

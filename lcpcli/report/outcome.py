@@ -9,6 +9,7 @@ import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.model.reductions.own_names import OwnNames
 from lcpcli.model.start import STATES
 from lcpcli.report import numbers, summary
 from lcpcli.report.numbers import ELLIPSIS
@@ -118,7 +119,16 @@ def _rows(name: str, cells: list[str], width: int) -> list[str]:
 
 
 def _cells(result: Result, first: int) -> list[str]:
-    """The first components of z, or the last if negative, to the known digits: at most 7."""
+    """The first components of z, or the last if negative, to the known digits, at most 7; those of an LCP with their
+    names, if they have some."""
+    cells, problem = _numbers(result, first), result.problem
+    if not isinstance(problem.origin, OwnNames):
+        return cells
+    names = problem.names[:first] if first >= 0 else problem.names[first:]
+    return [f"{' '.join(name.split())} {cell}".strip() for name, cell in zip(names, cells, strict=True)]
+
+
+def _numbers(result: Result, first: int) -> list[str]:
     z = result.z[:first] if first >= 0 else result.z[first:]
     known = result.bound.value if result.bound and result.bound.proved else result.error
     if not result.solved or known is None or not 0 < known < math.inf:

@@ -52,8 +52,7 @@ def render(
         return trace_csv.render(results) if iterates else answer_csv.render(results, compared)
     from lcpcli.report import iterations
 
-    room = iterations.room(form, width)
-    return typeset([iterations.build(run, width, compared, whole, room) for run in runs], form, width, color)
+    return typeset([iterations.build(run, width, compared, whole, form) for run in runs], form, width, color)
 
 
 def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:

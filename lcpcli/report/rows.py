@@ -21,7 +21,7 @@ def heading(form: str, width: int) -> str:
     """What comes before the first problem. width : of the names of problems."""
     if form == "table":
         return _row(width, "problem", "n", "status", "k", "residual", "time", "by")
-    return answer_csv.text([["problem", *answer_csv.COLUMNS, answer_csv.STATE]]) if form == "csv" else ""
+    return answer_csv.text([["problem", *answer_csv.COLUMNS, answer_csv.STATE, "name"]]) if form == "csv" else ""
 
 
 def of_result(result: Result, source: Source, form: str, width: int) -> str:
@@ -30,7 +30,9 @@ def of_result(result: Result, source: Source, form: str, width: int) -> str:
         return json_lines.line(json_lines.data(result, source))
     if form == "csv":
         told = provenance.lines([result])[1:]
-        return answer_csv.comments(told) + answer_csv.rows(result, [str(source)], mixed=True)
+        return answer_csv.comments(told) + answer_csv.rows(
+            result, [str(source)], mixed=True, ends=answer_csv.names(result.problem)
+        )
     return _row(
         width,
         str(source),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from itertools import cycle
 from typing import Any, TypeAlias
 
 from lcpcli import __version__
@@ -15,7 +16,7 @@ from lcpcli.files.source import Source
 from lcpcli.model.reductions.program import Program
 from lcpcli.rational.numbers import rounded, text
 from lcpcli.rational.polyhedra import Point
-from lcpcli.report import answer_csv
+from lcpcli.report import answer_csv, json_lines
 from lcpcli.report.numbers import finite
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
@@ -35,6 +36,7 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
         "item": source.item,
         "problem": data.problem.name,
         "n": data.n,
+        "names": json_lines.names(data.problem),
         "status": found.status,
         "message": found.message,
         "complete": found.complete,
@@ -75,14 +77,19 @@ def _solution(found: SolutionSet, k: int, z: Point, vector: Any) -> dict[str, An
 
 def in_csv(found: SolutionSet, exact: bool) -> str:
     """A line for each component of each vertex, ray and line: z, and w or for directions its change; of a game one for
-    each strategy in each extreme equilibrium: its probability, and what its player gets in all."""
+    each strategy in each extreme equilibrium: its probability, and what its player gets in all. Names, if there are
+    any, are last."""
     vector = _exactly if exact else _rounded
-    if found.equilibria is None:
-        rows = [HEADER, *_of_pieces(found, vector)]
-    else:
-        rows = [OF_GAMES, *_of_equilibria(found.equilibria, vector)]
+    names = found.data.problem.names
+    header, rows = (
+        (HEADER, _of_pieces(found, vector))
+        if found.equilibria is None
+        else (OF_GAMES, _of_equilibria(found.equilibria, vector))
+    )
+    ends = cycle([" ".join(name.split())] * any(names) for name in names)
+    table = [[*header, *["name"] * any(names)], *([*row, *end] for row, end in zip(rows, ends, strict=False))]
     head = [found.data.problem.name, found.message]
-    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text(rows)
+    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text(table)
 
 
 def _of_equilibria(held: Equilibria, vector: Numbers) -> Iterator[Cells]:

@@ -15,19 +15,19 @@ from lcpcli.model.reductions.program import Program
 from lcpcli.rational import numbers as rationals
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.report import numbers, provenance, strategies
+from lcpcli.report.iterations import longest
 from lcpcli.report.result_table import ResultTable
 
 Cell = Callable[[Fraction], str]
-MOST_NAME = 11  # characters of a name above a column
 MOST_ROWS = 1000  # of a table; typesetting more takes longer than finding them
 MOST_SUBSETS = 50  # in a remark
 
 
-def build(found: SolutionSet, exact: bool) -> ResultTable:
-    """The table of a solution set, exact in fractions; of a game, that of its equilibria."""
-    cell = cell_of(exact)
+def build(found: SolutionSet, exact: bool, form: str) -> ResultTable:
+    """The table of a solution set for a format, exact in fractions; of a game, that of its equilibria."""
+    cell, most = cell_of(exact), longest(form)
     header, groups, remarks = (
-        _pieces(found, cell) if found.equilibria is None else _equilibria(found, found.equilibria, cell)
+        _pieces(found, cell, most) if found.equilibria is None else _equilibria(found, found.equilibria, cell, most)
     )
     problem = found.data.problem
     title = f"{numbers.title(problem) or 'problem'}: {numbers.size(problem)}"
@@ -40,11 +40,17 @@ def cell_of(exact: bool) -> Cell:
     return rationals.brief if exact else (lambda value: f"{float(rationals.rounded([value])[0]):.7g}")
 
 
-def _pieces(found: SolutionSet, cell: Cell) -> tuple[list[str], list[list[list[str]]], list[str]]:
+def _pieces(found: SolutionSet, cell: Cell, most: float) -> tuple[list[str], list[list[list[str]]], list[str]]:
     """A row for each vertex, ray and line, z and then w; the isolated solutions are one group, each face is another."""
     data = found.data
     program = data.problem.origin if isinstance(data.problem.origin, Program) else None
-    header = ["piece", "", *_names(data), *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
+    header = [
+        "piece",
+        "",
+        *_names(data, most),
+        *(f"w{i}" for i in range(1, data.n + 1)),
+        *["objective"] * bool(program),
+    ]
     shown, points = 0, list[list[str]]()
     faces: list[list[list[str]]] = []
     for number, piece in enumerate(found.pieces, 1):
@@ -87,16 +93,18 @@ def _left_out(rows: int) -> list[str]:
     return [f"the first {MOST_ROWS} of {rows} rows; --format json and csv have all of them"] * (rows > MOST_ROWS)
 
 
-def _names(data: ExactProblem) -> list[str]:
-    """The names of the unknowns that fit above a column, else their places."""
-    return [name if 0 < len(name) < MOST_NAME else f"z{i}" for i, name in enumerate(data.problem.names, 1)]
+def _names(data: ExactProblem, most: float) -> list[str]:
+    """The names of the unknowns that are shorter than that, else their places."""
+    return [name if 0 < len(name) < most else f"z{i}" for i, name in enumerate(data.problem.names, 1)]
 
 
-def _equilibria(found: SolutionSet, held: Equilibria, cell: Cell) -> tuple[list[str], list[list[list[str]]], list[str]]:
+def _equilibria(
+    found: SolutionSet, held: Equilibria, cell: Cell, most: float
+) -> tuple[list[str], list[list[list[str]]], list[str]]:
     """A row for each extreme equilibrium, those of a component as a group."""
     game = found.game
     assert game is not None
-    rows_, columns_ = strategies.names(game, MOST_NAME)
+    rows_, columns_ = strategies.names(game, most)
     indexed = any(each.index is not None for each in held.extreme)
     header = ["", *rows_, *columns_, *strategies.PAYOFFS, *["index"] * indexed, "pure"]
     lines = [

@@ -14,7 +14,8 @@ PAYOFFS = ("row gets", "column gets")
 
 
 def names(game: Game, most: float) -> tuple[list[str], list[str]]:
-    """The names of the rows and of the columns, x1 or y1 for those that have none or one of that length or more."""
+    """These are the names of the rows and of the columns; a strategy is called x1 or y1 if it has no name, or one of
+    that length or more."""
     m, k = game.A.shape
     given = (("x", game.rows or [""] * m), ("y", game.columns or [""] * k))
     rows, columns = (
@@ -24,7 +25,7 @@ def names(game: Game, most: float) -> tuple[list[str], list[str]]:
 
 
 def headings(game: Game) -> list[str]:
-    """A heading for each strategy, no two the same, and for the payoffs."""
+    """This gives each strategy and each payoff a heading, and no two of them the same one."""
     rows, columns = names(game, np.inf)
     times = Counter([*rows, *columns, *PAYOFFS])
     parts = (("row", rows), ("column", columns))
@@ -33,7 +34,8 @@ def headings(game: Game) -> list[str]:
 
 @np.errstate(all="ignore")  # an iterate may be anything
 def of_iterate(game: Game, z: Vector) -> list[float | None]:
-    """The probabilities that z stands for and the payoffs; None for a player whose part of z is no strategy."""
+    """These are the probabilities that z stands for, and then the payoffs; they are None for a player whose part of z
+    is no strategy, and both payoffs are None then."""
     parts = game.parts(z)
     sums = [float(part.sum()) for part in parts]
     given = [min(part) >= 0 and 0 < total < np.inf for part, total in zip(parts, sums, strict=True)]

@@ -73,6 +73,7 @@ OPTIONS = [
     of_solving("unknown-format", "--format xml", "--format", "'xml'", "choose one of table, json", "--help"),
     of_solving("misspelt-format", "--format jsn", "--format", "'jsn'", "did you mean json?"),
     of_solving("unknown-option", "--toll 1", "'--toll'", "did you mean --tol?", "lcp solve --help"),
+    of_solving("option-for-a-file", "--input x.json", "no option '--input'; name the file without an option"),
     of_solving("unknown-option-with-value", "--toll=1", "no option '--toll';", "did you mean --tol?"),
     of_solving("option-with-one-dash", "-max-iterations 1", "'-max-iterations'", "did you mean --max-iterations?"),
     of_solving("beginning-of-an-option", "--max 1", "did you mean --max-iterations?"),
