@@ -108,16 +108,20 @@ def test_killed_program_goes_on_from_its_log_and_leaves_no_process(jobs: str, tm
     assert sorted(items(log)) == list(range(1, MANY + 1))
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_interrupt_leaves_what_is_solved_and_no_process(jobs: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("jobs", "number", "code"), [("1", signal.SIGINT, 130), ("2", signal.SIGINT, 130), ("2", signal.SIGTERM, 143)]
+)
+def test_interrupt_leaves_what_is_solved_and_no_process_in_one_line(
+    jobs: str, number: int, code: int, tmp_path: Path
+) -> None:
     log = tmp_path / "log.jsonl"
     with solving("--jobs", jobs, "-o", str(log)) as (process, stdin):
         give(stdin, lines(200))
         until(lambda: log.exists() and log.read_bytes().count(b"\n") >= 10)
         others = started_by(process.pid)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, told = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130
+    assert (process.returncode, len(told.splitlines())) == (code, 1)
     assert told.decode().endswith(f"interrupted; go on with --resume {log}\n")
     until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in others))
     assert len(set(items(log))) == len(items(log))
@@ -187,11 +191,43 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path: Path)
             each.wait()
 
 
-@pytest.mark.parametrize("address", ["nonsense://1", "scheduler.json", "tcp://127.0.0.1:1x"])
-def test_cluster_that_cannot_be_there_is_told_in_a_line(address: str) -> None:
+def test_cluster_without_workers_is_told_of_once_after_a_while(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    pool, workers, now = pools.Cluster.__new__(pools.Cluster), dict[str, int](), [100.0]
+
+    class Client:
+        nthreads = staticmethod(lambda: workers)
+
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    pool._client, pool._address, pool._is_told = Client(), "tcp://here:1", False
+    pool._began, pool._asked = 100.0, -1.0
+    for now[0] in (100.0, 105.0):
+        pool.look()
+    assert (pool.size, capfd.readouterr().err) == (1, "")
+    for now[0] in (110.0, 120.0):
+        pool.look()
+    line = "lcp: --cluster: the scheduler at tcp://here:1 has no workers; start dask worker tcp://here:1\n"
+    assert capfd.readouterr().err == line
+    workers |= {"a": 2, "b": 1}
+    now[0] = 130.0
+    pool.look()
+    assert pool.size == 3
+
+
+@pytest.mark.parametrize(
+    ("address", "fault"),
+    [
+        ("nonsense://1", "is not reached"),
+        ("scheduler.json", "is not reached"),
+        ("tcp://127.0.0.1:1x", "is not reached"),
+        ("tls://127.0.0.1:8786", "needs certificates"),
+    ],
+)
+def test_cluster_that_cannot_be_there_is_told_in_a_line(address: str, fault: str) -> None:
     pytest.importorskip("distributed")
     with solving("--cluster", address) as (process, _):
         _, told = process.communicate(lines(1)[0].encode(), timeout=PATIENCE)
     assert process.returncode == 2
-    assert told.decode().startswith(f"lcp: --cluster: {address} is not reached")
+    assert told.decode().startswith(f"lcp: --cluster: {address} {fault}")
     assert len(told.splitlines()) == 1

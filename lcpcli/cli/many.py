@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import click
 from lcpcli import options
 from lcpcli.cli import exit_codes, resumption
 from lcpcli.cli.output import Output, emit
-from lcpcli.cli.pools import Cluster, Local, Pool
+from lcpcli.cli.pools import Cluster, Local, Pool, Terminated, ending_on_request
 from lcpcli.cli.problems import tell
 from lcpcli.cli.progress import Line, wanted
 from lcpcli.cli.records import Record, Task
@@ -94,8 +94,9 @@ def _finish(records: Iterator[Record], write: Write, tally: _Tally, is_told: boo
                     line.tell_number(tally.total)
                 if record.interrupted:
                     raise KeyboardInterrupt
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as request:
             tally.interrupted = True
+            tally.ending = exit_codes.TERMINATED if isinstance(request, Terminated) else exit_codes.INTERRUPTED
 
 
 class _Tally:
@@ -104,7 +105,7 @@ class _Tally:
     def __init__(self) -> None:
         self.words: Counter[str] = Counter()
         self.codes = {exit_codes.SOLVED}
-        self.interrupted = False
+        self.interrupted, self.ending = False, exit_codes.INTERRUPTED
 
     @property
     def total(self) -> int:
@@ -122,7 +123,7 @@ class _Tally:
 
     @property
     def exit_code(self) -> int:
-        return exit_codes.INTERRUPTED if self.interrupted else exit_codes.of_several(self.codes)
+        return self.ending if self.interrupted else exit_codes.of_several(self.codes)
 
     def told(self, log_path: str | None) -> str:
         """The summary, in one line."""
@@ -160,17 +161,17 @@ def _refuse_without_effect(output: Output, given: Mapping[str, Any]) -> None:
 def _records(task: Task, works: Iterator[Work], given: Mapping[str, Any], in_order: bool) -> Iterator[Iterator[Record]]:
     """A context with the records, made by whom the options say, in the order of the problems or as they are known."""
     pool: Pool
-    if given["cluster"] is not None:
-        pool = Cluster(given["cluster"])
-    elif (given["jobs"] or 1) > 1:
-        pool = Local(given["jobs"])
-    else:
-        yield here(task, works)
-        return
-    try:
+    with ExitStack() as open_until_then:
+        if given["cluster"] is not None:
+            pool = Cluster(given["cluster"])
+        elif (given["jobs"] or 1) > 1:
+            open_until_then.enter_context(ending_on_request())
+            pool = Local(given["jobs"])
+        else:
+            yield here(task, works)
+            return
+        open_until_then.callback(pool.close)
         yield elsewhere(task, works, pool, in_order)
-    finally:
-        pool.close()
 
 
 def _written(output: Output) -> AbstractContextManager[Write]:

@@ -6,9 +6,9 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import Any, Protocol, cast
 
 from lcpcli.cli.problems import tell
@@ -122,7 +122,10 @@ class Cluster:
             raise OptionError("--cluster", "needs distributed", hint) from None
         try:
             get_address_host_port(address)  # a client for none of this form would take long to end
+            _refuse_without_certificates(address)
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
+        except OptionError:
+            raise
         except (OSError, ValueError):
             raise OptionError(
                 "--cluster", f"{address} is not reached", "start dask scheduler, and give its address"
@@ -154,6 +157,38 @@ class Cluster:
         with suppress(OSError, TimeoutError):
             self.executor.shutdown(wait=False)
             self._client.close()
+
+
+def _refuse_without_certificates(address: str) -> None:
+    """Raise OptionError for an address that needs certificates where Dask's configuration has none."""
+    from distributed.security import Security
+
+    if address.startswith("tls:") and Security().get_connection_args("client").get("ssl_context") is None:
+        hint = "set distributed.comm.tls.ca-file, client.cert and client.key there; see Dask's documentation on TLS"
+        raise OptionError("--cluster", f"{address} needs certificates, and Dask's configuration names none", hint)
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends a run as Ctrl-C does where processes have to be ended too."""
+
+
+@contextmanager
+def ending_on_request() -> Iterator[None]:
+    """A context in which the first SIGTERM raises Terminated, and others do nothing."""
+
+    def end(number: int, _: Any) -> None:
+        signal.signal(number, signal.SIG_IGN)
+        raise Terminated
+
+    try:
+        usual = signal.signal(signal.SIGTERM, end)
+    except ValueError:  # only the main thread may set handlers, and only it receives signals
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, usual)
 
 
 def _begin() -> None:

@@ -5,6 +5,7 @@ An input that cannot be read is an input too, with its fault, so that it does no
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -131,14 +132,17 @@ def digest(*contents: bytes) -> str:
     return found.hexdigest()
 
 
-def inputs(paths: Sequence[str]) -> Iterator[Work]:
-    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q."""
+def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
+    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q.
+
+    streams : whether a first line of standard input that is an object is a problem, whatever comes after it.
+    """
     left = list(paths)
     while left:
         path = left.pop(0)
         try:
             with reading.opened(path) as file:
-                head, is_lines = _head(path, file)
+                head, is_lines = _head(path, file, streams and path == reading.STANDARD_INPUT)
                 if is_lines:
                     yield from _lines(path, head, file)
                     continue
@@ -150,17 +154,28 @@ def inputs(paths: Sequence[str]) -> Iterator[Work]:
             yield Input((path,), fault=fault)
 
 
-def _head(path: str, file: IO[bytes]) -> tuple[list[bytes], bool]:
-    """The lines of a file up to the second one that is not blank, and whether each line is a problem."""
+def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]:
+    """The lines of a file up to the second one that is not blank, and whether each line is a problem; of a stream only
+    the first line is waited for if it tells."""
     head = []
     for line in file:
         head.append(line)
         told = [part for part in map(bytes.strip, head) if part]
         if path.casefold().endswith(LINES):
             return head, True
+        if streams and len(told) == 1 and _is_object(told[0]):
+            return head, True
         if len(told) == 2 or (told and not (told[0].startswith(b"{") and told[0].endswith(b"}"))):
             return head, len(told) == 2 and told[1].startswith(b"{")
     return head, False
+
+
+def _is_object(line: bytes) -> bool:
+    """Whether it is a whole object of JSON."""
+    try:
+        return isinstance(json.loads(without_mark(line)), dict)
+    except (ValueError, RecursionError):
+        return False
 
 
 def _lines(path: str, head: Sequence[bytes], file: IO[bytes]) -> Iterator[Input]:
