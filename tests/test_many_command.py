@@ -216,7 +216,7 @@ def test_quiet_leaves_the_exit_code(lcp: Lcp, folder: Path) -> None:
         (["--every", "3"], ["--every", "no effect"]),
         (["--jobs", "0"], ["--jobs", "out of range", ">= 1"]),
         (["--jobs", "2", "--cluster", "tcp://nowhere:1"], ["--jobs", "--cluster"]),
-        (["--resume", "log.jsonl"], ["log.jsonl", "no such file", "-o FILE.jsonl"]),
+        (["--resume", "nowhere/log.jsonl"], ["nowhere/log.jsonl", "no folder", "create it"]),
         (["--resume", "good.json"], ["good.json", "holds the problem"]),
         (["--resume", "q.csv"], ["q.csv", "is not a log", "line 1", "-o FILE.jsonl"]),
         (["--resume", "bad.json"], ["bad.json", "is not a log", "line 1"]),
@@ -276,8 +276,8 @@ def test_a_log_counts_what_it_had(lcp: Lcp, folder: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["none.json", "good.json"], ["--resume", "good.json", "does not come next"]),
-        (["good.json"], ["--resume", "none.json", "does not come next"]),
+        (["none.json", "good.json"], ["--resume", "another problem than none.json as number 1", "same files"]),
+        (["good.json"], ["--resume", "a result of problem 2, and there are 1", "same files"]),
         (["good.json", "none.json", "--tol", "1e-8"], ["--resume", "tol 1e-10", "1e-08", "same options"]),
         (["good.json", "none.json", "--method", "lemke"], ["--resume", "method auto", "lemke"]),
         (["good.json", "none.json", "--exact"], ["--resume", "exact False", "True"]),

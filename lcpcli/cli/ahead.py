@@ -46,15 +46,17 @@ class Ahead:
             raise self._fault
         return True
 
-    def take(self, number: int) -> list[Work]:
-        """Some that have been read, at most so many; several q for one M come alone, more of them for a problem."""
+    def take(self, number: int, most: int) -> list[Work]:
+        """Some that have been read, so many and at most `most`; several q for one M come alone, so many times more."""
         taken: list[Work] = []
         total = 0
         with self._room:
-            while self._read and len(taken) < number and total < AT_ONCE:
+            while self._read and len(taken) < min(number, most) and total < AT_ONCE:
                 work = self._read[0]
                 if isinstance(work, QColumns):
-                    return taken or [self._part(work, COLUMNS_FOR_ONE * number)]
+                    if not taken:
+                        return [self._part(work, COLUMNS_FOR_ONE * number)]
+                    break
                 taken.append(self._read.popleft())
                 total += size_of(work)
             self._bytes -= total

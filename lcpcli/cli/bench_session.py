@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file
 from lcpcli.errors import OptionError
 from lcpcli.files.atomic_write import refuse_unwritable, write_whole
+from lcpcli.files.locks import reserved
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, TIME_LIMIT, TOL, flag
 from lcpcli.report.figures import drawing as figures
 
@@ -42,8 +43,17 @@ def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: f
     if given["plot"] is not None:
         figures.form_of(given["plot"])
         figures.require()
+    writes = list(kept)
+    if given["resume"] is not None and _resume(given).pending():
+        writes.append(given["resume"])
+    with reserved(writes):
+        return _run(given, output, kept, lambda: _start(given, suite, methods, time_limit))
+
+
+def _run(given: dict[str, Any], output: str | None, kept: dict[str, str], start: Callable[[], Record]) -> int:
+    """The same, with outputs that no other run writes."""
     if given["resume"] is None:
-        record = _start(given, suite, methods, time_limit)
+        record = start()
     else:
         record = _resume(given)
         if output is not None and kept[output] != "json" and same_file(output, given["resume"]):

@@ -3,34 +3,29 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from itertools import chain
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lcpcli import options
-from lcpcli.cli import exit_codes
+from lcpcli.cli import exit_codes, resumption
 from lcpcli.cli.output import Output, emit
-from lcpcli.cli.pools import Cluster, Local, Pool
+from lcpcli.cli.pools import Cluster, Local, Pool, Terminated, ending_on_request
 from lcpcli.cli.problems import tell
 from lcpcli.cli.progress import Line, wanted
 from lcpcli.cli.records import Record, Task
 from lcpcli.cli.workers import elsewhere, here
 from lcpcli.errors import OptionError, count
 from lcpcli.files import log
-from lcpcli.files.atomic_write import written_gradually
+from lcpcli.files.atomic_write import refuse_unwritable, written_gradually
 from lcpcli.files.formats import LINES
-from lcpcli.files.inputs import QColumns, Work
+from lcpcli.files.inputs import Work
 from lcpcli.files.reading import place
-from lcpcli.files.source import Source
-from lcpcli.methods.registry import OPTIONS
-from lcpcli.options import JOBS, LIMITS
+from lcpcli.options import JOBS
 from lcpcli.report import rows
-from lcpcli.report.numbers import finite
-from lcpcli.report.render import BAD_INPUT
-from lcpcli.solving.result import Status
 
 if TYPE_CHECKING:
     from lcpcli.methods.variants import Variant
@@ -51,34 +46,57 @@ def run(
     _refuse_without_effect(output, given)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = given["resume"] or (output.path if is_log else None)
+    if given["resume"] and not Path(given["resume"]).exists():
+        refuse_unwritable(given["resume"])
     form = "json" if given["resume"] else "" if output.silent else output.form
     width = rows.width_of([place(file) for file in files])
     every = (given["every"] or 1) if output.with_iterates else None
     task = Task(variant, given, exact, form, width, every)
     tally = _Tally()
-    if given["resume"]:
-        works = _left(works, log.records(given["resume"]), task, tally)
-    with (
-        _records(task, works, given) as records,
-        _written(output, log_path, bool(given["resume"])) as write,
-        Line() as line,
-    ):
-        write(rows.heading(task.form, task.width))
+    if log_path is None:
+        with _records(task, works, given, in_order=True) as records, _written(output) as write:
+            write(rows.heading(task.form, task.width))
+            _finish(records, write, tally, is_told=wanted(given["quiet"]) and output.path is not None)
+    else:
+        _log(works, log_path, task, tally)
+    if not given["quiet"]:
+        click.echo(tally.told(log_path), err=True)
+    return tally.exit_code
+
+
+def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
+    """Write records to a log, each as soon as it is known; leave out those that a log to be resumed has."""
+    given = task.given
+    options, past = resumption.unshown(given), resumption.Past()
+    with log.opened(path, anew=not given["resume"]) as book:
+        if given["resume"]:
+            past.read(book, task, options)
+        left = past.left(resumption.marked(works, options))
+        with _records(task, left, given, in_order=False) as records:
+            if not given["resume"]:
+                book.clear()
+            _finish(records, book.add, tally, is_told=wanted(given["quiet"]))
+        tally.add_before(past.records)
+        if not tally.interrupted:
+            book.end(past.has_replaced)
+
+
+def _finish(records: Iterator[Record], write: Write, tally: _Tally, is_told: bool) -> None:
+    """Write all records and count them. is_told : whether their number is shown meanwhile."""
+    with Line() as line:
         try:
             for record in records:
                 write(record.text)
                 tally.add(record)
                 for complaint in record.complaints:
                     tell(complaint)
-                if wanted(given["quiet"]) and output.path:
+                if is_told:
                     line.tell_number(tally.total)
                 if record.interrupted:
                     raise KeyboardInterrupt
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as request:
             tally.interrupted = True
-    if not given["quiet"]:
-        click.echo(tally.told(log_path), err=True)
-    return tally.exit_code
+            tally.ending = exit_codes.TERMINATED if isinstance(request, Terminated) else exit_codes.INTERRUPTED
 
 
 class _Tally:
@@ -87,7 +105,7 @@ class _Tally:
     def __init__(self) -> None:
         self.words: Counter[str] = Counter()
         self.codes = {exit_codes.SOLVED}
-        self.interrupted = False
+        self.interrupted, self.ending = False, exit_codes.INTERRUPTED
 
     @property
     def total(self) -> int:
@@ -97,9 +115,15 @@ class _Tally:
         self.words[record.word] += 1
         self.codes.add(record.exit_code)
 
+    def add_before(self, records: Iterable[Record]) -> None:
+        """Count those of a log, which were there before."""
+        past = Counter(records)
+        self.words = sum((Counter({record.word: past[record]}) for record in past), Counter()) + self.words
+        self.codes.update(record.exit_code for record in past)
+
     @property
     def exit_code(self) -> int:
-        return exit_codes.INTERRUPTED if self.interrupted else exit_codes.of_several(self.codes)
+        return self.ending if self.interrupted else exit_codes.of_several(self.codes)
 
     def told(self, log_path: str | None) -> str:
         """The summary, in one line."""
@@ -134,26 +158,24 @@ def _refuse_without_effect(output: Output, given: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def _records(task: Task, works: Iterator[Work], given: Mapping[str, Any]) -> Iterator[Iterator[Record]]:
-    """A context with the records, made by whom the options say."""
+def _records(task: Task, works: Iterator[Work], given: Mapping[str, Any], in_order: bool) -> Iterator[Iterator[Record]]:
+    """A context with the records, made by whom the options say, in the order of the problems or as they are known."""
     pool: Pool
-    if given["cluster"] is not None:
-        pool = Cluster(given["cluster"])
-    elif (given["jobs"] or 1) > 1:
-        pool = Local(given["jobs"])
-    else:
-        yield here(task, works)
-        return
-    try:
-        yield elsewhere(task, works, pool)
-    finally:
-        pool.close()
+    with ExitStack() as open_until_then:
+        if given["cluster"] is not None:
+            pool = Cluster(given["cluster"])
+        elif (given["jobs"] or 1) > 1:
+            open_until_then.enter_context(ending_on_request())
+            pool = Local(given["jobs"])
+        else:
+            yield here(task, works)
+            return
+        open_until_then.callback(pool.close)
+        yield elsewhere(task, works, pool, in_order)
 
 
-def _written(output: Output, log_path: str | None, resumed: bool) -> AbstractContextManager[Write]:
+def _written(output: Output) -> AbstractContextManager[Write]:
     """A context with a function that writes a text where the output goes."""
-    if log_path:
-        return log.appended(log_path, anew=not resumed)
     if output.path:
         return written_gradually(output.path)
     return _printed(output.silent)
@@ -162,50 +184,3 @@ def _written(output: Output, log_path: str | None, resumed: bool) -> AbstractCon
 @contextmanager
 def _printed(silent: bool) -> Iterator[Write]:
     yield (lambda _: None) if silent else (lambda text: emit(text, color=False))
-
-
-def _left(works: Iterator[Work], done: Iterator[Mapping[str, Any]], task: Task, tally: _Tally) -> Iterator[Work]:
-    """The inputs without those that a log has; OptionError if it is not a log of these inputs, with these options."""
-    rest: Work | None = None
-    places: list[Source] = []
-    at = 0
-    for record in done:
-        if at == len(places):
-            rest, at = next(works, None), 0
-            places = [] if rest is None else rest.sources
-        source = Source(record["file"], record["item"])
-        if not places or source != places[at]:
-            raise OptionError("--resume", f"has a result of {source}, which does not come next", "give the same files")
-        try:
-            logged = _logged(record)
-            _refuse_other_options(record, task)
-            tally.add(logged)
-        except (KeyError, TypeError, AttributeError):
-            raise OptionError("--resume", f"has a record of {source} that is damaged", "begin a new log") from None
-        at += 1
-    return chain([rest.part(at, len(places))], works) if isinstance(rest, QColumns) and at < len(places) else works
-
-
-def _refuse_other_options(record: Mapping[str, Any], task: Task) -> None:
-    """Raise OptionError if a record was made by another method or with other limits."""
-    if record.get("method") is None:  # it was not solved
-        return
-    then = {**record, **record["options"], "exact": record["exact"] is not None}
-    now: dict[str, Any] = {"method": task.variant.method, "exact": task.exact}
-    now |= {name: task.given[name] for name in OPTIONS if task.given[name] is not None} | task.variant.options
-    for limit in LIMITS:
-        value = limit.default if task.given[limit.name] is None else task.given[limit.name]
-        now[limit.name] = finite(value)
-    for name, value in now.items():
-        if then[name] != value:
-            fault = f"was written with {name.replace('_', ' ')} {then[name]}, here it is {value}"
-            raise OptionError("--resume", fault, "give the same options, or begin a new log")
-
-
-def _logged(record: Mapping[str, Any]) -> Record:
-    """A record of a log, without its text."""
-    word = record["status"]
-    if word == BAD_INPUT:
-        return Record("", word, exit_codes.BAD_INPUT)
-    unproved = record["exact"] is not None and record["exact"]["status"] is None
-    return Record("", word, exit_codes.NOT_SOLVED if unproved else Status[word.upper()].exit_code)

@@ -6,32 +6,36 @@ import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import Any, Protocol, cast
 
+from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
 
-SECONDS_TO_CONNECT, SECONDS_KNOWN = 10, 5.0  # to a scheduler, and between two looks at its workers
+SECONDS_TO_CONNECT, SECONDS_KNOWN = 10, 4.0  # to a scheduler, and between two looks at its workers
+SECONDS_ALONE = 9.0  # of a scheduler without workers until this is said
 SECONDS_TORN = 1.0  # between two looks at the processes of this machine
 
 
 class Pool(Protocol):
     """Processes.
 
+    size : how many there are. most : the problems that are handed over to one at once; their records come together.
     lost : the error of a future whose process was killed. renew : replaces an executor that this has broken.
     ends : the errors if there are no processes any more. gone : what is said then.
     """
 
+    most: int
+    size: int
     executor: Executor
     lost: type[BaseException]
     ends: tuple[type[Exception], ...]
     gone: OptionError
 
-    @property
-    def size(self) -> int:
-        """How many there are."""
+    def look(self) -> None:
+        """See how many there are."""
 
     def renew(self) -> None: ...
 
@@ -42,6 +46,7 @@ class Pool(Protocol):
 class Local:
     """Processes on this machine."""
 
+    most = 1
     lost: type[BaseException] = BrokenExecutor
     ends: tuple[type[Exception], ...] = (OSError,)
     gone = OptionError("--jobs", "no process could be started", "leave it out")
@@ -49,6 +54,9 @@ class Local:
     def __init__(self, size: int) -> None:
         self.size = size
         self.executor = self._started()
+
+    def look(self) -> None:
+        """There are as many as before."""
 
     def renew(self) -> None:
         self._end()
@@ -95,8 +103,10 @@ def _kill(processes: Mapping[int, Any], results: Any) -> None:
 
 
 class Cluster:
-    """The workers of a Dask scheduler, which itself tries again what a killed one has left."""
+    """The workers of a Dask scheduler, which itself tries again what a killed one has left. Handing over one problem
+    takes it milliseconds."""
 
+    most = 16
     ends: tuple[type[Exception], ...] = (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
@@ -112,23 +122,33 @@ class Cluster:
             raise OptionError("--cluster", "needs distributed", hint) from None
         try:
             get_address_host_port(address)  # a client for none of this form would take long to end
+            _refuse_without_certificates(address)
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
+        except OptionError:
+            raise
         except (OSError, ValueError):
             raise OptionError(
                 "--cluster", f"{address} is not reached", "start dask scheduler, and give its address"
             ) from None
         hint = "start it again; a log that -o FILE.jsonl has begun goes on with --resume"
         self.gone = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
-        self._size, self._asked = 1, -math.inf
+        self.size, self._address = 1, address
+        self._began, self._asked, self._is_told = time.monotonic(), -math.inf, False
         self.executor: Executor = self._client.get_executor(pure=False)
         self.lost: type[BaseException] = KilledWorker
 
-    @property
-    def size(self) -> int:
-        if time.monotonic() > self._asked + SECONDS_KNOWN:  # workers may come and go
-            self._size = max(1, int(sum(self._client.nthreads().values())))
-            self._asked = time.monotonic()
-        return self._size
+    def look(self) -> None:
+        """See how many workers there are, which may come and go, and say once that there are none."""
+        now = time.monotonic()
+        if now < self._asked + SECONDS_KNOWN:
+            return
+        size = int(sum(self._client.nthreads().values()))
+        self.size, self._asked = max(1, size), now
+        if size:
+            self._began = now
+        elif now > self._began + SECONDS_ALONE and not self._is_told:
+            tell(f"--cluster: the scheduler at {self._address} has no workers; start dask worker {self._address}")
+            self._is_told = True
 
     def renew(self) -> None:
         """Nothing is broken."""
@@ -137,6 +157,38 @@ class Cluster:
         with suppress(OSError, TimeoutError):
             self.executor.shutdown(wait=False)
             self._client.close()
+
+
+def _refuse_without_certificates(address: str) -> None:
+    """Raise OptionError for an address that needs certificates where Dask's configuration has none."""
+    from distributed.security import Security
+
+    if address.startswith("tls:") and Security().get_connection_args("client").get("ssl_context") is None:
+        hint = "set distributed.comm.tls.ca-file, client.cert and client.key there; see Dask's documentation on TLS"
+        raise OptionError("--cluster", f"{address} needs certificates, and Dask's configuration names none", hint)
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends a run as Ctrl-C does where processes have to be ended too."""
+
+
+@contextmanager
+def ending_on_request() -> Iterator[None]:
+    """A context in which the first SIGTERM raises Terminated, and others do nothing."""
+
+    def end(number: int, _: Any) -> None:
+        signal.signal(number, signal.SIG_IGN)
+        raise Terminated
+
+    try:
+        usual = signal.signal(signal.SIGTERM, end)
+    except ValueError:  # only the main thread may set handlers, and only it receives signals
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, usual)
 
 
 def _begin() -> None:

@@ -96,16 +96,18 @@ def _of_game(files: Sequence[str], given: Given, quiet: bool) -> Held:
     return held
 
 
-def works(files: Sequence[str], game: bool = False) -> tuple[Iterator[Work], bool]:
+def works(files: Sequence[str], game: bool = False, are_many: bool = False) -> tuple[Iterator[Work], bool]:
     """What is in the files, and whether there may be several problems in them; game is whether they are the payoffs of
-    one."""
+    one. are_many : whether they are to be taken as several, whose number need not be known."""
     from lcpcli.files.inputs import QColumns, inputs
 
     if game:
         from lcpcli.files.game_tables import game_in
 
-        return iter([game_in(files)]), False
-    each = inputs(files)
+        return iter([game_in(files)]), are_many
+    each = inputs(files, streams=are_many)
+    if are_many:
+        return each, True
     first = list(islice(each, 2))
     return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import stat
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -64,10 +66,11 @@ def run(
     bounds = limits(given)
     from lcpcli.files import game_tables
 
-    works, several = problems_in.works(files, given.get("game", False))
+    are_many = many is not None and _is_for_many(given, output)
+    works, several = problems_in.works(files, given.get("game", False), are_many)
     if several and not given["quiet"] and (told := game_tables.hint(files)):
         problems_in.tell(told)
-    if many is not None and (several or _is_for_many(given, output)):
+    if many is not None and several:
         return many(works, output)
     held, sources, faults = _read(works, of_z, given["quiet"])
     if not held:
@@ -141,8 +144,10 @@ def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result
 
 def _refuse_amiss(files: Sequence[str], output: Output, plot: Plot, resumed: str | None) -> None:
     """Refuse conflicting inputs and outputs."""
-    written = {"--output": output.path, "--trace": output.trace_path, "--plot": plot.path}
-    refuse_clashes(files, written | {"--resume": resumed})
+    written = {"--output": output.path, "--trace": output.trace_path, "--plot": plot.path, "--resume": resumed}
+    refuse_clashes(files, written)
+    if output.path is None and resumed is None and not output.silent:
+        refuse_standard_output(files)
     if plot.path == HERE and output.path is None and output.form != "table":
         form = {"markdown": "Markdown", "latex": "LaTeX"}.get(output.form, output.form.upper())
         raise OptionError("--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o")
@@ -231,6 +236,12 @@ def refuse_clashes(inputs: Sequence[str], outputs: Mapping[str, str | None]) -> 
             raise OptionError(option, f"goes to the same file as {earlier}", "choose another file for one")
 
 
+def refuse_standard_output(inputs: Sequence[str]) -> None:
+    """Refuse to print to a file that is read, which would go on for ever."""
+    if any(same_file(HERE, name) for name in inputs):
+        raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
+
+
 def refuse_twice(paths: Sequence[str | None]) -> None:
     """Raise OptionError if standard input is given for two files."""
     from lcpcli.files import reading
@@ -239,8 +250,11 @@ def refuse_twice(paths: Sequence[str | None]) -> None:
         raise OptionError("standard input", "can be read only once", "name a file")
 
 
-def same_file(one: str, other: str) -> bool:
+def same_file(output: str, other: str) -> bool:
+    """Whether an output goes to another file: - is standard output, and standard input as the other one."""
     try:
-        return Path(one).samefile(other)
+        one = os.fstat(1) if output == HERE else Path(output).stat()
+        two = os.fstat(0) if other == HERE else Path(other).stat()
     except OSError:
         return False
+    return os.path.samestat(one, two) and (HERE not in (output, other) or stat.S_ISREG(one.st_mode))

@@ -1,4 +1,4 @@
-"""Who solves many problems: this process, several of them, or those of a cluster; the records come in order.
+"""Who solves many problems: this process, several of them, or those of a cluster.
 
 Beyond one process the interface is `concurrent.futures.Executor`. A process that is killed costs the problems that it
 had another attempt: first those that may have killed it, each by itself; one that does so again has no result.
@@ -19,8 +19,10 @@ from lcpcli.cli.records import Record, Task
 from lcpcli.files.inputs import Work
 
 SECONDS = 0.1  # of work that is handed over at once
-MOST = 256  # problems in it
+MOST = 256  # problems in it, unless the processes are to have fewer
 FOR_EACH = 3  # pieces that each process has or finds next
+SMALLEST = 500  # bytes of a record besides its text
+SECONDS_BETWEEN = 5.0  # looks at the processes while nothing comes
 ATTEMPTS = 2  # of a problem whose process is killed
 KILLED = f"the process that solved it was killed, {ATTEMPTS} times"
 
@@ -34,69 +36,89 @@ def here(task: Task, works: Iterable[Work]) -> Iterator[Record]:
         yield from task.records(work)
 
 
-def elsewhere(task: Task, works: Iterable[Work], pool: Pool) -> Iterator[Record]:
-    """The records, by others."""
+def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
+    """The records, by others, in the order of the problems or each as soon as it is known."""
     try:
-        yield from _handed_over(task, works, pool)
+        yield from _handed_over(task, works, pool, in_order)
     except pool.ends:
         raise pool.gone from None
 
 
-def _handed_over(task: Task, works: Iterable[Work], pool: Pool) -> Iterator[Record]:
-    """The same. Only so many inputs are taken as are needed to keep the processes busy."""
+def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
+    """The same. Only so many inputs are taken as are needed to keep the processes busy, and in order only so many as
+    leave room for the records that wait for one before them."""
     news = Event()
     inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()
     size, held = 1, 0
     while True:
         news.clear()
-        ended = [piece.future for piece in running if piece.future.done()]
-        running = [piece for piece in running if not piece.future.done()]
-        for future in ended:
-            size = _size_after(future, size)
+        pool.look()
+        done = [piece for piece in running if piece.future.done()]
+        if any(_is_lost(piece.future, pool) for piece in done):
+            _try_again(task, running, pool, news)
+            continue
+        running = [piece for piece in running if piece not in done]
+        for piece in done:
+            held -= piece.bytes
+            size = _size_after(*piece.finish(), size)
+            held += piece.bytes
         while len(running) < FOR_EACH * pool.size and held < HELD:
-            piece = inputs.take(size)
-            if not piece:
+            taken = inputs.take(size, pool.most)
+            if not taken:
                 break
-            running.append(_Piece(piece, _submitted(task, piece, pool, news)))
-            waiting.append(running[-1])
-            held += running[-1].bytes
-        if waiting and waiting[0].future.done():
-            if _is_lost(waiting[0].future, pool):
-                _try_again(task, waiting, pool, news)
-                running = [*waiting]
-            first = waiting.popleft()
-            held -= first.bytes
-            yield from first.future.result()[0]
-        elif waiting or not inputs.ended:
-            news.wait()
-        else:
-            return
+            piece = _Piece(taken, _submitted(task, taken, pool, news))
+            running.append(piece)
+            if in_order:
+                waiting.append(piece)
+            held += piece.bytes
+        ready = _due(waiting) if in_order else done
+        for piece in ready:
+            held -= piece.bytes
+            yield from piece.records
+        if not ready:
+            if not running and inputs.ended:
+                return
+            news.wait(SECONDS_BETWEEN)
 
 
-def _size_after(future: Outcome, size: int) -> int:
+def _due(waiting: deque[_Piece]) -> list[_Piece]:
+    """The pieces whose records are due, as those before them are there; they wait no longer."""
+    due = []
+    while waiting and waiting[0].is_finished:
+        due.append(waiting.popleft())
+    return due
+
+
+def _size_after(number: int, seconds: float, size: int) -> int:
     """How many problems to hand over at once, for what so many have taken."""
-    if future.cancelled() or future.exception() is not None:
-        return size
-    records, seconds = future.result()
-    return max(1, min(MOST, 2 * size, int(SECONDS * len(records) / max(seconds, 1e-6))))
+    return max(1, min(MOST, 2 * size, int(SECONDS * number / max(seconds, 1e-6))))
 
 
-@dataclass
+@dataclass(eq=False)
 class _Piece:
     """Inputs that are handed over together, and what comes back."""
 
     works: Works
     future: Outcome
+    records: list[Record] = field(default_factory=list)
+    is_finished: bool = False
     bytes: int = field(init=False)
 
     def __post_init__(self) -> None:
         self.bytes = sum(map(size_of, self.works))
 
+    def finish(self) -> tuple[int, float]:
+        """Take the records in place of the inputs; return how many there are, and the seconds that they took."""
+        self.records, seconds = self.future.result()
+        self.works, self.is_finished = [], True
+        self.bytes = sum(SMALLEST + len(record.text) for record in self.records)
+        return len(self.records), seconds
 
-def _try_again(task: Task, waiting: deque[_Piece], pool: Pool, news: Event) -> None:
+
+def _try_again(task: Task, running: Sequence[_Piece], pool: Pool, news: Event) -> None:
     """Hand over again what was lost with a process: what it may have been killed by first, each input by itself."""
-    wait([piece.future for piece in waiting])
-    lost = [piece for piece in waiting if _is_lost(piece.future, pool)]
+    wait([piece.future for piece in running])
+    lost = [piece for piece in running if _is_lost(piece.future, pool)]
     pool.renew()
     for piece in lost[: pool.size]:
         records = [record for work in piece.works for record in _alone(task, work, pool, news)]

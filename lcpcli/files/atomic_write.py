@@ -78,13 +78,35 @@ def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
     """A context with a function that adds a text to what is written when the context is left, whatever with."""
     from tempfile import TemporaryFile
 
+    def add(text: str) -> None:
+        with _collecting(path):
+            file.write(_encoded(text))
+
     refuse_unwritable(path)
-    with TemporaryFile() as file:
+    with _collecting(path):
+        file = TemporaryFile()  # noqa: SIM115
+    try:
+        yield add
+    finally:
         try:
-            yield lambda text: file.write(_encoded(text))
-        finally:
-            file.seek(0)
+            with _collecting(path):
+                file.seek(0)  # which writes the rest
             write_whole(path, file)
+        finally:
+            with contextlib.suppress(OSError):  # it tries again to write what could not be written
+                file.close()
+
+
+@contextlib.contextmanager
+def _collecting(path: str) -> Iterator[None]:
+    """A context in which a fault of the system becomes an OptionError that names the folder of temporary files."""
+    from tempfile import gettempdir
+
+    try:
+        yield
+    except OSError as error:
+        fault = f"cannot be collected in {gettempdir()} ({error.strerror})"
+        raise OptionError(path, fault, "set TMPDIR to a folder with room") from None
 
 
 @contextlib.contextmanager

@@ -5,10 +5,12 @@ An input that cannot be read is an input too, with its fault, so that it does no
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import IO, TYPE_CHECKING, TypeAlias
+from hashlib import blake2b
+from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli.errors import ProblemError
 from lcpcli.files import json_format, reading
@@ -16,6 +18,7 @@ from lcpcli.files.content import unpacked, without_mark
 from lcpcli.files.formats import LINES
 from lcpcli.files.reading import LINE, WHOLE
 from lcpcli.files.source import Source
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
@@ -29,18 +32,24 @@ class Input:
 
     paths, contents : of its file, or of those of M and of q.
     line : the number of its line, from 1, in a file with one problem in each; else None.
-    fault : why its files could not be read; else None.
+    fault : why its files could not be read; else None. marks : that of its problem in a log.
     """
 
     paths: tuple[str, ...]
     contents: tuple[bytes, ...] = ()
     line: int | None = None
     fault: ProblemError | None = None
+    marks: Sequence[Mapping[str, Any]] = ()
 
     @property
     def sources(self) -> list[Source]:
         """Where its problem is."""
-        return [Source(reading.place(self.paths[0]), self.line)]
+        return [Source(reading.place(self.paths[0]), self.line, *self.marks)]
+
+    @property
+    def digests(self) -> list[str]:
+        """That of its problem, as it is written."""
+        return [digest(*self.contents)]
 
     def read(self) -> Problem:
         """The problem; ProblemError, which names the file, if there is none."""
@@ -74,18 +83,28 @@ class Input:
 @dataclass(frozen=True)
 class QColumns:
     """Several problems with one M: Q of shape (n, k) has a q in each column, with their names; `first` is the number of
-    the first of them in the file, from 1. paths are the files of M and of Q."""
+    the first of them in the file, from 1. paths are the files of M and of Q; marks, as in Input, there are for all or
+    for none."""
 
     paths: tuple[str, str]
     M: Matrix
     Q: Matrix
     names: Sequence[str]
     first: int = 1
+    marks: Sequence[Mapping[str, Any]] = ()
 
     @property
     def sources(self) -> list[Source]:
         """Where its problems are."""
-        return [Source(reading.place(self.paths[1]), self.first + j) for j in range(len(self.names))]
+        place, marks = reading.place(self.paths[1]), self.marks
+        return [Source(place, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
+
+    @property
+    def digests(self) -> list[str]:
+        """Those of its problems."""
+        M = self.M.tocsr() if is_sparse(self.M) else self.M
+        whole = digest(*(part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))))
+        return [digest(whole.encode(), q.tobytes()) for q in self.Q.T]
 
     def first_problem(self) -> Problem:
         """The problem with the first q; ProblemError, which names the file of M, if there is none."""
@@ -96,21 +115,34 @@ class QColumns:
 
     def part(self, begin: int, end: int) -> QColumns:
         """Those from begin up to end, counted from 0."""
-        return replace(self, Q=self.Q[:, begin:end], names=self.names[begin:end], first=self.first + begin)
+        names, marks = self.names[begin:end], self.marks[begin:end]
+        return replace(self, Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
 
 
 FIRST_BYTES = 1024  # of a file, in which its first character that is not blank is sought
 Work: TypeAlias = Input | QColumns
 
 
-def inputs(paths: Sequence[str]) -> Iterator[Work]:
-    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q."""
+def digest(*contents: bytes) -> str:
+    """A short text that other contents do not have."""
+    found = blake2b(digest_size=8)
+    for content in contents:
+        found.update(len(content).to_bytes(8, "big"))
+        found.update(content)
+    return found.hexdigest()
+
+
+def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
+    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q.
+
+    streams : whether a first line of standard input that is an object is a problem, whatever comes after it.
+    """
     left = list(paths)
     while left:
         path = left.pop(0)
         try:
             with reading.opened(path) as file:
-                head, is_lines = _head(path, file)
+                head, is_lines = _head(path, file, streams and path == reading.STANDARD_INPUT)
                 if is_lines:
                     yield from _lines(path, head, file)
                     continue
@@ -122,17 +154,28 @@ def inputs(paths: Sequence[str]) -> Iterator[Work]:
             yield Input((path,), fault=fault)
 
 
-def _head(path: str, file: IO[bytes]) -> tuple[list[bytes], bool]:
-    """The lines of a file up to the second one that is not blank, and whether each line is a problem."""
+def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]:
+    """The lines of a file up to the second one that is not blank, and whether each line is a problem; of a stream only
+    the first line is waited for if it tells."""
     head = []
     for line in file:
         head.append(line)
         told = [part for part in map(bytes.strip, head) if part]
         if path.casefold().endswith(LINES):
             return head, True
+        if streams and len(told) == 1 and _is_object(told[0]):
+            return head, True
         if len(told) == 2 or (told and not (told[0].startswith(b"{") and told[0].endswith(b"}"))):
             return head, len(told) == 2 and told[1].startswith(b"{")
     return head, False
+
+
+def _is_object(line: bytes) -> bool:
+    """Whether it is a whole object of JSON."""
+    try:
+        return isinstance(json.loads(without_mark(line)), dict)
+    except (ValueError, RecursionError):
+        return False
 
 
 def _lines(path: str, head: Sequence[bytes], file: IO[bytes]) -> Iterator[Input]:

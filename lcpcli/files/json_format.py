@@ -21,6 +21,7 @@ from lcpcli.files import coordinates, origins
 from lcpcli.files.content import decode
 from lcpcli.files.formats import NEAREST
 from lcpcli.files.keys import BOUNDS, KEYS, TEXTS, refuse_unknown
+from lcpcli.files.log import first_of
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -152,9 +153,10 @@ def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
 
 
 def load_first(text: str, number: Callable[[str], Any] = float) -> Any:
-    """The content of a JSON text, its numbers read by `number`; of several objects, one per line, the first."""
-    first, _, rest = text.strip().partition("\n")
-    return load(first if rest.lstrip().startswith("{") else text, number)
+    """The content of a JSON text, its numbers read by `number`; of several objects, one per line, the first, in a log
+    that of the first problem."""
+    _, _, rest = text.strip().partition("\n")
+    return load(first_of(text.strip()) if rest.lstrip().startswith("{") else text, number)
 
 
 def load(text: str, number: Callable[[str], Any] = float) -> Any:

@@ -1,85 +1,147 @@
-"""A log of results in JSON lines: it grows by one record at a time, and a run that was cut off goes on from it."""
+"""A log of results in JSON lines: it grows by one record at a time, and a run that was cut off goes on from it.
+
+Its records are in the order in which they became known. Each has, behind what a result has, the number of its problem
+in the run, a digest of the problem and the options that the result does not show; the last one of a run that came to
+its end has `complete` too. Logs of version 0.1.0 have none of these, and are in the order of the problems.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
 from lcpcli.errors import OptionError
-from lcpcli.files.atomic_write import telling_of
+from lcpcli.files.atomic_write import telling_of, write_whole
+from lcpcli.files.locks import opened_alone
 
 OPENING = b'{"version": '
+END, COMPLETE = b"}\n", b', "complete": true}\n'
+NUMBER = re.compile(rb', "number": (\d+), "digest": "\w+", "given": [^\n]*$')
 UNFINISHED = "interrupted"  # the status of a record that is made again
 EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 
 
+class Log:
+    """A log that this run alone has, from before it is read until it is closed."""
+
+    def __init__(self, path: str, file: IO[bytes]) -> None:
+        self._path, self._file, self._is_file = path, file, Path(path).is_file()
+
+    def clear(self) -> None:
+        """Make it empty."""
+        if self._is_file:
+            with telling_of(self._path):
+                self._file.seek(0)
+                self._file.truncate()
+
+    def add(self, text: str) -> None:
+        """Add a record, which is there as soon as this returns."""
+        with telling_of(self._path):
+            self._file.write(text.encode("utf-8", errors="backslashreplace"))
+            self._file.flush()
+
+    def records(self) -> Iterator[tuple[int, Mapping[str, Any]]]:
+        """The finished records, each with the number of its problem; OptionError if it is no log.
+
+        What is not finished at the end, a line that was cut off or a record of an interrupted run, is removed.
+        """
+        if not self._is_file:
+            raise OptionError(self._path, "is not a file", EXPECTED)
+        finished = place = 0
+        self._file.seek(0)
+        for at, line in enumerate(self._file, 1):
+            if _is_torn(line):
+                break
+            record = _record(self._path, at, line)
+            place += len(line)
+            if record["status"] != UNFINISHED:
+                finished = place
+                yield record.get("number", at), record
+        with telling_of(self._path):
+            self._file.seek(finished)
+            self._file.truncate()
+
+    def end(self, has_replaced: bool) -> None:
+        """Say in the last record that all are there.
+
+        has_replaced : whether records have taken the place of others of the same number, which are removed.
+        """
+        if not self._is_file:
+            return
+        with telling_of(self._path):
+            if self._file.seek(0, 2) and not _is_complete(self._file):
+                self._file.seek(-len(END), 2)
+                self._file.write(COMPLETE)
+                self._file.flush()
+            if has_replaced:
+                self._rewrite()
+
+    def _rewrite(self) -> None:
+        """Replace the file by one with the last record of each number; nothing can be added any more."""
+        from tempfile import TemporaryFile
+
+        self._file.seek(0)
+        last = {_number(line, at): at for at, line in enumerate(self._file, 1)}
+        self._file.seek(0)
+        with TemporaryFile(dir=Path(self._path).resolve().parent) as kept:
+            kept.writelines(line for at, line in enumerate(self._file, 1) if last[_number(line, at)] == at)
+            kept.seek(0)
+            write_whole(self._path, kept)
+
+
 @contextmanager
-def appended(path: str, anew: bool) -> Iterator[Callable[[str], None]]:
-    """A context with a function that adds a text to the end of a file, where it is as soon as the function returns.
+def opened(path: str, anew: bool) -> Iterator[Log]:
+    """A context with a log, which is made where it is missing.
 
-    anew : whether the file is empty at first.
+    anew : whether its records are going to be replaced; OptionError if they are of a run that did not come to its end.
     """
+    is_made = not Path(path).exists()
     with telling_of(path):
-        file = Path(path).open("ab")  # noqa: SIM115
-
-    def add(text: str) -> None:
-        with telling_of(path):
-            file.write(text.encode("utf-8", errors="backslashreplace"))
-            file.flush()
-
+        file = opened_alone(path, path)
     try:
-        _lock(path, file)
-        if anew and Path(path).is_file():
-            with telling_of(path):
-                file.truncate(0)
-        yield add
+        if anew and Path(path).is_file() and _is_cut_off(file):
+            hint = f"go on with --resume {path}, or delete it to begin anew"
+            raise OptionError(path, "has results of a run that did not come to its end", hint)
+        yield Log(path, file)
+    except BaseException:
+        with suppress(OSError):
+            if is_made and not Path(path).stat().st_size:
+                Path(path).unlink()
+        raise
     finally:
         with telling_of(path):
             file.close()  # which tries again to write what could not be written
 
 
-def records(path: str) -> Iterator[Mapping[str, Any]]:
-    """The finished records of a log, in order; OptionError if it is none.
-
-    Cut-off ends: a last line that is not complete, and a last record that is unfinished, are removed from the file.
-    """
-    finished = 0
-    try:
-        with Path(path).open("r+b") as file:
-            _lock(path, file)
-            for number, line in enumerate(file, 1):
-                record = None if _is_torn(line) else _record(path, number, line)
-                if record is None or record["status"] == UNFINISHED:
-                    break
-                finished += len(line)
-                yield record
-            file.truncate(finished)
-    except FileNotFoundError:
-        raise OptionError(path, "no such file", EXPECTED) from None
-    except OSError as error:
-        raise OptionError(path, f"cannot be read ({error.strerror})", "make it readable and writable") from None
+def first_of(text: str) -> str:
+    """Of several results, one in each line, that of the first problem: the least number, else the first line."""
+    numbered = enumerate(text.split("\n"), 1)
+    return min(numbered, key=lambda each: _number(each[1].encode(errors="backslashreplace"), each[0]))[1]
 
 
-def _lock(path: str, file: IO[bytes]) -> None:
-    """Have a file for oneself as long as it is open, where the system can; OptionError if another run has it."""
-    try:
-        import fcntl
-    except ImportError:
-        return
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise OptionError(path, "is being written by another run", "wait for its end, or name another file") from None
-    except OSError:  # a system of files without locks
-        return
+def _number(line: bytes, otherwise: int) -> int:
+    found = NUMBER.search(line)
+    return int(found[1]) if found else otherwise
+
+
+def _is_cut_off(file: IO[bytes]) -> bool:
+    """Whether a file is a log, with digests, of a run that did not come to its end."""
+    return NUMBER.search(file.readline()) is not None and not _is_complete(file)
+
+
+def _is_complete(file: IO[bytes]) -> bool:
+    file.seek(-min(len(COMPLETE), file.seek(0, 2)), 2)
+    return file.read() == COMPLETE
 
 
 def _is_torn(line: bytes) -> bool:
-    """Whether it is the beginning of a record."""
-    return not line.endswith(b"\n") and (line.startswith(OPENING) or OPENING.startswith(line))
+    """Whether it is the beginning of a record, perhaps with zeros behind it, as a failure of power leaves them."""
+    written = line.rstrip(b"\0")
+    return not line.endswith(b"\n") and (written.startswith(OPENING) or OPENING.startswith(written))
 
 
 def _record(path: str, number: int, line: bytes) -> Mapping[str, Any]:

@@ -67,15 +67,16 @@ def render(results: Sequence[Result], source: Source) -> str:
     return "".join(line(data(result, source)) for result in results)
 
 
-def line(record: ResultDict) -> str:
-    """The object in a line."""
-    return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
+def line(record: ResultDict, source: Source = NOWHERE) -> str:
+    """The object in a line, with the mark of its problem in a log."""
+    return json.dumps({**record, **(source.mark or {})}, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def without_result(source: Source, status: str, message: str) -> ResultDict:
     """What is said of a problem that could not be read, or whose result was lost."""
     held: Any = dict.fromkeys(ResultDict.__annotations__)
-    held |= {"version": __version__, **source._asdict(), "status": status, "message": message, "solved": False}
+    held |= {"version": __version__, "file": source.file, "item": source.item}
+    held |= {"status": status, "message": message, "solved": False}
     return cast(ResultDict, held)
 
 

@@ -27,7 +27,7 @@ def heading(form: str, width: int) -> str:
 def of_result(result: Result, source: Source, form: str, width: int) -> str:
     """The part of a problem that was read there and has a result."""
     if form == "json":
-        return json_lines.line(json_lines.data(result, source))
+        return json_lines.line(json_lines.data(result, source), source)
     if form == "csv":
         told = provenance.lines([result])[1:]
         return answer_csv.comments(told) + answer_csv.rows(
@@ -48,7 +48,7 @@ def of_result(result: Result, source: Source, form: str, width: int) -> str:
 def without_result(source: Source, status: str, message: str, form: str, width: int) -> str:
     """The part of a problem that could not be read, or whose result was lost."""
     if form == "json":
-        return json_lines.line(json_lines.without_result(source, status, message))
+        return json_lines.line(json_lines.without_result(source, status, message), source)
     if form == "csv":
         return answer_csv.comments([" ".join(message.split())])
     return _row(width, str(source), "", _words(status), "", "", "", "")

@@ -1,0 +1,174 @@
+"""What a log has of many problems, and what is left of them."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from lcpcli.cli import exit_codes
+from lcpcli.cli.options import STARTS
+from lcpcli.cli.records import Record, Task
+from lcpcli.errors import OptionError
+from lcpcli.files.inputs import QColumns, Work, digest
+from lcpcli.files.keys import OF_BOUNDS
+from lcpcli.files.log import Log
+from lcpcli.files.source import Source
+from lcpcli.methods.registry import OPTIONS
+from lcpcli.options import LIMITS
+from lcpcli.report.numbers import finite
+from lcpcli.report.render import BAD_INPUT
+from lcpcli.solving.result import Status
+
+UNSHOWN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
+COLUMNS = 4096  # of one M, whose marks are made together
+AHEAD = 2**20  # problems that a record in a log may be ahead of all before it
+HINT = "give the same files"
+
+
+def unshown(given: Mapping[str, Any]) -> dict[str, str]:
+    """The options that a result depends on and does not show."""
+    return {name: _text(given[name]) for name in UNSHOWN if given.get(name) not in (None, False)}
+
+
+def marked(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Work]:
+    """The inputs with the marks that their records have in a log. options : as from `unshown`."""
+    number = 0
+    for whole in works:
+        for work in _parts(whole):
+            marks = []
+            for its_digest in work.digests:
+                number += 1
+                marks.append({"number": number, "digest": its_digest, "given": options})
+            yield replace(work, marks=marks)
+
+
+def _parts(work: Work) -> Iterator[Work]:
+    if isinstance(work, QColumns):
+        yield from (work.part(at, at + COLUMNS) for at in range(0, len(work.names), COLUMNS))
+    else:
+        yield work
+
+
+def _text(value: Any) -> str:
+    """An option's value, with a digest of the file that it names."""
+    if isinstance(value, str) and value and Path(value).is_file():
+        return f"{value} (digest {digest(Path(value).read_bytes())})"
+    return str(value)
+
+
+class Past:
+    """The problems that a log has, by their numbers: where each was read, its digest, and how it ended.
+
+    kinds : the ways in which they ended. has_replaced : whether some are left all the same, as they have changed.
+    """
+
+    def __init__(self) -> None:
+        self.kinds: list[Record | None] = [None]
+        self.has_replaced = False
+        self._ends = array("B", [0])  # by number, as positions in kinds: 17 bytes for each problem
+        self._places, self._digests = array("Q", [0]), array("Q", [0])
+
+    @property
+    def records(self) -> Iterator[Record]:
+        """Those of the log that still count, without their texts."""
+        return (record for at in self._ends if (record := self.kinds[at]) is not None)
+
+    def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
+        """Take what a log has; OptionError if it was made for another task or with other options than these."""
+        for number, record in log.records():
+            place = Source(record["file"], record["item"])
+            try:
+                kind = _kind(record)
+                _refuse_other_options(record, task, options)
+                self._add(number, place, int(record.get("digest", "0"), 16), kind)
+            except OptionError:
+                raise
+            except (KeyError, TypeError, ValueError, OverflowError, AttributeError):
+                fault = f"has a record of {place} that is damaged"
+                raise OptionError("--resume", fault, "begin a new log") from None
+
+    def left(self, works: Iterator[Work]) -> Iterator[Work]:
+        """Of inputs with marks those that the log does not have; OptionError if it is no log of these inputs."""
+        number = 0
+        for work in works:
+            missing = [not self._has(source) for source in work.sources]
+            if isinstance(work, QColumns):
+                yield from (work.part(begin, end) for begin, end in _stretches(missing))
+            elif missing[0]:
+                yield work
+            number += len(missing)
+        if number < len(self._ends) - 1:
+            fault = f"has a result of problem {len(self._ends) - 1}, and there are {number}"
+            raise OptionError("--resume", fault, HINT)
+
+    def _add(self, number: int, place: Source, its_digest: int, kind: Record) -> None:
+        more = number + 1 - len(self._ends)
+        if number < 1 or more > AHEAD:
+            raise ValueError
+        for values in (self._ends, self._places, self._digests):
+            values.extend([0] * more)
+        self.has_replaced |= self._ends[number] != 0
+        if kind not in self.kinds:
+            self.kinds.append(kind)
+        self._ends[number] = self.kinds.index(kind)
+        self._places[number], self._digests[number] = _hash(place), its_digest
+
+    def _has(self, source: Source) -> bool:
+        assert source.mark is not None
+        number = source.mark["number"]
+        if number >= len(self._ends) or not self._ends[number]:
+            return False
+        if self._places[number] != _hash(source):
+            fault = f"has another problem than {source} as number {number}"
+            raise OptionError("--resume", fault, HINT)
+        if self._digests[number] in (0, int(source.mark["digest"], 16)):  # a log of version 0.1.0 has no digests
+            return True
+        self.has_replaced, self._ends[number] = True, 0
+        return False
+
+
+def _hash(place: Source) -> int:
+    return int(digest(repr((place.file, place.item)).encode()), 16)
+
+
+def _stretches(missing: list[bool]) -> Iterator[tuple[int, int]]:
+    """Where the stretches of problems that are missing begin and end."""
+    begin = 0
+    for at, here in enumerate([*missing, False]):
+        if not here:
+            if begin < at:
+                yield begin, at
+            begin = at + 1
+
+
+def _refuse_other_options(record: Mapping[str, Any], task: Task, options: Mapping[str, str]) -> None:
+    """Raise OptionError if a record was made by another method, with other limits or with other options."""
+    given = record.get("given", options)  # a log of version 0.1.0 does not say
+    _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
+    if record.get("method") is None:  # it was not solved
+        return
+    now: dict[str, Any] = {"method": task.variant.method, "exact": task.exact}
+    now |= {name: task.given[name] for name in OPTIONS if task.given[name] is not None} | task.variant.options
+    for limit in LIMITS:
+        value = limit.default if task.given[limit.name] is None else task.given[limit.name]
+        now[limit.name] = finite(value)
+    _refuse_differences({**record, **record["options"], "exact": record["exact"] is not None}, now)
+
+
+def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+    for name, value in now.items():
+        if then[name] != value:
+            fault = f"was written with {name.replace('_', ' ')} {then[name]}, here it is {value}"
+            raise OptionError("--resume", fault, "give the same options, or begin a new log")
+
+
+def _kind(record: Mapping[str, Any]) -> Record:
+    """How a record of a log ended, without its text."""
+    word = record["status"]
+    if word == BAD_INPUT:
+        return Record("", word, exit_codes.BAD_INPUT)
+    unproved = record["exact"] is not None and record["exact"]["status"] is None
+    return Record("", word, exit_codes.NOT_SOLVED if unproved else Status[word.upper()].exit_code)

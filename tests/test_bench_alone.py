@@ -1,0 +1,43 @@
+"""Two runs of lcp bench with one file: the second one refuses, so that the measurements of neither vanish."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli.bench import record as records
+from lcpcli.files.locks import reserved
+
+from . import bench_problems
+
+Lcp = Callable[..., Any]
+FAST = ("--budget", "0")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
+@pytest.mark.parametrize("link", [False, True])
+def test_bench_that_another_run_writes_is_left_to_it(link: bool, tmp_path: Path, lcp: Lcp) -> None:
+    files = bench_problems.write(tmp_path, "one", "two", "three", "none")
+    output = name = tmp_path / "r.json"
+    if link:
+        name = tmp_path / "link.json"
+        name.symlink_to(output)
+    with reserved([str(output)]):
+        outcome = lcp("bench", *files, *FAST, "--method", "auto", "-o", str(name))
+        assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
+        assert f"{name}: is being written by another run" in outcome.err
+    assert lcp("bench", *files, *FAST, "--method", "auto", "-o", str(name), "-q").code == 0
+    with reserved([str(output)]):
+        assert lcp("bench", "--resume", str(name), "-q").code == 0  # nothing is left, so that nothing is written
+    record = records.read(str(output))
+    del record.measurements[1:]
+    output.write_text(records.to_json(record))
+    with reserved([str(output)]):
+        assert "is being written by another run" in lcp("bench", "--resume", str(name), "-q").err
+    assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0
+    assert len(records.read(str(output)).measurements) == len(files)
+    assert not [*tmp_path.glob(".*")]

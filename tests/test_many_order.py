@@ -1,0 +1,149 @@
+"""In which order the records of many problems come from several processes, and how much waits meanwhile: what is known
+is told at once where no order is kept, and a process that is killed costs no record."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor, Future
+from typing import Any
+
+import pytest
+
+from lcpcli.cli import workers
+from lcpcli.cli.records import Record
+from lcpcli.files.inputs import Input
+
+PATIENCE = 60.0  # seconds until something that must happen has not
+
+
+class Deadly:
+    """A task, and a pool of one process that some inputs kill, always or the first time."""
+
+    lost, ends = BrokenExecutor, (OSError,)
+    size, most = 1, 256
+
+    def __init__(self, always: set[int], once: set[int]) -> None:
+        self.always, self.once, self.renewed = always, set(once), 0
+        self.executor = self
+
+    def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+        future: Future[Any] = Future()
+        numbers = {work.line for work in works}
+        if numbers & (self.always | self.once):
+            self.once -= numbers
+            future.set_exception(BrokenExecutor())
+        else:
+            future.set_result(([Record(str(work.line), "solved", 0) for work in works], 0.01))
+        return future
+
+    all_of = submit
+
+    def look(self) -> None:
+        """There is one process."""
+
+    def renew(self) -> None:
+        self.renewed += 1
+
+    def lost_record(self, work: Input, message: str) -> list[Record]:
+        return [Record(f"{work.line}: {message}", "breakdown", 1)]
+
+
+@pytest.mark.parametrize("in_order", [True, False])
+@pytest.mark.parametrize(("always", "once"), [((), (3,)), ((7,), ()), ((1, 2, 50), (20, 21)), ((), ())])
+def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
+    always: tuple[int, ...], once: tuple[int, ...], in_order: bool
+) -> None:
+    pool: Any = Deadly(set(always), set(once))
+
+    class Task:
+        all_of = None
+        lost = staticmethod(pool.lost_record)
+
+    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 101)]
+    task: Any = Task
+    texts = [record.text for record in workers.elsewhere(task, works, pool, in_order)]
+    expected = [f"{k}: {workers.KILLED}" if k in always else str(k) for k in range(1, 101)]
+    assert texts == expected if in_order else sorted(texts) == sorted(expected)
+    assert bool(pool.renewed) == bool(always or once)
+
+
+def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy() -> None:
+    pool: Any = Deadly(set(), set())
+    read = []
+
+    def works() -> Iterator[Input]:
+        for k in range(10_000):
+            read.append(k)
+            yield Input((f"{k}.json",), (b"{}",), line=k)
+
+    task: Any = Deadly
+    records = workers.elsewhere(task, works(), pool, in_order=True)
+    for _ in range(10):
+        next(records)
+    assert len(read) < 1000
+
+
+def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> None:
+    slow: Future[Any] = Future()
+    sizes: list[int] = []
+
+    class Slow(Deadly):
+        def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+            sizes.append(len(works))
+            if sum(sizes) == 500:
+                slow.set_result(([Record("1", "solved", 0)], 1.0))
+            return slow if works[0].line == 1 else super().submit(_, works)
+
+    pool: Any = Slow(set(), set())
+    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 501)]
+    texts = [record.text for record in workers.elsewhere(pool, works, pool, in_order=True)]
+    assert texts == [str(k) for k in range(1, 501)]
+    assert len(sizes) < 50
+
+
+class Stuck(Deadly):
+    """A pool in which the first problem takes until all others, or so many, are solved; the records are large."""
+
+    def __init__(self, until: int, length: int) -> None:
+        super().__init__(set(), set())
+        self.first: Future[Any] = Future()
+        self.solved, self.until, self.length, self.most = 0, until, length, 1
+
+    def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+        if works[0].line == 1:
+            return self.first
+        self.solved += 1
+        if self.solved == self.until:
+            self.first.set_result(([Record("1", "solved", 0)], 1.0))
+        future: Future[Any] = Future()
+        future.set_result(([Record(f"{works[0].line}".rjust(self.length), "solved", 0)], 1.0))
+        return future
+
+
+def test_each_record_is_known_at_once_where_no_order_is_kept() -> None:
+    pool: Any = Stuck(until=999, length=1)
+    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 1001)]
+    numbers = [int(record.text) for record in workers.elsewhere(pool, works, pool, in_order=False)]
+    assert numbers.index(1) >= 900
+    assert sorted(numbers) == [*range(1, 1001)]
+
+
+def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_room_for() -> None:
+    length = workers.HELD // 100
+    pool: Any = Stuck(until=90, length=length)
+    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 201)]
+    records = workers.elsewhere(pool, works, pool, in_order=True)
+    assert [int(record.text) for record in records] == [*range(1, 201)]
+    stuck: Any = Stuck(until=1000, length=length)
+    held = workers.elsewhere(stuck, works, stuck, in_order=True)
+    thread = threading.Thread(target=lambda: next(held), daemon=True)
+    thread.start()
+    end = time.monotonic() + PATIENCE
+    while stuck.solved < 95:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    thread.join(0.2)
+    assert stuck.solved <= 105
+    stuck.first.set_result(([Record("1", "solved", 0)], 1.0))
