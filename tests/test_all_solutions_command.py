@@ -130,12 +130,33 @@ def test_list_that_is_stopped_says_that_there_may_be_others(lcp: Lcp, folder: Pa
     enough = lcp("solve", "murty.json", "--all", "--max-solutions", "2", "--format", "json")
     held = json.loads(enough.out)
     assert (enough.code, held["status"], held["complete"], len(held["pieces"])) == (0, "max_solutions", False, 2)
-    assert "there may be others" in held["message"]
+    assert "there are others" in held["message"]
     late = lcp("solve", "murty.json", "--all", "--time-limit", "1e-9", "--format", "json")
     held = json.loads(late.out)
     assert (late.code, held["status"], held["complete"]) == (1, "time_limit", False)
     game = json.loads(lcp("solve", "game.json", "--all", "--max-solutions", "1", "--format", "json").out)
-    assert (len(game["pieces"]), len(game["solutions"]), game["components"]) == (1, 1, [[0]])
+    assert (len(game["pieces"]), len(game["solutions"]), game["components"]) == (1, 1, None)
+    assert (game["others"], game["message"]) == (
+        True,
+        "1 equilibrium found, as many as were asked for; there are others",
+    )
+
+
+def test_list_as_long_as_was_asked_for_says_that_it_is_complete_if_it_is(lcp: Lcp, folder: Path) -> None:
+    (folder / "connected.json").write_text('{"A": [[1, 0], [0, 0], [1, 0]], "B": [[1, 0], [1, 1], [1, 1]]}')
+    for name, pieces in (("murty", 3), ("faces", 2), ("one", 1), ("game", 3), ("both", 2)):
+        whole, cut = (
+            json.loads(lcp("solve", f"{name}.json", "--all", *limit, "--format", "json").out)
+            for limit in ((), ("--max-solutions", str(pieces)))
+        )
+        assert {**cut, "seconds": 0} == {**whole, "seconds": 0}
+        assert (len(cut["pieces"]), cut["complete"], cut["others"]) == (pieces, True, False)
+    held = json.loads(lcp("solve", "connected.json", "--all", "--max-solutions", "2", "--format", "json").out)
+    assert (held["components"], held["others"]) == (None, True)
+    assert held["message"].endswith("2 maximal Nash subsets found, as many as were asked for; there are others")
+    text = lcp("solve", "connected.json", "--all", "--max-solutions", "2").out
+    assert "component" not in text
+    assert "in 1 component, proved to be all" in lcp("solve", "connected.json", "--all").out
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,12 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import run
-from lcpcli.enumeration import others
+from lcpcli import Problem, run
+from lcpcli.enumeration import others, search, theorems
 from lcpcli.gallery import families
 from lcpcli.rational.problem import ExactProblem
 
 Lcp = Callable[..., Any]
+COUNT = int(os.environ.get("LCP_ORACLE", "60"))
 PROBLEMS = {
     "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
     "faces": '{"M": [[0, 1], [0, 0]], "q": [-1, 0]}',
@@ -95,3 +97,55 @@ def test_only_solution_is_said_of_the_z_that_is_printed_for_the_numbers_as_writt
     assert record["others"] is (False if "only" in told else None)
     every = json.loads(lcp("solve", str(file), "--all", "--format", "json").out)
     assert (every["complete"], len(every["pieces"])) == (True, solvable)
+
+
+@pytest.mark.usefixtures("folder")
+def test_error_in_the_search_for_others_leaves_the_solution(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise ValueError("broken")
+
+    monkeypatch.setattr(search, "solutions", broken)
+    outcome = lcp("solve", "one.json", "--format", "json")
+    held = json.loads(outcome.out)
+    assert (outcome.code, held["solved"], held["others"]) == (0, True, None)
+
+
+def sparse_units(generator: np.random.Generator, n: int) -> np.ndarray:
+    """A sparse matrix of 1 and -1 with ones on the diagonal."""
+    M = np.where(generator.random((n, n)) < 0.1, generator.choice([-1.0, 1.0], (n, n)), 0)
+    np.fill_diagonal(M, 1)
+    return M
+
+
+def twin_rows(generator: np.random.Generator, n: int) -> np.ndarray:
+    """A sparse matrix with ones on the diagonal and two equal rows."""
+    M = np.where(generator.random((n, n)) < 0.3, generator.integers(-3, 4, (n, n)), 0).astype(float)
+    np.fill_diagonal(M, 1)
+    i, j = generator.choice(n, 2, replace=False)
+    M[i, j] = 1
+    M[j] = M[i]
+    return M
+
+
+@pytest.mark.parametrize("family", [sparse_units, twin_rows])
+def test_singular_matrices_are_searched_without_an_error(
+    family: Callable[[np.random.Generator, int], np.ndarray],
+) -> None:
+    """Where v'DMv = 0 for all D for an eigenvector v, a cut had no entry that was not 0."""
+    generator, proved = np.random.default_rng(5), 0
+    for _ in range(COUNT):
+        n = int(generator.integers(11, 25))
+        M, q = family(generator, n), generator.integers(-3, 4, n).astype(float)
+        proved += theorems.shape(ExactProblem.of_floats(Problem(M, q)), lambda: None) == theorems.POINT
+    assert (proved > 0) == (family is sparse_units)
+
+
+def test_command_lists_the_solutions_of_a_matrix_with_two_equal_rows(lcp: Lcp, tmp_path: Path) -> None:
+    M = np.eye(12)
+    M[0, :2] = M[1, :2] = [1, 3]
+    file = tmp_path / "twins.json"
+    file.write_text(json.dumps({"M": M.tolist(), "q": [-1.0] * 12}))
+    assert lcp("solve", str(file)).code == 0
+    held = json.loads(lcp("solve", str(file), "--all", "--exact", "--format", "json").out)
+    assert held["complete"]
+    assert sorted(each["z"][:2] for each in held["solutions"]) == [["0", "1/3"], ["1", "0"]]

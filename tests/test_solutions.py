@@ -158,6 +158,30 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
     assert (next(late, None), late.complete) == (None, False)
 
 
+def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other() -> None:
+    problem = Problem([[1, 2], [2, 1]], [-1, -1])
+    for most, others in ((2, True), (3, False), (4, False)):
+        found = lcpcli.solutions(problem, max_solutions=most)
+        assert (len(list(found)), found.others, found.complete) == (min(most, 3), others, not others)
+        assert ("not all" in repr(found)) == others
+    ended = lcpcli.solutions(problem, max_solutions=2)
+    assert [next(ended), next(ended)] == ended.pieces
+    assert ended.others is None
+    ended.stop()
+    assert (next(ended, None), next(ended, None), ended.others) == (None, None, None)
+
+
+def test_blocks_are_searched_no_further_than_it_takes() -> None:
+    """Two blocks of 2^30 solutions each, and one block without any beside one of those."""
+    block = -np.eye(30) + np.ones((30, 30)) / 64
+    found = lcpcli.solutions(Problem(np.kron(np.eye(2), block), np.ones(60)), max_solutions=5)
+    assert (len({piece.vertices for piece in found}), found.others) == (5, True)
+    M = np.zeros((32, 32))
+    M[:30, :30], M[30:, 30:] = block, [[0, 1], [1, 0]]
+    none = lcpcli.solutions(Problem(M, [*np.ones(30), -1, 1]))
+    assert (list(none), none.complete) == ([], True)
+
+
 @pytest.mark.parametrize("options", [{"max_solutions": 0}, {"max_solutions": 1.5}, {"time_limit": 0}])
 def test_limits_out_of_range_are_refused(options: dict[str, float]) -> None:
     with pytest.raises(errors.OptionError, match="out of range"):

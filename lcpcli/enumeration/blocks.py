@@ -7,8 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.enumeration.graphs import connected
 from lcpcli.model.problem import Problem
+from lcpcli.rational.graphs import connected
 from lcpcli.rational.problem import ExactProblem
 
 

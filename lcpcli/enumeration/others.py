@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli.errors import ProblemError
@@ -39,17 +40,24 @@ def is_searched(problem: Problem, length: Callable[[], int]) -> bool:
 
 def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
     """What a search finds beside z, which solves a problem up to rounding. `exactly` gives that problem, which is to be
-    searched, with its numbers as written."""
+    searched, with its numbers as written. No error in the search counts: the solution is there without it."""
     try:
         data = exactly()
     except ProblemError:  # a number with an exponent that is not expanded
         return Findings()
+    try:
+        return _searched(z, data)
+    except Exception:
+        return Findings()
+
+
+def _searched(z: Vector, data: ExactProblem) -> Findings:
     from lcpcli.enumeration.search import solutions
     from lcpcli.linalg.doubles import size
     from lcpcli.rational.numbers import rounded
 
-    search = solutions(data, time_limit=SECONDS_SMALL if data.n <= SMALL else SECONDS, max_solutions=2)
-    pieces = list(search)
+    search = solutions(data, time_limit=SECONDS_SMALL if data.n <= SMALL else SECONDS)
+    pieces = list(islice(search, 2))
     if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
         return Findings(others=True, solvable=True)
     if not pieces:

@@ -5,20 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import lru_cache
 
 from lcpcli import clock
 from lcpcli.enumeration import theorems
-from lcpcli.enumeration.piece import NAMES, Piece, common_states
+from lcpcli.enumeration.piece import NAMES, Piece, States, common_states
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.rational.choices import STATES, Node, Unknowns
-from lcpcli.rational.polyhedra import Generators, generators
+from lcpcli.rational.polyhedra import Generators, Point, generators
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tree import leaves
 
+KEPT = 10_000  # vertices whose states are remembered, as they may be of several pieces
+BASES = 1000  # of a piece that takes more of them the vertices are listed after all other pieces
 SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
 METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
-
-States = Sequence[Sequence[str]]  # of each unknown, those that hold
 
 
 def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
@@ -33,36 +34,70 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
         yield Piece.of(data, Generators([tuple(z)], [], []))
         return
     unknowns = Unknowns(data, check)
-    start = unknowns.root()
-    if start is None:
+    root = unknowns.root()
+    if root is None:
         return
+    start = root.copy()
     if z is not None:
         _choose_common(unknowns, start, common_states(data, [tuple(z)]))
     found: list[int] = []
+    late: list[Node] = []
+    states_at = lru_cache(KEPT)(lambda vertex: common_states(data, [vertex]))
     for leaf in leaves(unknowns, start, found):
-        piece = Piece.of(data, unknowns.z(generators(leaf.dictionary, range(data.n))))
-        found.append(_bits(piece.states))
-        if _is_maximal(unknowns, piece.states):
-            yield piece
-            if shape:
-                return
+        node, states = _largest(unknowns, root, leaf)
+        found.append(states)
+        piece = _listed(unknowns, node, states_at, math.inf if shape else BASES)
+        if piece is None:
+            late.append(node)
+            continue
+        yield piece
+        if shape:
+            return
+    for node in late:
+        piece = _listed(unknowns, node, states_at)
+        assert piece is not None
+        yield piece
 
 
-def _is_maximal(unknowns: Unknowns, states: States) -> bool:
-    """Whether no other choice among the states that hold in a piece gives a larger one.
+def _listed(
+    unknowns: Unknowns, node: Node, states_at: Callable[[Point], States], most: float = math.inf
+) -> Piece | None:
+    """The piece of a node; None if it takes more than so many bases."""
+    listed = generators(node.dictionary, range(unknowns.n), most)
+    if listed is None:
+        return None
+    vertices, rays, lines = unknowns.z(listed)
+    if rays or lines:
+        return Piece.of(unknowns.data, Generators(vertices, rays, lines))
+    states = []
+    for vertex in vertices:
+        unknowns.check()
+        states.append((vertex, states_at(vertex)))
+    return Piece.spanned(states)
 
-    All nodes with those states contain the piece, so that any leaf that does not lie in it is larger.
+
+def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
+    """A maximal node that contains a node all of whose points are solutions, and the states that hold in it, as bits.
+
+    All nodes with the states that hold in a piece contain it, so that any leaf among them that does not lie in it is
+    larger.
     """
-    if all(len(held) == 1 for held in states):
-        return True
-    start = unknowns.root()
-    assert start is not None
-    _choose_common(unknowns, start, states)
-    held = unknowns.restricted([[NAMES.index(name) for name in names if name in NAMES] for names in states])
-    return next(leaves(held, start, [_bits(states)]), None) is None
+    while True:
+        held = [
+            [state for state in choices if unknowns.holds(node, k, state)] for k, choices in enumerate(unknowns.choices)
+        ]
+        names = [[NAMES[state] for state in states] for states in held]
+        larger = None
+        if any(len(states) > 1 for states in held):
+            start = root.copy()
+            _choose_common(unknowns, start, names)
+            larger = next(leaves(unknowns.restricted(held), start, [_bits(names)]), None)
+        if larger is None:
+            return node, _bits(names)
+        node = larger
 
 
-def _choose_common(unknowns: Unknowns, node: Node, states: States) -> None:
+def _choose_common(unknowns: Unknowns, node: Node, states: Sequence[Sequence[str]]) -> None:
     """Choose the states of unknowns that have only one, in solutions that lie in the node."""
     for k, held in enumerate(states):
         if len(held) == 1 and unknowns.choices[k] and node.states[k] is None:
@@ -70,7 +105,7 @@ def _choose_common(unknowns: Unknowns, node: Node, states: States) -> None:
             assert chosen
 
 
-def _bits(states: States) -> int:
+def _bits(states: Sequence[Sequence[str]]) -> int:
     """States as `leaves` has them."""
     return sum(
         1 << (len(STATES) * k + NAMES.index(name)) for k, held in enumerate(states) for name in held if name in NAMES

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from itertools import count, product
+from collections.abc import Iterator, Sequence
+from copy import copy
+from itertools import count, tee
 
 from lcpcli import clock, options
 from lcpcli.enumeration.blocks import blocks, restricted
-from lcpcli.enumeration.equilibria import Equilibria, equilibria
-from lcpcli.enumeration.of_game import pieces_of
+from lcpcli.enumeration.equilibria import Equilibria, Players
 from lcpcli.enumeration.piece import Piece, combined
 from lcpcli.enumeration.pieces import pieces
 from lcpcli.errors import ProblemError
@@ -23,7 +23,7 @@ from lcpcli.rational.problem import ExactProblem
 
 LARGEST = 500  # unknowns of a block
 SHOWN = 4  # pieces that are printed
-ENDING = 0.5  # seconds for putting together the equilibria that were found by the time limit, for each of three steps
+STEPS = 1000  # at least, in looking for a further piece than were asked for
 
 
 def solutions(
@@ -34,8 +34,8 @@ def solutions(
     The set is a union of polyhedra, one for each choice of a state (at the lower bound, basic, at the upper bound) for
     every unknown. The pieces are the maximal ones of these: isolated solutions, and faces given by vertices, rays and
     lines, in fractions. All are verified, and once the iterator has ended, `complete` says whether they are proved to
-    be all. The number of pieces, and the time, may double with each unknown. What has been found is kept, and given
-    again by another loop.
+    be all, and `others` whether there are others, where that is known. The number of pieces, and the time, may double
+    with each unknown. What has been found is kept, and given again by another loop.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def solutions(
     >>> len(list(found))
     2
 
-    The source of the method for games is in `enumeration.best_replies`; the tree for other problems cuts a branch only
-    where a row of an integer dictionary shows that it is empty, or that it lies in a piece found before.
+    The search is a tree over the states, which cuts a branch only where a row of an integer dictionary shows that it is
+    empty, or that it lies in a piece found before.
     """
     options.check((TIME_LIMIT, MAX_SOLUTIONS), {"time_limit": time_limit, "max_solutions": max_solutions})
     data = problem if isinstance(problem, ExactProblem) else ExactProblem.of_floats(as_problem(problem))
@@ -71,22 +71,23 @@ def solutions(
 class Solutions(Iterator[Piece]):
     """The pieces of a solution set, as they are found; iterating again gives the same ones, without another search.
 
-    problem : the problem, in exact arithmetic. pieces : those found so far. complete : whether they are proved to be
-    all. equilibria : those of a game, once the first piece has been asked for; else None.
+    problem : the problem, in exact arithmetic. pieces : those found so far, each of which lies in no other one, found
+    or not. complete : whether they are proved to be all. others : whether there are others, None if that is not known.
+    Once there are `max_solutions`, the search goes on for another one for about as many steps as it has taken.
     """
 
     def __init__(self, problem: ExactProblem, time_limit: float, most: int | None) -> None:
         origin = problem.problem.origin
-        self._game = origin if isinstance(origin, Game) else None
-        self.problem = problem if self._game is None else ExactProblem.of_decimals(problem.problem)
+        self._players = Players(origin) if isinstance(origin, Game) else None
+        self.problem = problem if self._players is None else ExactProblem.of_decimals(problem.problem)
         self._blocks = sorted(blocks(self.problem), key=len)
-        if self._game is None and len(self._blocks[-1]) > LARGEST:
+        if self._players is None and len(self._blocks[-1]) > LARGEST:
             fault = f"has {len(self._blocks[-1])} unknowns that depend on each other"
             raise ProblemError("M", fault, f"all solutions are listed up to {LARGEST}; lcp solve finds one")
         self.pieces: list[Piece] = []
-        self.complete = False
-        self.equilibria: Equilibria | None = None
+        self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
+        self._steps, self._last = 0, math.inf
         self._search = self._started()
 
     def __iter__(self) -> Iterator[Piece]:
@@ -98,16 +99,22 @@ class Solutions(Iterator[Piece]):
 
     def __repr__(self) -> str:
         pieces = [str(piece) for piece in self.pieces[:SHOWN]] + ["..."] * (len(self.pieces) > SHOWN)
-        known = "all of them" if self.complete else "not known to be all"
+        known = {False: "all of them", True: "not all", None: "not known to be all"}[self.others]
         return f"<Solutions: {counted(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
 
     def __next__(self) -> Piece:
-        if len(self.pieces) == self._most:
-            raise StopIteration
+        enough = len(self.pieces) == self._most
+        if enough:
+            if self._last < math.inf:
+                raise StopIteration
+            self._last = self._steps + max(self._steps, STEPS)
         try:
             piece = next(self._search)
         except TimeIsUp:
             raise StopIteration from None
+        if enough:
+            self.others = True
+            raise StopIteration
         self.pieces.append(piece)
         return piece
 
@@ -116,36 +123,54 @@ class Solutions(Iterator[Piece]):
         self._deadline = -math.inf
 
     @property
+    def complete(self) -> bool:
+        """Whether the pieces are proved to be all."""
+        return self.others is False
+
+    @property
     def points(self) -> list[Point]:
         """Each isolated solution, and each vertex of a piece, once."""
         return list(dict.fromkeys(vertex for piece in self.pieces for vertex in piece.vertices))
 
+    @property
+    def equilibria(self) -> Equilibria | None:
+        """Those of a game in the pieces found so far; else None."""
+        return None if self._players is None else self._players.arranged(self.pieces, self.complete)[1]
+
+    def arranged(self) -> tuple[tuple[Piece, ...], Equilibria | None]:
+        """The pieces in the order of the subsets of a game, and its equilibria; else as they were found, and None."""
+        return (
+            (tuple(self.pieces), None) if self._players is None else self._players.arranged(self.pieces, self.complete)
+        )
+
     def _started(self) -> Iterator[Piece]:
         self._deadline = min(self._deadline, clock.seconds() + self._time_limit)
-        if self._game is not None:
-            self.equilibria = equilibria(*self._game.payoffs(), self._check)
-            yield from pieces_of(self.equilibria, self._game, self.problem, self._check)
-            self.complete = self.equilibria.complete
-        else:
-            yield from self._products()
-            self.complete = True
-
-    def _products(self) -> Iterator[Piece]:
-        """All combinations of the pieces of the blocks, those of the largest block as they are found."""
         data, parts = self.problem, self._blocks
-        found: list[list[Piece]] = []
-        for indices in parts[:-1]:
-            found.append(list(pieces(restricted(data, indices), self._check, self._deadline)))
-            if not found[-1]:
-                return
-        last = data if not found else restricted(data, parts[-1])
-        for piece in pieces(last, self._check, self._deadline):
-            for others in product(*found):
-                yield combined([*others, piece], parts, data.n, self._check) if others else piece
+        searches = [
+            tee(pieces(restricted(data, indices) if len(parts) > 1 else data, self._check, self._deadline), 1)[0]
+            for indices in parts
+        ]
+        if all(next(copy(search), None) is not None for search in searches):
+            for chosen in _combinations(searches):
+                piece = combined(chosen, parts, data.n, self._check) if len(parts) > 1 else chosen[0]
+                if self._players is not None:
+                    self._players.take(piece.vertices, self._check)
+                yield piece
+        self.others = False
 
     def _check(self) -> None:
-        """Raise TimeIsUp after the deadline, and then once more after the time for putting together what was found."""
-        now = clock.seconds()
-        if now > self._deadline:
-            self._deadline = now + min(ENDING, self._time_limit)
+        """Raise TimeIsUp after the deadline or the last step."""
+        self._steps += 1
+        if self._steps > self._last or clock.seconds() > self._deadline:
             raise TimeIsUp
+
+
+def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
+    """All combinations of what some searches find, which are copied, so that each is asked for no more than it takes;
+    those of the last one change last."""
+    if not searches:
+        yield ()
+        return
+    for piece in copy(searches[-1]):
+        for others in _combinations(searches[:-1]):
+            yield (*others, piece)

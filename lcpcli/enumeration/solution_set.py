@@ -15,10 +15,11 @@ from lcpcli.rational.problem import ExactProblem
 COMPLETE, UNSOLVABLE = "complete", "unsolvable"  # proved to be all; proved that there are none
 ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"  # what ended the search before
 UNLISTED = {
-    ENOUGH: "as many as were asked for",
-    TIME_LIMIT: "by the time limit",
-    INTERRUPTED: "before the search was interrupted",
+    ENOUGH: ", as many as were asked for",
+    TIME_LIMIT: " by the time limit",
+    INTERRUPTED: " before the search was interrupted",
 }
+OTHERS = {True: "there are others", None: "there may be others"}
 
 
 @dataclass(frozen=True)
@@ -26,28 +27,28 @@ class SolutionSet:
     """The pieces of a solution set.
 
     data : the problem. pieces : those that were found. equilibria : of a game those of the pieces; else None.
-    status : COMPLETE, UNSOLVABLE or what ended the search. seconds : that it took.
+    status : COMPLETE, UNSOLVABLE or what ended the search. others : whether there are other solutions; None if that is
+    not known. seconds : that it took.
     """
 
     data: ExactProblem
     pieces: tuple[Piece, ...]
     equilibria: Equilibria | None
     status: str
+    others: bool | None
     seconds: float
 
     @classmethod
     def of(cls, search: Solutions, ended: str, seconds: float) -> SolutionSet:
         """What a search has found; `ended` is what ended it if it is not complete."""
-        pieces, held = tuple(search.pieces), search.equilibria
+        pieces, held = search.arranged()
         status = (COMPLETE if pieces else UNSOLVABLE) if search.complete else ended
-        if held is not None and len(pieces) < len(held.subsets):
-            held = held.first(len(pieces))
-        return cls(search.problem, pieces, held, status, seconds)
+        return cls(search.problem, pieces, held, status, search.others, seconds)
 
     @property
     def complete(self) -> bool:
         """Whether these are proved to be all solutions."""
-        return self.status in (COMPLETE, UNSOLVABLE)
+        return self.others is False
 
     @property
     def points(self) -> list[Point]:
@@ -67,8 +68,9 @@ class SolutionSet:
 
     @property
     def count(self) -> str:
-        """How many solutions there are, or equilibria, in words."""
-        return self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
+        """How many solutions were found, or equilibria, in words."""
+        words = self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
+        return words + " found" * (not self.complete)
 
     @property
     def message(self) -> str:
@@ -78,8 +80,8 @@ class SolutionSet:
         found = self.count
         if not self.complete:
             if not self.pieces:
-                return f"no solution was found {UNLISTED[self.status]}; there may be some"
-            return f"{found}, {UNLISTED[self.status]}; there may be others"
+                return f"no solution was found{UNLISTED[self.status]}; there may be some"
+            return f"{found}{UNLISTED[self.status]}; {OTHERS[self.others]}"
         isolated = all(piece.is_point for piece in self.pieces)
         if isolated and len(self.pieces) == 1:
             return f"{found}, proved to be the only one"
@@ -96,5 +98,6 @@ class SolutionSet:
         extreme = len(held.extreme)
         if all(piece.is_point for piece in self.pieces):
             return f"{extreme} {'equilibrium' if extreme == 1 else 'equilibria'}"
-        parts = f"{count(len(held.subsets), 'maximal Nash subset')} in {count(len(held.components), 'component')}"
-        return f"infinitely many equilibria: {extreme} extreme ones, {parts}"
+        subsets = count(len(held.subsets), "maximal Nash subset")
+        joined = "" if held.components is None else f" in {count(len(held.components), 'component')}"
+        return f"infinitely many equilibria: {extreme} extreme ones, {subsets}{joined}"

@@ -36,12 +36,18 @@ def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
         check()
         S = d[:, None] * unit
         scale = 1 / np.sqrt(2 * d)
-        values, vectors = np.linalg.eigh(scale[:, None] * (S + S.T) * scale)
+        scaled = scale[:, None] * (S + S.T) * scale
+        if not np.isfinite(scaled).all():
+            return None
+        values, vectors = np.linalg.eigh(scaled)
         if values[0] > LEAST:
             return np.asarray(d / diagonal)
         V = scale[:, None] * vectors[:, values < WANTING]
         new = (V * (unit @ V)).T
-        cuts = np.vstack((cuts, new / np.abs(new).max(axis=1, keepdims=True)))
+        largest = np.abs(new).max(axis=1, keepdims=True)
+        if not (np.isfinite(largest).all() and new.max(axis=1).min() > 0):  # v'D M v <= 0 for all D, if M is singular
+            return None
+        cuts = np.vstack((cuts, new / largest))
         found = linprog(  # the largest t with cuts d >= t
             np.append(np.zeros(n), -1.0),
             np.column_stack((-cuts, np.ones(len(cuts)))),

@@ -9,11 +9,14 @@ bases are remembered, so that each is visited once.)
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import product
 from typing import NamedTuple
 
 from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.graphs import connected
 from lcpcli.rational.sums import primitive
 
 Point = tuple[Fraction, ...]
@@ -32,16 +35,58 @@ class Generators(NamedTuple):
     lines: list[Direction]
 
 
-def generators(start: Dictionary, forms: Sequence[int]) -> Generators:
-    """The generators of a polyhedron from a feasible dictionary, as values of the forms, which tell points apart."""
+def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) -> Generators | None:
+    """The generators of a polyhedron from a feasible dictionary, as values of the forms, which tell points apart; None
+    if they take more than so many bases.
+
+    Parts of the dictionary that do not depend on each other are walked over one by one: the polyhedron is the product
+    of theirs.
+    """
     start = start.copy()
     lines = _without_lines(start, forms)
-    vertices: dict[Point, None] = {}
-    rays: dict[Direction, None] = {}
-    for here, unbounded in bases(start):
-        vertices[tuple(Fraction(here.value(form), int(here.divisor)) for form in forms)] = None
-        rays.update((_direction(here, k, forms), None) for k in unbounded)
-    return Generators(list(vertices), list(rays), lines)
+    values = [Fraction(start.value(form), int(start.divisor)) for form in forms]
+    place = {form: i for i, form in enumerate(forms)}
+    factors: list[tuple[list[int], list[Point]]] = []
+    rays: list[Direction] = []
+    for part in _parts(start):
+        own = [form for form in (*part.cobasic, *part.rows) if form in place]
+        found: dict[Point, None] = {}
+        directions: dict[Direction, None] = {}
+        for here, unbounded in bases(part):
+            most -= 1
+            if most < 0:
+                return None
+            found[tuple(Fraction(here.value(form), int(here.divisor)) for form in own)] = None
+            directions.update((_direction(here, k, forms), None) for k in unbounded)
+        factors.append(([place[form] for form in own], list(found)))
+        rays += directions
+    if math.prod(len(points) for _, points in factors) > most:
+        return None
+    vertices = []
+    for chosen in product(*(points for _, points in factors)):
+        start.check()
+        for (places, _), point in zip(factors, chosen, strict=True):
+            for i, value in zip(places, point, strict=True):
+                values[i] = value
+        vertices.append(tuple(values))
+    return Generators(vertices, rays, lines)
+
+
+def _parts(whole: Dictionary) -> Iterator[Dictionary]:
+    """The parts of a dictionary whose rows have no column in common."""
+    rows = list(whole.rows.items())
+    first = len(whole.cobasic)
+    edges = ((k, first + i) for i, (_, row) in enumerate(rows) for k in range(first) if row[k + 1])
+    for nodes in connected(first + len(rows), edges):
+        columns = [k for k in nodes if k < first]
+        if columns:
+            part = whole.copy()
+            part.rows = {
+                form: [row[0], *(row[k + 1] for k in columns)]
+                for form, row in (rows[k - first] for k in nodes[len(columns) :])
+            }
+            part.cobasic = [whole.cobasic[k] for k in columns]
+            yield part
 
 
 def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
@@ -56,7 +101,8 @@ def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
     moves: list[list[tuple[int, int]]] = []  # of each basis on the way, those that have not been tried
     back: list[tuple[int, int, int]] = []
     while True:
-        edges = [(k, _leaving(here, k, order)) for k in range(1, len(here.cobasic) + 1)]
+        columns = {form: k for k, form in enumerate(here.cobasic, 1)}
+        edges = [(k, _leaving(here, k, order, columns)) for k in columns.values()]
         yield here, [k for k, leaving in edges if leaving is None]
         moves.append([(k, leaving) for k, leaving in edges if leaving is not None])
         while True:
@@ -100,7 +146,7 @@ def _direction(here: Dictionary, k: int, forms: Sequence[int]) -> Direction:
     return tuple(primitive(changes))
 
 
-def _leaving(here: Dictionary, k: int, order: Sequence[int]) -> int | None:
+def _leaving(here: Dictionary, k: int, order: Sequence[int], columns: Mapping[int, int]) -> int | None:
     """The signed form that reaches 0 first as that of column k grows, lexicographically; None if none does."""
     tied: list[int] = []
     value, fall = 0, 1
@@ -114,13 +160,22 @@ def _leaving(here: Dictionary, k: int, order: Sequence[int]) -> int | None:
     for relaxed in order:
         if len(tied) <= 1:
             break
-        ratios = [Fraction(_change(here, form, relaxed), -int(here.rows[form][k])) for form in tied]
-        tied = [form for form, ratio in zip(tied, ratios, strict=True) if ratio == min(ratios)]
+        if relaxed in tied:
+            tied.remove(relaxed)
+        elif relaxed in columns:
+            tied = _least(here, tied, columns[relaxed], k)
     return tied[0] if tied else None
 
 
-def _change(here: Dictionary, form: int, relaxed: int) -> int:
-    """How the value of a basic form changes, times the divisor, as another one is relaxed."""
-    if form == relaxed:
-        return int(here.divisor)
-    return -int(here.rows[form][here.cobasic.index(relaxed) + 1]) if relaxed in here.cobasic else 0
+def _least(here: Dictionary, tied: Sequence[int], relaxed: int, k: int) -> list[int]:
+    """The forms whose ratio changes least as that of a column is relaxed."""
+    best: list[int] = []
+    rise, fall = 0, 1
+    for form in tied:
+        row = here.rows[form]
+        difference = row[relaxed] * fall - rise * row[k]
+        if not best or difference < 0:
+            best, rise, fall = [form], row[relaxed], row[k]
+        elif not difference:
+            best.append(form)
+    return best

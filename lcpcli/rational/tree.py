@@ -28,7 +28,7 @@ def leaves(unknowns: Unknowns, start: Node, found: Sequence[int]) -> Iterator[No
         unknowns.check()
         node = pending.pop()
         bits = unknowns.satisfied(node)
-        if any(piece & ~bits == 0 and contains(unknowns, piece, node) for piece in found):
+        if _lies_in_one(unknowns, node, bits, found):
             continue
         k = _branching(unknowns, node, bits)
         if k is None:
@@ -50,14 +50,22 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
     return list(children.values())
 
 
-def contains(unknowns: Unknowns, piece: int, node: Node) -> bool:
-    """Whether the states of a piece hold on all of a node."""
-    return all(
-        unknowns.holds(node, k, state)
-        for k, states in enumerate(unknowns.choices)
-        for state in states
-        if piece >> (len(STATES) * k + state) & 1
-    )
+def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, pieces: Sequence[int]) -> bool:
+    """Whether the states of a piece hold on all of a node, those at its point being known; each is asked for once."""
+    possible, certain = bits, 0
+    for piece in pieces:
+        open_ = piece & ~certain
+        while not open_ & ~possible:
+            if not open_:
+                return True
+            state = open_ & -open_
+            open_ ^= state
+            if unknowns.holds(node, *divmod(state.bit_length() - 1, len(STATES))):
+                certain |= state
+            else:
+                possible ^= state
+                break
+    return False
 
 
 def _branching(unknowns: Unknowns, node: Node, bits: int) -> int | None:

@@ -27,10 +27,10 @@ Numbers: TypeAlias = Callable[[Sequence[Fraction]], Sequence[Any]]
 
 def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
     """One object in one line; numbers are texts of fractions if they are to be exact."""
-    data, points = found.data, found.points
+    data, points, held = found.data, found.points, found.equilibria
     place = {point: k for k, point in enumerate(points)}
     vector = _exactly if exact else _rounded
-    held = {
+    record = {
         "version": __version__,
         "file": source.file,
         "item": source.item,
@@ -40,6 +40,7 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
         "status": found.status,
         "message": found.message,
         "complete": found.complete,
+        "others": found.others,
         "solutions": [_solution(found, k, point, vector) for k, point in enumerate(points)],
         "pieces": [
             {
@@ -50,11 +51,11 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
             }
             for piece in found.pieces
         ],
-        "components": None if found.equilibria is None else [list(part) for part in found.equilibria.components],
-        "degenerate": None if found.equilibria is None else found.equilibria.is_degenerate,
+        "components": None if held is None or held.components is None else [list(part) for part in held.components],
+        "degenerate": None if held is None else held.is_degenerate,
         "seconds": found.seconds,
     }
-    return json.dumps(held, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def _solution(found: SolutionSet, k: int, z: Point, vector: Any) -> dict[str, Any]:

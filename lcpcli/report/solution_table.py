@@ -119,13 +119,12 @@ def _equilibria(
         for number, each in enumerate(held.extreme[:MOST_ROWS], 1)
     ]
     left_out = _left_out(len(held.extreme))
-    if held.is_degenerate is False:
+    if all(len(subset.extreme) == 1 for subset in held.subsets):
         indices = [each.index or 0 for each in held.extreme]
         told = [f"the indices sum to {sum(indices)}"] if found.complete and all(indices) and len(indices) > 1 else []
         return header, [lines] if lines else [], [*told, *left_out]
-    if all(len(subset.extreme) == 1 for subset in held.subsets):
-        return header, [lines] if lines else [], left_out
-    members = [sorted({k for s in part for k in held.subsets[s].extreme}) for part in held.components]
+    joined = [range(len(held.subsets))] if held.components is None else held.components
+    members = [sorted({k for s in part for k in held.subsets[s].extreme}) for part in joined]
     groups = [[lines[k] for k in part if k < MOST_ROWS] for part in members]
     subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets[:MOST_SUBSETS]]
     if len(held.subsets) > MOST_SUBSETS:
