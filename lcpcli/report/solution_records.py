@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from itertools import cycle
 from typing import Any, TypeAlias
 
 from lcpcli import __version__
@@ -35,6 +36,7 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
         "item": source.item,
         "problem": data.problem.name,
         "n": data.n,
+        "names": list(data.problem.names) if any(data.problem.names) else None,
         "status": found.status,
         "message": found.message,
         "complete": found.complete,
@@ -78,12 +80,13 @@ def in_csv(found: SolutionSet, exact: bool) -> str:
     """A line for each component of each vertex, ray and line: z, and w or for directions its change; of a game one for
     each strategy in each extreme equilibrium: its probability, and what its player gets in all."""
     vector = _exactly if exact else _rounded
-    if found.equilibria is None:
-        rows = [HEADER, *_of_pieces(found, vector)]
-    else:
-        rows = [OF_GAMES, *_of_equilibria(found.equilibria, vector)]
+    header: Cells = HEADER if found.equilibria is None else OF_GAMES
+    rows = _of_pieces(found, vector) if found.equilibria is None else _of_equilibria(found.equilibria, vector)
+    names = [" ".join(name.split()) for name in found.data.problem.names]
+    if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns
+        header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, cycle(names), strict=False))
     head = [found.data.problem.name, found.message]
-    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text(rows)
+    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text([header, *rows])
 
 
 def _of_equilibria(held: Equilibria, vector: Numbers) -> Iterator[Cells]:
