@@ -39,8 +39,8 @@ if TYPE_CHECKING:
         "FILE [Q_FILE]": "As for lcp solve.",
         "SOLUTION": "A result of lcp solve in JSON or CSV (the first of several), or z as a list in JSON, as a row, a "
         "column or a table of numbers, or as numbers here: 1,0,15/29; fractions too. Of a result with fractions "
-        "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof; of lcp solve --all in "
-        "JSON each solution. Of a game also strategies: the probabilities of rows, then of columns, or a JSON object "
+        "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof; of lcp solve --all "
+        "each solution. Of a game also strategies: the probabilities of rows, then of columns, or a JSON object "
         'with row and column. Of a program also x alone or x and then y, or {"x": [...], "y": [...]} in JSON. '
         "- is standard input.",
     },

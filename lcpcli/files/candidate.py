@@ -1,7 +1,7 @@
 """Proposed solutions in files: a z to be verified, or a Farkas vector, with all digits.
 
 Results in JSON or CSV as `lcp solve` writes them, of several the first; lists in JSON; rows and columns of numbers;
-several in what `lcp solve --all` writes in JSON. Of a game they may be strategies, in JSON under row and column.
+several in what `lcp solve --all` writes. Of a game they may be strategies, in JSON under row and column.
 Besides decimals, fractions like 15/29 are read, in JSON as strings. Of a result with exact vectors, these are read.
 """
 
@@ -107,9 +107,12 @@ def _of_result(held: Any, n: Lengths) -> Candidate:
     return Candidate("solution", _listed("z", held["z"], n), claim=claim)
 
 
-def of_text(content: bytes, lengths: Lengths) -> Candidate:
-    """The z, of one of these lengths, in a text as `csv_answer` describes it."""
-    return Candidate("solution", of_length("z", csv_answer.parse(content).z, lengths))
+def of_text(content: bytes, lengths: Lengths) -> list[Candidate]:
+    """Each z, of one of these lengths, or each pair of strategies in a text as `csv_answer` describes it."""
+    return [
+        Candidate("solution", of_length("z", each.z, lengths) if each.rows is None else each.z, rows=each.rows)
+        for each in csv_answer.answers(content)
+    ]
 
 
 def _part(held: dict[str, Any], key: str) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """z, and w if it is there, in CSV: one row or one column of numbers, or a table such as lcp solve -o z.csv writes.
 
 In a table with a header the columns z and w are read; a column `component` gives the order, and of several results the
-first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ..., or names.
+first is taken. Of what lcp solve --all writes each vertex is an answer, or each equilibrium with its probabilities. A
+table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ..., or names.
 Numbers are decimals or fractions such as 15/29.
 """
 
@@ -18,6 +19,8 @@ from lcpcli.files.csv_format import NUMERIC, is_comment, is_number
 from lcpcli.rational.numbers import ratio
 
 DELIMITERS = ";\t,"
+VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of all solutions
+STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # of all equilibria
 RUN = ("problem", "method")  # the columns that tell one result from another
 HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
 
@@ -25,25 +28,69 @@ Rows = list[tuple[int, list[str]]]
 
 
 class Answer(NamedTuple):
-    """z, and w where the table has it."""
+    """z, and w where the table has it; or strategies of a game, one after the other, of which `rows` values are of the
+    row player's."""
 
     z: list[Fraction]
     w: list[Fraction] | None
+    rows: int | None = None
 
 
 def parse(content: bytes) -> Answer:
-    """The answer in a text, or a ProblemError that names the line."""
+    """z, and w if it is there, of the only answer or the first one in a text, or a ProblemError that names the line."""
+    first = answers(content)[0]
+    if first.rows is not None:
+        raise ProblemError("", "has no column headed z", HINT)
+    return first
+
+
+def answers(content: bytes) -> list[Answer]:
+    """The answers in a text, several if these are all solutions of a problem, or a ProblemError."""
     lines = [(k, line) for k, line in enumerate(decode(content).splitlines(), 1)]
     lines = [(k, line) for k, line in lines if line.strip() and not is_comment(line)]
     rows = [(k, _cells(line)) for k, line in lines]
     header: list[str] = []
     if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):
         rows, header = _below_header(lines)
+    if set(header) >= STRATEGY or set(header) >= VERTEX:
+        return _several(header, rows)
     if len(rows) > 1 and max(len(row) for _, row in rows) > 1:
-        return _table(header or _columns(rows), _first_run(header, rows))
+        return [_table(header or _columns(rows), _first_run(header, rows))]
     if len(header) > 1 and "z" in header:
-        return _table(header, rows)
-    return Answer([_number(k, j, entry) for k, row in rows for j, entry in enumerate(row, 1) if entry], None)
+        return [_table(header, rows)]
+    return [Answer([_number(k, j, entry) for k, row in rows for j, entry in enumerate(row, 1) if entry], None)]
+
+
+def _several(header: Sequence[str], rows: Rows) -> list[Answer]:
+    """The answers in what lcp solve --all writes."""
+    _require_alike(header, rows)
+    place = {name: j for j, name in enumerate(header)}
+    of_game = set(header) >= STRATEGY
+    groups: dict[tuple[str, ...], Rows] = {}
+    for k, row in rows:
+        if of_game or row[place["kind"]] == "vertex":
+            key = (row[place["equilibrium"]],) if of_game else (row[place["piece"]], row[place["number"]])
+            groups.setdefault(key, []).append((k, row))
+    if not groups:
+        raise ProblemError("", "has no solution", "give a solution to check")
+    found = _strategies if of_game else _table
+    return [found(header, own) for own in groups.values()]
+
+
+def _strategies(names: Sequence[str], rows: Rows) -> Answer:
+    """The strategies of one equilibrium."""
+    player, strategy, value = (names.index(name) for name in ("player", "strategy", "probability"))
+    own = [[each for each in rows if (each[1][player] == "row") == first] for first in (True, False)]
+    ordered = [_ordered(part, strategy) for part in own]
+    return Answer([_number(k, value + 1, row[value]) for part in ordered for k, row in part], None, len(ordered[0]))
+
+
+def _require_alike(names: Sequence[str], rows: Rows) -> None:
+    for k, row in rows:
+        if len(row) != len(names):
+            raise ProblemError(
+                f"line {k}", f"has {count(len(row), 'column')} instead of {len(names)}", "make every line alike"
+            )
 
 
 def _below_header(lines: list[tuple[int, str]]) -> tuple[Rows, list[str]]:
@@ -107,11 +154,7 @@ def _first_run(header: Sequence[str], rows: Rows) -> Rows:
 def _table(names: Sequence[str], rows: Rows) -> Answer:
     if "z" not in names:
         raise ProblemError("", "has no column headed z", HINT)
-    for k, row in rows:
-        if len(row) != len(names):
-            raise ProblemError(
-                f"line {k}", f"has {count(len(row), 'column')} instead of {len(names)}", "make every line alike"
-            )
+    _require_alike(names, rows)
     if "component" in names:
         rows = _ordered(rows, names.index("component"))
     places = [names.index(name) for name in ("z", "w") if name in names]

@@ -191,7 +191,7 @@ def read_candidates(path: str, lengths: Mapping[int, str]) -> list[Candidate]:
         if form is json_format:
             return candidate.of_json(content, lengths)
         if form is csv_format:
-            return [candidate.of_text(content, lengths)]
+            return candidate.of_text(content, lengths)
         values = fractions_of(form.parse_vector("z", content))
         return [candidate.Candidate("solution", candidate.of_length("z", values, lengths))]
 

@@ -81,16 +81,13 @@ def in_csv(found: SolutionSet, exact: bool) -> str:
     each strategy in each extreme equilibrium: its probability, and what its player gets in all. Names, if there are
     any, are last."""
     vector = _exactly if exact else _rounded
-    names = found.data.problem.names
-    header, rows = (
-        (HEADER, _of_pieces(found, vector))
-        if found.equilibria is None
-        else (OF_GAMES, _of_equilibria(found.equilibria, vector))
-    )
-    ends = cycle([" ".join(name.split())] * any(names) for name in names)
-    table = [[*header, *["name"] * any(names)], *([*row, *end] for row, end in zip(rows, ends, strict=False))]
+    header: Cells = HEADER if found.equilibria is None else OF_GAMES
+    rows = _of_pieces(found, vector) if found.equilibria is None else _of_equilibria(found.equilibria, vector)
+    names = [" ".join(name.split()) for name in found.data.problem.names]
+    if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns
+        header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, cycle(names), strict=False))
     head = [found.data.problem.name, found.message]
-    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text(table)
+    return answer_csv.comments([": ".join(filter(None, head))]) + answer_csv.text([header, *rows])
 
 
 def _of_equilibria(held: Equilibria, vector: Numbers) -> Iterator[Cells]:
