@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any
 
 PARTS = ("setup", "solve", "verify")
+MOST_LAPS = 100_000
 Lap = tuple[str, float]  # a turn of a part, and its seconds
 LOADERS = (SourceFileLoader, SourcelessFileLoader, ExtensionFileLoader)
 
@@ -74,7 +75,8 @@ def seconds() -> float:
 class Stopwatch:
     """The seconds of one run, divided among its PARTS, which take turns.
 
-    clock : the clock. began : when the run began, by that clock. parts : the seconds of each. laps : their turns.
+    clock : the clock. began : when the run began, by that clock. parts : the seconds of each. laps : their turns,
+    the first MOST_LAPS, which are more than any run has that is repeated.
     """
 
     def __init__(self, clock: Callable[[], float], began: float) -> None:
@@ -86,7 +88,8 @@ class Stopwatch:
         """Count the time since the last call as part of the run."""
         now = self._clock()
         self.parts[part] += now - self._last
-        self.laps.append((part, now - self._last))
+        if len(self.laps) < MOST_LAPS:
+            self.laps.append((part, now - self._last))
         self._last = now
 
     def skip(self) -> None:
