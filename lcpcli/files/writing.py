@@ -80,7 +80,7 @@ def ending_of(path: str) -> str:
     if ending in OF_PROGRAMS:
         return ending
     if ending in READ_ONLY:
-        raise ProblemError(path, "is of a format that is only read", f"use {_or(COMPLETE)}")
+        raise ProblemError(path, "is of a format that is only read", f"use {_or(COMPLETE)}, or .mps for a program")
     if ending not in FORMATS:
         raise ProblemError(path, "has no known suffix", f"use {_or(FORMATS)}")
     return ending
