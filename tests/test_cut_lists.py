@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.enumeration import search
 from lcpcli.enumeration.search import Solutions
 from lcpcli.enumeration.solution_set import ENOUGH, TIME_LIMIT, SolutionSet
 from lcpcli.files.source import Source
@@ -71,7 +70,7 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
     assert {tuple(map(Fraction, each["z"])) for each in held["solutions"]} == vertices
     isolated = [hull for hull in pieces if len(hull.vertices) == 1 and not hull.rays and not hull.lines]
     check_words(shown.message, found, len(isolated), whole)
-    table = solution_table.build(shown, exact=True)
+    table = solution_table.build(shown, exact=True, form="table")
     assert table.settled == found.complete
     if found.equilibria is None:
         assert held["components"] is None
@@ -139,7 +138,7 @@ def test_cut_list_says_nothing_that_is_false(kind: str, cut: str, monkeypatch: p
         else:
             clock = count()
             with monkeypatch.context() as patched:
-                patched.setattr(search.time, "perf_counter", lambda clock=clock: next(clock))
+                patched.setattr("time.perf_counter", lambda clock=clock: next(clock))
                 found = lcpcli.solutions(problem, time_limit=int(generator.integers(1, 60)))
                 list(found)
         said.append(check(found, whole, ENOUGH if cut == "number" else TIME_LIMIT))

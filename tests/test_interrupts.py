@@ -256,7 +256,7 @@ def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(place: str, mon
     [
         "lcpcli.solving.conclusions._concluded",
         "lcpcli.solving.conclusions.verified",
-        "lcpcli.enumeration.others.found_others",
+        "lcpcli.enumeration.others.search_others",
         "lcpcli.verify.digits.digits",
     ],
 )
