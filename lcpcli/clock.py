@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any
 
 PARTS = ("setup", "solve", "verify")
-MOST_LAPS = 100_000
+MOST_LAPS = 100_000  # of a run: more than any has that is repeated
 Lap = tuple[str, float]  # a turn of a part, and its seconds
 LOADERS = (SourceFileLoader, SourcelessFileLoader, ExtensionFileLoader)
 
@@ -25,21 +25,17 @@ class _Imports:
 
     def __init__(self) -> None:
         self.seconds = 0.0
-        self._depth, self._began = 0, 0.0
-
-    def now(self) -> float:
-        """The time, or when the import that is under way, perhaps in another thread, began."""
-        return self._began if self._depth else time.perf_counter()
+        self.depth, self.began = 0, 0.0  # of the import that is under way, perhaps in another thread
 
     def __enter__(self) -> None:
-        if not self._depth:
-            self._began = time.perf_counter()
-        self._depth += 1
+        if not self.depth:
+            self.began = time.perf_counter()
+        self.depth += 1
 
     def __exit__(self, *error: object) -> None:
-        self._depth -= 1
-        if not self._depth:
-            self.seconds += time.perf_counter() - self._began
+        self.depth -= 1
+        if not self.depth:
+            self.seconds += time.perf_counter() - self.began
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -69,18 +65,18 @@ sys.meta_path.insert(0, imports)
 
 def seconds() -> float:
     """Seconds since an arbitrary moment, without those that imports have taken."""
-    return imports.now() - imports.seconds
+    return (imports.began if imports.depth else time.perf_counter()) - imports.seconds
 
 
 class Stopwatch:
     """The seconds of one run, divided among its PARTS, which take turns.
 
-    clock : the clock. began : when the run began, by that clock. parts : the seconds of each. laps : their turns,
-    the first MOST_LAPS, which are more than any run has that is repeated.
+    clock : the clock. began : when the run began, by that clock. most_laps : how many turns are kept.
+    parts : the seconds of each. laps : the first turns.
     """
 
-    def __init__(self, clock: Callable[[], float], began: float) -> None:
-        self._clock, self._began, self._last = clock, began, began
+    def __init__(self, clock: Callable[[], float], began: float, most_laps: int = 0) -> None:
+        self._clock, self._began, self._last, self._most_laps = clock, began, began, most_laps
         self.parts = dict.fromkeys(PARTS, 0.0)
         self.laps: list[Lap] = []
 
@@ -88,7 +84,7 @@ class Stopwatch:
         """Count the time since the last call as part of the run."""
         now = self._clock()
         self.parts[part] += now - self._last
-        if len(self.laps) < MOST_LAPS:
+        if len(self.laps) < self._most_laps:
             self.laps.append((part, now - self._last))
         self._last = now
 

@@ -275,7 +275,7 @@ class Loop:
             route=tuple(self.route) or (self.method,),
             certificate=self.certificate if status is not Status.SOLVED else None,
             interrupted=self.interrupted,
-            laps=self.stopwatch.laps if self.traces else (),
+            laps=self.stopwatch.laps,
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lcpcli.clock import Stopwatch, seconds
+from lcpcli.clock import MOST_LAPS, Stopwatch, seconds
 from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
@@ -64,7 +64,8 @@ def run(
     progress, as in `observer.Observer`, `callback` as by `call.solve`. `began` is when the run began by the `clock`, by
     default now; the time limit counts everything from then on but imports. `threads` is as for `call.solve`.
     """
-    stopwatch = Stopwatch(clock, clock() if began is None else began)
+    keeps = trace is not None or curve is not None
+    stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
     limits = limits or DEFAULTS
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
@@ -80,8 +81,8 @@ def run(
     stopwatch.count("setup")
     loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
     bounded = limits.time_limit < math.inf or observer is not None
-    left = limits.time_limit - stopwatch.elapsed()
-    with within(left, observer.report_if_due if observer else None) if bounded else nullcontext():
+    watch = observer.report_if_due if observer else None
+    with within(limits.time_limit - stopwatch.elapsed(), watch) if bounded else nullcontext():
         status, reason = loop.run(stage)
     try:
         result = loop.result(in_force | additions, status, reason)
