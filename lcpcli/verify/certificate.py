@@ -19,7 +19,7 @@ from lcpcli.verify.alternative import candidates
 from lcpcli.verify.farkas import ACTIVE, refutes
 from lcpcli.verify.measure import FEW
 
-SECONDS = 0.5  # for a search of all complementary sets, which takes milliseconds for most problems of few unknowns
+SECONDS = 2.0  # for a search of all complementary sets, which takes milliseconds for most problems of few unknowns
 UNVERIFIED = {
     "farkas": "the certificate of infeasibility failed exact verification",
     "exhaustion": "the claim that every complementary set is excluded failed verification",
