@@ -21,6 +21,7 @@ from lcpcli.rational.tree import Cover, leaves
 KEPT = 10_000  # vertices whose states are remembered, as they may be of several pieces
 BASES = 1000  # of a piece that takes more of them the vertices are listed after all other pieces
 SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
+LARGE_GAME = 30  # the same for games, of which all solutions are sought; they are known to have one
 METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
 
 
@@ -31,12 +32,13 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     a first solution where it is known that there is one, or that all are one piece.
     """
     shape = theorems.shape(data, check)
-    exists = shape or isinstance(data.problem.origin, Game)
-    z = _solution(data, check, deadline) if exists and data.n > SMALL else None
+    large = SMALL if shape else LARGE_GAME if isinstance(data.problem.origin, Game) else math.inf
+    z = _solution(data, check, deadline) if data.n > large else None
     if z is not None and shape == theorems.POINT:
         yield Piece.of(data, (tuple(z),))
         return
     unknowns = Unknowns(data, check)
+    unknowns.allow([states[::-1] for states in unknowns.choices])  # takes fewer nodes where pieces are many
     root = unknowns.root()
     if root is None:
         return

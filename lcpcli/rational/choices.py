@@ -35,15 +35,16 @@ class Unknowns:
         self.side = [-1 if low is None and high is not None else 1 for low, high in bounds]
         self._is_moved = any(self.base) or min(self.side) < 0
         self.boxes = {k for k, (low, high) in enumerate(bounds) if low is not None and high is not None and low < high}
-        self._allow([_states(low, high) for low, high in bounds])
+        self.allow([_states(low, high) for low, high in bounds])
 
     def restricted(self, bits: int) -> Unknowns:
         """The same with these choices alone."""
         other = copy(self)
-        other._allow([[state for state in own if bits & self.bit(k, state)] for k, own in enumerate(self.choices)])
+        other.allow([[state for state in own if bits & self.bit(k, state)] for k, own in enumerate(self.choices)])
         return other
 
-    def _allow(self, choices: Sequence[Sequence[int]]) -> None:
+    def allow(self, choices: Sequence[Sequence[int]]) -> None:
+        """Take other choices, those that are tried first in front."""
         self.choices = choices
         self.meaning = {self.bit(k, state): (k, state) for k, states in enumerate(choices) for state in states}
         self.bits = sum(self.meaning)
@@ -120,8 +121,8 @@ class Unknowns:
         """The states that hold on all of a node, as bits."""
         bits = self.satisfied(node)
         if node.dictionary.cobasic:
-            for bit, (k, state) in self.meaning.items():
-                if bits & bit and not self.holds(node, k, state):
+            for bit in self.meaning:
+                if bits & bit and not self.holds(node, bit):
                     bits ^= bit
         return bits
 
@@ -142,16 +143,16 @@ class Unknowns:
     def violation(self, node: Node, k: int) -> int:
         """How far an unknown is from any state at the node's point, up to factors of its own."""
         w = node.dictionary.value(self.w(k))
-        return abs(w) * node.dictionary.value(self.zero(k, UPPER if w < 0 else self.choices[k][0]))
+        return abs(w) * node.dictionary.value(self.zero(k, UPPER) if w < 0 else k)
 
-    def holds(self, node: Node, k: int, state: int) -> bool:
+    def holds(self, node: Node, bit: int) -> bool:
         """Whether a state holds on all of the node."""
-        bit = self.bit(k, state)
         if node.certain & bit:
             return True
         here = node.dictionary
-        if not here.is_zero(self.zero(k, state)):
+        if not here.is_zero(bit.bit_length() - 1):
             return False
+        k, state = self.meaning[bit]
         if state != BASIC and k in self.boxes and here.can_have_sign(self.w(k), -1 if state == LOWER else 1):
             return False
         node.certain |= bit

@@ -10,7 +10,6 @@ ties are broken by R. G. Bland, New finite pivoting rules for the simplex method
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from copy import copy
 
 from lcpcli.rational.linear import long_integer
 
@@ -39,7 +38,8 @@ class Dictionary:
 
     def copy(self) -> Dictionary:
         """A copy to be pivoted on its own."""
-        other = copy(self)
+        other = Dictionary.__new__(Dictionary)
+        other.__dict__.update(self.__dict__)
         other.rows, other.cobasic, other.signed = dict(self.rows), list(self.cobasic), set(self.signed)
         return other
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
 from lcpcli.rational.choices import Node, Unknowns
@@ -63,7 +63,7 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
         k = (
             max(violated, key=lambda k: unknowns.violation(node, k))
             if violated
-            else next((k for k in open_ if not _is_settled(unknowns, node, k)), None)
+            else next((k for k in _in_order(unknowns, open_, bits) if not _is_settled(unknowns, node, k)), None)
         )
         if k is None:
             yield node
@@ -75,14 +75,21 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
     """A node with each state of an unknown, but for those that are empty or lie in another one of them."""
     children: dict[int, Node] = {}
     for state in reversed(unknowns.choices[k]):
-        if not node.absent & unknowns.bit(k, state):
+        bit = unknowns.bit(k, state)
+        if not node.absent & bit:
             child = node.copy()
             if unknowns.choose(child, k, state):
-                children[state] = child
-    for state, child in list(children.items()):
-        if any(other != state and unknowns.holds(child, k, other) for other in children):
-            del children[state]
+                children[bit] = child
+    for bit, child in list(children.items()):
+        if any(other != bit and unknowns.holds(child, other) for other in children):
+            del children[bit]
     return list(children.values())
+
+
+def _in_order(unknowns: Unknowns, open_: Sequence[int], bits: int) -> list[int]:
+    """Unknowns in the order that takes the fewest nodes in games with many equilibria: first those that have one state
+    at the point, of these the last ones."""
+    return sorted(open_, key=lambda k: ((bits & unknowns.masks[k]).bit_count(), -k))
 
 
 def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> bool:
@@ -93,12 +100,12 @@ def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> boo
         if not open_:
             return True
         bit = open_ & -open_
-        if not unknowns.holds(node, *unknowns.meaning[bit]):
+        if not unknowns.holds(node, bit):
             numbers &= ~cover.having[bit]
     return False
 
 
 def _is_settled(unknowns: Unknowns, node: Node, k: int) -> bool:
     """Whether a state of an unknown holds on all of a node; then it is chosen."""
-    state = next((state for state in unknowns.choices[k] if unknowns.holds(node, k, state)), None)
+    state = next((state for state in unknowns.choices[k] if unknowns.holds(node, unknowns.bit(k, state))), None)
     return state is not None and unknowns.choose(node, k, state)
