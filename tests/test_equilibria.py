@@ -94,21 +94,44 @@ def test_indices_of_nondegenerate_games_sum_to_1() -> None:
     assert counted > 40
 
 
+def pieces_of_game_and_lcp(problem: Problem) -> list[list[oracle.Hull]]:
+    """The pieces of a game, and of its LCP alone, without its origin."""
+    M, q, *_ = decimal_parts_of(problem)
+    alone = ExactProblem(Problem(problem.M, problem.q), M, q or [])
+    return [
+        [oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in lcpcli.solutions(given)]
+        for given in (problem, alone)
+    ]
+
+
 def test_the_maximal_nash_subsets_are_the_pieces_of_the_lcp() -> None:
     generator, faces = np.random.default_rng(8), 0
     for _ in range(60):
         shape, size = tuple(generator.integers(1, 5, 2)), generator.integers(2, 4)
-        problem = lcpcli.from_game(*generator.integers(0, size, (2, *shape)))
-        M, q, *_ = decimal_parts_of(problem)
-        alone = ExactProblem(Problem(problem.M, problem.q), M, q or [])  # without its origin
-        of_game, of_lcp = (
-            [oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in lcpcli.solutions(given)]
-            for given in (problem, alone)
-        )
+        of_game, of_lcp = pieces_of_game_and_lcp(lcpcli.from_game(*generator.integers(0, size, (2, *shape))))
         assert len(of_game) == len(of_lcp)
         assert set(of_game) == set(of_lcp)
         faces += any(len(hull.vertices) > 1 for hull in of_game)
     assert faces > 20
+
+
+def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
+    generator, faces = np.random.default_rng(9), 0
+    for _ in range(40):
+        A = generator.integers(0, 3, tuple(generator.integers(2, 8, 2)))
+        of_game, of_lcp = pieces_of_game_and_lcp(lcpcli.from_game(A, 5 - A))
+        assert len(of_game) == 1
+        assert of_game == of_lcp
+        faces += len(of_game[0].vertices) > 1
+    assert faces > 5
+
+
+@pytest.mark.parametrize("sum_is_constant", [True, False])
+def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant: bool) -> None:
+    A, B = np.random.default_rng(0).integers(-50, 50, (2, 24, 24))
+    found = lcpcli.solutions(lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1)
+    assert len(list(found)) == 1
+    assert found.complete == sum_is_constant
 
 
 def test_payoffs_are_exact_fractions() -> None:

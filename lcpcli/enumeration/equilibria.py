@@ -108,7 +108,7 @@ class Players:
     def _equilibrium(self, z: Point) -> Equilibrium:
         """The equilibrium of the strategies whose multiples z consists of."""
         m = len(self._row.payoffs)
-        x, y = (tuple(value / sum(part) for value in part) for part in (z[:m], z[m:]))
+        x, y = (_strategy(part) for part in (z[:m], z[m:]))
         (by_row, rows), (by_column, columns) = self._row.best(x, y), self._column.best(y, x)
         played = [[i for i, value in enumerate(strategy) if value] for strategy in (x, y)]
         is_regular = [rows, columns] == played and len(rows) == len(columns)
@@ -146,6 +146,12 @@ class _Player:
     def determinant(self, own: Sequence[int], others: Sequence[int]) -> int:
         """That of the payoffs on the supports plus a constant that makes all payoffs positive."""
         return elimination.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
+
+
+def _strategy(multiple: Sequence[Fraction]) -> Point:
+    weights, _ = over_one_denominator(multiple)
+    total = sum(weights)
+    return tuple(Fraction(weight, total) for weight in weights)
 
 
 def _subset(extreme: Sequence[Equilibrium], places: Sequence[int]) -> NashSubset:

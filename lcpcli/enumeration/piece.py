@@ -8,8 +8,9 @@ from fractions import Fraction
 from itertools import product
 
 from lcpcli.rational.numbers import brief
-from lcpcli.rational.polyhedra import Generators, Point
+from lcpcli.rational.polyhedra import Point
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.sums import over_one_denominator
 
 LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
 FIXED = "fixed"
@@ -50,10 +51,8 @@ class Piece:
         return len(self.vertices) == 1 and not self.rays and not self.lines
 
     @classmethod
-    def of(cls, data: ExactProblem, generators: Generators) -> Piece:
+    def of(cls, data: ExactProblem, vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
         """The piece with these generators, whose states are found from the data; ArithmeticError if it is none."""
-        vertices = tuple(generators.vertices)
-        rays, lines = (tuple(_fractions(each) for each in given) for given in generators[1:])
         return cls._verified(vertices, rays, lines, common_states(data, vertices, rays, lines))
 
     @classmethod
@@ -76,10 +75,9 @@ def common_states(
     data: ExactProblem, vertices: Sequence[Point], rays: Sequence[Point] = (), lines: Sequence[Point] = ()
 ) -> States:
     """The states that each unknown has in all of the polyhedron with these generators, by M, q and the bounds."""
-    w = [data.w(vertex) for vertex in vertices]
-    directions = [*rays, *lines, *([-value for value in line] for line in lines)]
-    constant = data.w([Fraction(0)] * data.n) if directions else []
-    slopes = [[a - b for a, b in zip(data.w(each), constant, strict=True)] for each in directions]
+    w = [_multiples(data, vertex, data.constants) for vertex in vertices]
+    directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
+    slopes = [_multiples(data, each, [0] * data.n) for each in directions]
     states = []
     for i, (low, high) in enumerate(zip(data.lower, data.upper, strict=True)):
         at = [(vertex[i], value[i]) for vertex, value in zip(vertices, w, strict=True)]
@@ -89,10 +87,20 @@ def common_states(
             held = [FIXED] * (still and all(z == low for z, _ in at))
         else:
             held = [LOWER] * (still and all(z == low and v >= 0 for z, v in at) and all(dv >= 0 for _, dv in along))
-            held += [BASIC] * (_is_within(at, along, low, high) and not any(v for _, v in [*at, *along]))
+            held += [BASIC] * (not any(v for _, v in [*at, *along]) and _is_within(at, along, low, high))
             held += [UPPER] * (still and all(z == high and v <= 0 for z, v in at) and all(dv <= 0 for _, dv in along))
         states.append(tuple(held))
     return tuple(states)
+
+
+def _multiples(data: ExactProblem, z: Point, constants: Sequence[int]) -> list[int]:
+    """Positive multiples of each row of M z plus a constant: they have its sign."""
+    Z, d = over_one_denominator(z)
+    used = [(j, value) for j, value in enumerate(Z) if value]
+    return [
+        sum(row.get(j, 0) * value for j, value in used) + constant * d
+        for row, constant in zip(data.rows, constants, strict=True)
+    ]
 
 
 def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
@@ -124,17 +132,13 @@ def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, c
 
 
 def _is_within(
-    at: Sequence[tuple[Fraction, Fraction]],
-    along: Sequence[tuple[Fraction, Fraction]],
+    at: Sequence[tuple[Fraction, int]],
+    along: Sequence[tuple[Fraction, int]],
     low: Fraction | None,
     high: Fraction | None,
 ) -> bool:
     above = low is None or (all(z >= low for z, _ in at) and all(dz >= 0 for dz, _ in along))
     return above and (high is None or (all(z <= high for z, _ in at) and all(dz <= 0 for dz, _ in along)))
-
-
-def _fractions(values: Sequence[int]) -> Point:
-    return tuple(Fraction(value) for value in values)
 
 
 def _short(point: Point) -> str:

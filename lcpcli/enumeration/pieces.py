@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import lru_cache
+from itertools import chain
 
 from lcpcli import clock
 from lcpcli.enumeration import theorems
 from lcpcli.enumeration.piece import NAMES, Piece, States, common_states
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.rational.choices import STATES, Node, Unknowns
-from lcpcli.rational.polyhedra import Generators, Point, generators
+from lcpcli.model.reductions.game import Game
+from lcpcli.rational.choices import Node, Unknowns
+from lcpcli.rational.polyhedra import Direction, Point, generators
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.rational.tree import leaves
+from lcpcli.rational.tree import Cover, leaves
 
 KEPT = 10_000  # vertices whose states are remembered, as they may be of several pieces
 BASES = 1000  # of a piece that takes more of them the vertices are listed after all other pieces
 SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
+LARGE_GAME = 30  # the same for games, of which all solutions are sought; they are known to have one
 METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
 
 
@@ -26,26 +29,33 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     """Every maximal piece of the solution set once, in the order in which the tree meets them.
 
     `check` is called before each step and may raise. deadline : by `clock.seconds`, for the method that looks for
-    a solution where it is known that all are one piece.
+    a first solution where it is known that there is one, or that all are one piece.
     """
     shape = theorems.shape(data, check)
-    z = _solution(data, check, deadline) if shape and data.n > SMALL else None
+    large = SMALL if shape else LARGE_GAME if isinstance(data.problem.origin, Game) else math.inf
+    z = _solution(data, check, deadline) if data.n > large else None
     if z is not None and shape == theorems.POINT:
-        yield Piece.of(data, Generators([tuple(z)], [], []))
+        yield Piece.of(data, (tuple(z),))
         return
     unknowns = Unknowns(data, check)
+    unknowns.allow([states[::-1] for states in unknowns.choices])  # takes fewer nodes where pieces are many
     root = unknowns.root()
     if root is None:
         return
-    start = root.copy()
+    starts = [root.copy(), root.copy()]
     if z is not None:
-        _choose_common(unknowns, start, common_states(data, [tuple(z)]))
-    found: list[int] = []
+        _choose_common(unknowns, starts[0], _bits(unknowns, common_states(data, [tuple(z)])))
+    cover = Cover()
     late: list[Node] = []
-    states_at = lru_cache(KEPT)(lambda vertex: common_states(data, [vertex]))
-    for leaf in leaves(unknowns, start, found):
+
+    @lru_cache(KEPT)
+    def states_at(values: Direction) -> tuple[Point, States]:
+        vertex = unknowns.vertex(values)
+        return vertex, common_states(data, [vertex])
+
+    for leaf in chain.from_iterable(leaves(unknowns, start, cover) for start in starts[z is None :]):
         node, states = _largest(unknowns, root, leaf)
-        found.append(states)
+        cover.add(states)
         piece = _listed(unknowns, node, states_at, math.inf if shape else BASES)
         if piece is None:
             late.append(node)
@@ -60,19 +70,22 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
 
 
 def _listed(
-    unknowns: Unknowns, node: Node, states_at: Callable[[Point], States], most: float = math.inf
+    unknowns: Unknowns,
+    node: Node,
+    states_at: Callable[[Direction], tuple[Point, States]],
+    most: float = math.inf,
 ) -> Piece | None:
     """The piece of a node; None if it takes more than so many bases."""
     listed = generators(node.dictionary, range(unknowns.n), most)
     if listed is None:
         return None
-    vertices, rays, lines = unknowns.z(listed)
-    if rays or lines:
-        return Piece.of(unknowns.data, Generators(vertices, rays, lines))
+    if listed.rays or listed.lines:
+        rays, lines = (tuple(map(unknowns.direction, each)) for each in listed[1:])
+        return Piece.of(unknowns.data, tuple(map(unknowns.vertex, listed.vertices)), rays, lines)
     states = []
-    for vertex in vertices:
+    for values in listed.vertices:
         unknowns.check()
-        states.append((vertex, states_at(vertex)))
+        states.append(states_at(values))
     return Piece.spanned(states)
 
 
@@ -83,33 +96,28 @@ def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
     larger.
     """
     while True:
-        held = [
-            [state for state in choices if unknowns.holds(node, k, state)] for k, choices in enumerate(unknowns.choices)
-        ]
-        names = [[NAMES[state] for state in states] for states in held]
+        held = unknowns.held(node)
         larger = None
-        if any(len(states) > 1 for states in held):
+        if any((held & mask).bit_count() > 1 for mask in unknowns.masks):
             start = root.copy()
-            _choose_common(unknowns, start, names)
-            larger = next(leaves(unknowns.restricted(held), start, [_bits(names)]), None)
+            _choose_common(unknowns, start, held)
+            larger = next(leaves(unknowns.restricted(held), start, Cover(held)), None)
         if larger is None:
-            return node, _bits(names)
+            return node, held
         node = larger
 
 
-def _choose_common(unknowns: Unknowns, node: Node, states: Sequence[Sequence[str]]) -> None:
-    """Choose the states of unknowns that have only one, in solutions that lie in the node."""
-    for k, held in enumerate(states):
-        if len(held) == 1 and unknowns.choices[k] and node.states[k] is None:
-            chosen = unknowns.choose(node, k, NAMES.index(held[0]))
+def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
+    """Choose the states of unknowns that have only one among some, in solutions that lie in the node."""
+    for k, mask in enumerate(unknowns.masks):
+        if (bits & mask).bit_count() == 1 and node.states[k] is None:
+            chosen = unknowns.choose(node, *unknowns.meaning[bits & mask])
             assert chosen
 
 
-def _bits(states: Sequence[Sequence[str]]) -> int:
-    """States as `leaves` has them."""
-    return sum(
-        1 << (len(STATES) * k + NAMES.index(name)) for k, held in enumerate(states) for name in held if name in NAMES
-    )
+def _bits(unknowns: Unknowns, states: States) -> int:
+    """The states of unknowns that are not fixed, as bits."""
+    return sum(bit for bit, (k, state) in unknowns.meaning.items() if NAMES[state] in states[k])
 
 
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:

@@ -1,10 +1,12 @@
-"""Matrices M for which the solutions of every problem form at most one piece, proved in exact arithmetic.
+"""Problems whose solutions form at most one piece, mostly for every q, proved in exact arithmetic.
 
 If M is positive semidefinite, the solutions are a convex set, and any two of them are complementary to each other: they
 are one polyhedron. If all principal minors are positive, there is at most one (R. W. Cottle, J.-S. Pang and R. E.
 Stone, The Linear Complementarity Problem, SIAM 2009, sections 3.1 and 3.3; the same holds with bounds). The minors are
 positive if those of the strongly connected parts of M are, and these if, scaled, they are positive definite or
-diagonally dominant.
+diagonally dominant. If the payoffs of a game sum to a constant, each strategy of an equilibrium makes one with each of
+the other player, at the same payoffs (J. von Neumann, Zur Theorie der Gesellschaftsspiele, Mathematische Annalen 100
+(1928) 295-320): they are one polyhedron too.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import numpy as np
 
 from lcpcli.enumeration.stability import multipliers
 from lcpcli.linalg import matrices
+from lcpcli.model.reductions.game import Game
 from lcpcli.rational import elimination
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
@@ -29,17 +32,21 @@ Rows = list[list[int]]
 
 def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     """What the solutions are proved to be at most: POINT, PIECE or, if nothing is proved, ""."""
+    game = data.problem.origin
+    if isinstance(game, Game):
+        rows = zip(*game.payoffs(), strict=True)
+        return PIECE if len({a + b for own, other in rows for a, b in zip(own, other, strict=True)}) == 1 else ""
     M, doubles = _integers(data), matrices.dense(data.problem.M)
-    indices = _strong_parts(data) if data.n > SMALL else [range(data.n)]
+    indices = _strong_parts(data) if all(M[i][i] > 0 for i in range(data.n)) else []
     parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
-    if all(_is_dominant(*part) for part in parts):
+    if parts and all(_is_dominant(*part) for part in parts):
         return POINT
     found = elimination.definiteness(_symmetric(M), check)
     if found.negative is None:
         return PIECE if found.zero else POINT
-    if data.n <= SMALL or not all(_is_dominant(*part) or _is_definite(*part, check) for part in parts):
-        return ""
-    return POINT
+    if parts and data.n > SMALL and all(_is_dominant(*part) or _is_definite(*part, check) for part in parts):
+        return POINT
+    return ""
 
 
 def _integers(data: ExactProblem) -> Rows:
@@ -53,8 +60,6 @@ def _integers(data: ExactProblem) -> Rows:
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
     """Whether diag(d) M is positive definite for some d > 0, which is proposed in doubles."""
-    if min(M[i][i] for i in range(len(M))) <= 0:
-        return False
     proposed = multipliers(doubles, check)
     if proposed is None:
         return False
@@ -70,8 +75,6 @@ def _symmetric(M: Rows) -> Rows:
 
 def _is_dominant(M: Rows, doubles: Vector) -> bool:
     """Whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
-    if min(M[i][i] for i in range(len(M))) <= 0:
-        return False
     try:
         proposed = np.asarray(np.linalg.solve(matrices.comparison(doubles), np.ones(len(M))), dtype=float)
     except np.linalg.LinAlgError:

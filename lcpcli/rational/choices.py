@@ -13,7 +13,7 @@ from fractions import Fraction
 from math import gcd
 
 from lcpcli.rational.dictionary import Dictionary
-from lcpcli.rational.polyhedra import Generators
+from lcpcli.rational.polyhedra import Direction, Point, Vertex
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.sums import primitive
 
@@ -24,7 +24,8 @@ class Unknowns:
     """The unknowns of a problem.
 
     base, side : z = base + side y. boxes : those with two bounds. choices : the states that each may have; none if it
-    is fixed. check : called before each node and pivot; it may raise.
+    is fixed. bits, masks, meaning : these as bits, all and of each unknown, and what each bit stands for.
+    check : called before each node and pivot; it may raise.
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
@@ -32,14 +33,22 @@ class Unknowns:
         bounds = list(zip(data.lower, data.upper, strict=True))
         self.base = [low if low is not None else high if high is not None else Fraction(0) for low, high in bounds]
         self.side = [-1 if low is None and high is not None else 1 for low, high in bounds]
+        self._is_moved = any(self.base) or min(self.side) < 0
         self.boxes = {k for k, (low, high) in enumerate(bounds) if low is not None and high is not None and low < high}
-        self.choices = [_states(low, high) for low, high in bounds]
+        self.allow([_states(low, high) for low, high in bounds])
 
-    def restricted(self, choices: Sequence[Sequence[int]]) -> Unknowns:
-        """The same with fewer choices."""
+    def restricted(self, bits: int) -> Unknowns:
+        """The same with these choices alone."""
         other = copy(self)
-        other.choices = [tuple(states) for states in choices]
+        other.allow([[state for state in own if bits & self.bit(k, state)] for k, own in enumerate(self.choices)])
         return other
+
+    def allow(self, choices: Sequence[Sequence[int]]) -> None:
+        """Take other choices, those that are tried first in front."""
+        self.choices = choices
+        self.meaning = {self.bit(k, state): (k, state) for k, states in enumerate(choices) for state in states}
+        self.bits = sum(self.meaning)
+        self.masks = [sum(self.bit(k, state) for state in states) for k, states in enumerate(choices)]
 
     def w(self, k: int) -> int:
         """The number of the form w_k; that of y_k is k."""
@@ -49,17 +58,21 @@ class Unknowns:
         """The number of the form that is 0 in a state."""
         return k if state == UPPER and k not in self.boxes else k + state * self.n
 
-    def z(self, generators: Generators) -> Generators:
-        """Vertices, rays and lines in terms of z, from those in terms of y."""
-        vertices = [
-            tuple(base + side * y for base, side, y in zip(self.base, self.side, vertex, strict=True))
-            for vertex in generators.vertices
-        ]
-        rays, lines = (
-            [tuple(side * y for side, y in zip(self.side, each, strict=True)) for each in given]
-            for given in generators[1:]
-        )
-        return Generators(vertices, rays, lines)
+    def bit(self, k: int, state: int) -> int:
+        """The bit of a state where several are in one number: that of the form that is 0."""
+        return 1 << self.zero(k, state)
+
+    def vertex(self, values: Direction) -> Point:
+        """A vertex in terms of z, from that in terms of y."""
+        divisor, *y = values
+        if self._is_moved:
+            moved = zip(self.base, self.side, y, strict=True)
+            return Vertex(base + side * Fraction(value, divisor) for base, side, value in moved)
+        return Vertex(Fraction(value, divisor) for value in y)
+
+    def direction(self, y: Direction) -> Point:
+        """A ray or a line in terms of z, from that in terms of y."""
+        return tuple(Fraction(side * value) for side, value in zip(self.side, y, strict=True))
 
     def point(self, node: Node) -> list[Fraction]:
         """z at the node's point."""
@@ -88,6 +101,7 @@ class Unknowns:
         """Choose a state in a node; False if that is proved to leave nothing of it."""
         here, w = node.dictionary, self.w(k)
         node.states[k] = state
+        node.certain |= self.bit(k, state)
         if state == BASIC or k not in self.boxes:
             return here.vanish(self.zero(k, state))
         if state == UPPER:
@@ -96,34 +110,53 @@ class Unknowns:
 
     def satisfied(self, node: Node) -> int:
         """The states that hold at the node's point, as bits."""
-        bits, here = 0, node.dictionary
-        for k, states in enumerate(self.choices):
-            for state in states:
-                if not here.value(self.zero(k, state)) and self._has_sign(node, k, state):
-                    bits |= 1 << (len(STATES) * k + state)
+        here = node.dictionary
+        bits = self.bits & ~here.nonzero()
+        for k in self.boxes:
+            if node.states[k] is None and (value := here.value(self.w(k))):
+                bits &= ~self.bit(k, UPPER if value > 0 else LOWER)
         return bits
+
+    def held(self, node: Node) -> int:
+        """The states that hold on all of a node, as bits."""
+        bits = self.satisfied(node)
+        if node.dictionary.cobasic:
+            for bit in self.meaning:
+                if bits & bit and not self.holds(node, bit):
+                    bits ^= bit
+        return bits
+
+    def narrow(self, node: Node) -> bool | None:
+        """Choose the states of unknowns that have only one left, the forms of the others having a row that shows that
+        they do not vanish: False if that is proved to leave nothing of the node, None if there are none."""
+        node.absent |= node.dictionary.absent()
+        some = None
+        for k, states in enumerate(self.choices):
+            if states and node.states[k] is None:
+                left = [state for state in states if not node.absent & self.bit(k, state)]
+                if len(left) < 2:
+                    if not left or not self.choose(node, k, left[0]):
+                        return False
+                    some = True
+        return some
 
     def violation(self, node: Node, k: int) -> int:
         """How far an unknown is from any state at the node's point, up to factors of its own."""
         w = node.dictionary.value(self.w(k))
-        return abs(w) * node.dictionary.value(self.zero(k, UPPER if w < 0 else self.choices[k][0]))
+        return abs(w) * node.dictionary.value(self.zero(k, UPPER) if w < 0 else k)
 
-    def holds(self, node: Node, k: int, state: int) -> bool:
+    def holds(self, node: Node, bit: int) -> bool:
         """Whether a state holds on all of the node."""
-        if node.states[k] == state:
+        if node.certain & bit:
             return True
         here = node.dictionary
-        if not here.is_zero(self.zero(k, state)):
+        if not here.is_zero(bit.bit_length() - 1):
             return False
-        if state == BASIC or k not in self.boxes:
-            return True
-        return not here.can_have_sign(self.w(k), -1 if state == LOWER else 1)
-
-    def _has_sign(self, node: Node, k: int, state: int) -> bool:
-        if state == BASIC or k not in self.boxes or node.states[k] is not None:
-            return True
-        value = node.dictionary.value(self.w(k))
-        return value >= 0 if state == LOWER else value <= 0
+        k, state = self.meaning[bit]
+        if state != BASIC and k in self.boxes and here.can_have_sign(self.w(k), -1 if state == LOWER else 1):
+            return False
+        node.certain |= bit
+        return True
 
     def row(self, k: int, kept: Sequence[int]) -> tuple[list[int], Fraction]:
         """The form w_k in integers, in terms of the y_j that are kept, and the number by which w_k is multiplied."""
@@ -141,14 +174,19 @@ class Unknowns:
 
 @dataclass
 class Node:
-    """The polyhedron for some chosen states, None where none is chosen yet."""
+    """The polyhedron for some chosen states, None where none is chosen yet.
+
+    certain, absent : states that are known to hold on all of it, and on no point of it, as bits.
+    """
 
     dictionary: Dictionary
     states: list[int | None]
+    certain: int = 0
+    absent: int = 0
 
     def copy(self) -> Node:
         """A copy to go on with."""
-        return Node(self.dictionary.copy(), list(self.states))
+        return Node(self.dictionary.copy(), list(self.states), self.certain, self.absent)
 
 
 def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:

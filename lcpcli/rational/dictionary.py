@@ -10,7 +10,6 @@ ties are broken by R. G. Bland, New finite pivoting rules for the simplex method
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from copy import copy
 
 from lcpcli.rational.linear import long_integer
 
@@ -23,8 +22,11 @@ class Dictionary:
     rows : for each basic form its constant and its coefficients of the cobasic forms, all times `divisor` > 0.
     cobasic : the form of each column, the constant's apart. Forms in neither are 0 throughout.
     signed : the forms that are required to be nonnegative; others may have any sign.
+    loose : forms that are known to be not 0 somewhere, as bits, though they may be at the point.
     check : called before each pivot; it may raise.
     """
+
+    loose = 0
 
     def __init__(
         self, rows: dict[int, list[int]], cobasic: list[int], signed: Iterable[int], check: Callable[[], None]
@@ -36,7 +38,8 @@ class Dictionary:
 
     def copy(self) -> Dictionary:
         """A copy to be pivoted on its own."""
-        other = copy(self)
+        other = Dictionary.__new__(Dictionary)
+        other.__dict__.update(self.__dict__)
         other.rows, other.cobasic, other.signed = dict(self.rows), list(self.cobasic), set(self.signed)
         return other
 
@@ -45,8 +48,24 @@ class Dictionary:
         row = self.rows.get(form)
         return int(row[0]) if row is not None else 0
 
+    def nonzero(self) -> int:
+        """The forms that are not 0 at the point, as bits."""
+        return sum(1 << form for form, row in self.rows.items() if row[0])
+
+    def absent(self) -> int:
+        """Forms whose row is the proof that they do not vanish anywhere, as bits."""
+        signless = [k for k, form in enumerate(self.cobasic, 1) if form not in self.signed]
+        return sum(
+            1 << form
+            for form, row in self.rows.items()
+            if (value := row[0])
+            and (min(row) >= 0 if value > 0 else max(row) <= 0)
+            and not any(row[k] for k in signless)
+        )
+
     def vanish(self, form: int) -> bool:
         """Restrict the polyhedron to form = 0; False if that is proved to leave nothing of it."""
+        self.loose = 0
         if form in self.rows:
             if not self._reach_zero(form):
                 return False
@@ -57,6 +76,7 @@ class Dictionary:
 
     def require(self, form: int) -> bool:
         """Restrict the polyhedron to form >= 0; False if that is proved to leave nothing of it."""
+        self.loose = 0
         if self.value(form) < 0 and not self._reach_zero(form):
             return False
         self.signed.add(form)
@@ -72,7 +92,7 @@ class Dictionary:
 
     def is_zero(self, form: int) -> bool:
         """Whether the form is 0 on the whole polyhedron; the point may move."""
-        if self.value(form) or self.can_have_sign(form, 1):
+        if self.loose >> form & 1 or self.value(form) or self.can_have_sign(form, 1):
             return False
         return form in self.signed or not self.can_have_sign(form, -1)
 
@@ -93,6 +113,8 @@ class Dictionary:
                 return False
             leaving, step = self.leaving(*move)
             if leaving is None or (step and (row is None or not row[0])):
+                k = move[0]
+                self.loose |= sum(1 << other for other, row in self.rows.items() if row[k]) | 1 << self.cobasic[k - 1]
                 return True
             bland = not step
             self.pivot(leaving, move[0])
@@ -100,12 +122,9 @@ class Dictionary:
     def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
         """The signed form that reaches 0 first as column k changes, and its value; None if none does."""
         best, value, slope = None, 0, 1
-        for form in self.signed:
-            row = self.rows.get(form)
-            if row is None:
-                continue
+        for form, row in self.rows.items():
             fall = -direction * row[k]
-            if fall > 0:
+            if fall > 0 and form in self.signed:
                 order = row[0] * slope - value * fall
                 if best is None or order < 0 or (order == 0 and form < best):
                     best, value, slope = form, row[0], fall

@@ -10,7 +10,7 @@ bases are remembered, so that each is visited once.)
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
 from typing import NamedTuple
@@ -23,14 +23,25 @@ Point = tuple[Fraction, ...]
 Direction = tuple[int, ...]
 
 
+class Vertex(Point):
+    """A point whose hash is taken once: that of a fraction takes long."""
+
+    _hash: int | None = None
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            self._hash = super().__hash__()
+        return self._hash
+
+
 class Generators(NamedTuple):
     """The polyhedron of all convex combinations of vertices, plus nonnegative combinations of rays, plus lines.
 
-    Each is given by the values of some forms; those of rays and lines are integers without a common divisor. Where
-    there are lines, there is a point of each smallest face in place of the vertices.
+    Each is given by the values of some forms, in integers without a common divisor; those of a vertex are divided by
+    the number before them. Where there are lines, there is a point of each smallest face in place of the vertices.
     """
 
-    vertices: list[Point]
+    vertices: list[Direction]
     rays: list[Direction]
     lines: list[Direction]
 
@@ -44,32 +55,42 @@ def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) 
     """
     start = start.copy()
     lines = _without_lines(start, forms)
-    values = [Fraction(start.value(form), int(start.divisor)) for form in forms]
-    place = {form: i for i, form in enumerate(forms)}
-    factors: list[tuple[list[int], list[Point]]] = []
+    place = {form: i for i, form in enumerate(forms, 1)}
+    still = set(place)
+    factors: list[tuple[list[int], list[Direction]]] = []
     rays: list[Direction] = []
     for part in _parts(start):
         own = [form for form in (*part.cobasic, *part.rows) if form in place]
-        found: dict[Point, None] = {}
+        still -= set(own)
+        found: dict[Direction, None] = {}
         directions: dict[Direction, None] = {}
         for here, unbounded in bases(part):
             most -= 1
             if most < 0:
                 return None
-            found[tuple(Fraction(here.value(form), int(here.divisor)) for form in own)] = None
+            found[_values(here, own)] = None
             directions.update((_direction(here, k, forms), None) for k in unbounded)
         factors.append(([place[form] for form in own], list(found)))
         rays += directions
     if math.prod(len(points) for _, points in factors) > most:
         return None
+    factors.append(([place[form] for form in still], [_values(start, still)]))
     vertices = []
+    values = [0] * (len(forms) + 1)
     for chosen in product(*(points for _, points in factors)):
         start.check()
-        for (places, _), point in zip(factors, chosen, strict=True):
+        values[0] = math.lcm(*(point[0] for point in chosen))
+        for (places, _), (divisor, *point) in zip(factors, chosen, strict=True):
+            factor = values[0] // divisor
             for i, value in zip(places, point, strict=True):
-                values[i] = value
+                values[i] = factor * value
         vertices.append(tuple(values))
     return Generators(vertices, rays, lines)
+
+
+def _values(here: Dictionary, forms: Iterable[int]) -> Direction:
+    """The values of forms at the point, after the number by which they are divided."""
+    return tuple(primitive([here.divisor, *(here.value(form) for form in forms)]))
 
 
 def _parts(whole: Dictionary) -> Iterator[Dictionary]:
