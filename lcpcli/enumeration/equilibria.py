@@ -16,7 +16,7 @@ from lcpcli.enumeration.piece import Piece
 from lcpcli.model.reductions.game import Game, Payoffs
 from lcpcli.rational import elimination
 from lcpcli.rational.graphs import connected
-from lcpcli.rational.polyhedra import Point
+from lcpcli.rational.polyhedra import Point, Vertex
 from lcpcli.rational.sums import over_one_denominator
 
 Rows = list[list[int]]
@@ -79,6 +79,7 @@ class Players:
         self._row = _Player(A)
         self._column = _Player([list(column) for column in zip(*B, strict=True)])
         self._found: dict[Point, Equilibrium] = {}
+        self._strategies: dict[Vertex, Vertex] = {}  # each once, as many equilibria may share it
 
     def take(self, solutions: Sequence[Point], check: Callable[[], None]) -> None:
         """Make equilibria of extreme solutions; ArithmeticError if one is none. `check` is called before each."""
@@ -108,7 +109,7 @@ class Players:
     def _equilibrium(self, z: Point) -> Equilibrium:
         """The equilibrium of the strategies whose multiples z consists of."""
         m = len(self._row.payoffs)
-        x, y = (_strategy(part) for part in (z[:m], z[m:]))
+        x, y = (self._strategies.setdefault(own, own) for own in map(_strategy, (z[:m], z[m:])))
         (by_row, rows), (by_column, columns) = self._row.best(x, y), self._column.best(y, x)
         played = [[i for i, value in enumerate(strategy) if value] for strategy in (x, y)]
         is_regular = [rows, columns] == played and len(rows) == len(columns)
@@ -148,10 +149,10 @@ class _Player:
         return elimination.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
 
 
-def _strategy(multiple: Sequence[Fraction]) -> Point:
+def _strategy(multiple: Sequence[Fraction]) -> Vertex:
     weights, _ = over_one_denominator(multiple)
     total = sum(weights)
-    return tuple(Fraction(weight, total) for weight in weights)
+    return Vertex(Fraction(weight, total) for weight in weights)
 
 
 def _subset(extreme: Sequence[Equilibrium], places: Sequence[int]) -> NashSubset:
