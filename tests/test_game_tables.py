@@ -63,6 +63,7 @@ def test_csv_of_an_iterate_without_strategies_has_empty_cells(tables: list[str],
 GAMES = {
     "labelled": (",l,r\nu,3,0\nd,0,2\n", ",l,r\nu,2,0\nd,0,3\n"),
     "square": ("3,0\n0,2\n", "2,0\n0,3\n"),
+    "labelled below a name": ("firm,low,mid\nenter,3,1\nstay,2,2\n", "firm,low,mid\nenter,1,3\nstay,2,1\n"),
     "labelled like M and q": (",l,c,r\nu,3,0,1\nd,0,2,1\n", ",l,c,r\nu,2,0,1\nd,0,3,1\n"),
     "long": ("3,0\n0,2\n1,1\n", "2,0\n0,3\n1,1\n"),
     "wide": ("3;0;1;2\n0;2;1;2\n", "2;0;1;2\n0;3;1;2\n"),
@@ -88,6 +89,13 @@ def test_two_tables_that_may_be_a_game_get_a_hint(
         assert lcp(*command, "A.csv", "B.csv").err.count(ADD) == times, command
         assert lcp(*command, "A.csv", "B.csv", "--game").err == "" or kind in NO_GAMES
     assert ADD not in lcp("solve", "A.csv", "B.csv", "-q").err
+
+
+def test_strategies_below_a_named_corner_keep_their_names(
+    tables: list[str], lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "A.csv").write_text("event,left,right\nopera,3,0\nbox,0,2\n")
+    assert "row = (opera 0.6, box 0.4)" in lcp("solve", *tables, "--game", "--method", "newton").out
 
 
 @pytest.mark.parametrize("command", ["inspect", "convert"])

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files import csv_format, reading
+from lcpcli.files.csv_cells import is_number
 from lcpcli.files.inputs import Input
 from lcpcli.files.keys import BOUNDS
 
@@ -75,5 +76,5 @@ def _payoffs(path: str) -> tuple[list[list[str]], list[str], list[str]]:
         rows, *labels = csv_format.parse_payoffs(content)
     except ProblemError as error:
         raise error.inside(reading.place(path)) from None
-    index, header = ([] if any(not name or csv_format.is_number(name) for name in own) else own for own in labels)
+    index, header = ([] if any(not name or is_number(name) for name in own) else own for own in labels)
     return rows, index, header
