@@ -110,9 +110,8 @@ def test_a_single_table_is_no_game(command: str, tables: list[str], lcp: Callabl
         (",0,1\n0,3,0\n1,0,2\n", "2,0\n0,3\n", ()),
         ("left,right\n3,0\n0,2\n", "2,0\n0,3\n", ("left", "right")),
         ("3,0\n0,2\n", "left,right\n2,0\n0,3\n", ("left", "right")),
-        ("a1,a2\n3,0\n0,2\n", "b1,b2\n2,0\n0,3\n", ()),
     ],
-    ids=["numbers", "of-A", "of-B", "different"],
+    ids=["numbers", "of-A", "of-B"],
 )
 def test_labels_that_name_the_strategies_are_kept(
     first: str, second: str, columns: tuple[str, ...], tmp_path: Path
@@ -122,6 +121,15 @@ def test_labels_that_name_the_strategies_are_kept(
     origin = game_in([str(tmp_path / "A.csv"), str(tmp_path / "B.csv")]).read().origin
     assert isinstance(origin, Game)
     assert (origin.rows, origin.columns) == ((), columns)
+
+
+def test_other_labels_are_refused(tables: list[str], lcp: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "B.csv").write_text("left,rihgt\n2,0\n0,3\n")
+    refused = lcp("solve", *tables, "--game")
+    assert (refused.code, refused.err.count("\n")) == (2, 1)
+    assert "B.csv: has 'rihgt' among the columns where the other table has 'right'; give both" in refused.err
+    (tmp_path / "B.csv").write_text("left,middle,right\n2,0,1\n0,3,1\n")
+    assert "B: is 2 x 3 but A is 2 x 2" in lcp("solve", *tables, "--game").err
 
 
 def test_the_same_labels_in_another_order_are_refused(
