@@ -55,7 +55,7 @@ def test_what_a_format_cannot_keep_is_named(tmp_path: Path, lcp: Lcp) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ("a.json -o b.xyz", "b.xyz: has no known suffix; use .json or"),
+        ("a.json -o b.xyz", "b.xyz: has the unknown suffix .xyz; use .json, .csv, .mtx, .npz, .npy, .mat, or .mps"),
         ("a.json -o a.json", "a.json: holds the problem"),
         ("a.json -o no/b.csv", "there is no folder"),
         ("none.json -o b.csv", "none.json: no such file"),

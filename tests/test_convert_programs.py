@@ -141,6 +141,37 @@ def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: P
     assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
 
 
+PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-1.0, 3], "columns": ["a", "b"]}
+GAME = {"A": [["1/3", 2], [1, 0]], "B": [[1, 0], ["1/3", 2]]}
+FREE = {"M": [[1.0]], "q": [-1]}
+
+
+@pytest.mark.parametrize(
+    ("data", "output", "told"),
+    [
+        (
+            PROGRAM,
+            "p.csv",
+            "written as the program's optimality conditions, M, q and bounds; left out: objective, names",
+        ),
+        (GAME, "p.csv", "written as the game's LCP, M, q and bounds; left out: payoffs"),
+        (GAME, "p.csv", "were rounded; .json would keep them all"),
+        (PROGRAM, "p.mat", "were rounded; .json or .mps or .qps would keep them all"),
+        (FREE, "p.npz", "were rounded; .json or .csv or .mtx would keep them all"),
+        (FREE | {"upper": 1}, "p.npz", "were rounded; .json or .csv would keep them all"),
+    ],
+)
+def test_remarks_name_what_is_left_out_and_the_formats_that_keep_it(
+    data: dict[str, object], output: str, told: str, lcp: Lcp, tmp_path: Path
+) -> None:
+    text = (
+        json.dumps(data).replace("-1.0,", "-1.00000000000000000001,").replace("[[1.0]]", "[[1.00000000000000000001]]")
+    )
+    (tmp_path / "given.json").write_text(text)
+    outcome = lcp("convert", str(tmp_path / "given.json"), "-o", str(tmp_path / output))
+    assert (outcome.code, f"{told}\n" in outcome.err) == (0, True)
+
+
 def test_names_without_a_place_in_mps_are_changed(tmp_path: Path) -> None:
     problem = from_qp(None, [1, 2, 3], [[1, 1, 1]], [1], rows=["New York"], columns=["a b", "a_b", "RHS"], name="m n")
     write(problem, tmp_path / "p.mps")

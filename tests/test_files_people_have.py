@@ -32,6 +32,10 @@ TEXTS = {
     "decimal-commas-between-tabs": b"2\t-1\t-1\n-0,5\t2\t0,25\n",
     "index-of-pandas": b",0,1,2\n0,2,-1,-1\n1,-0.5,2,0.25\n",
     "named-index-of-pandas": b",z1,z2,q\na,2,-1,-1\nb,-0.5,2,0.25\n",
+    "names-below-a-named-corner": b"asset,z1,z2,q\na,2,-1,-1\nb,-0.5,2,0.25\n",
+    "names-as-R-writes-them": b'"","z1","z2","q"\n"a",2,-1,-1\n"b",-0.5,2,0.25\n',
+    "numbers-below-a-named-corner": b"id,z1,z2,q\n1,2,-1,-1\n2,-0.5,2,0.25\n",
+    "numbers-from-0-beside-bounds": b"id,z1,z2,q,lower\n0,2,-1,-1,0\n1,-0.5,2,0.25,0\n",
     "index-and-decimal-commas": b";0;1;q\n0;2;-1;-1\n1;-0,5;2;0,25\n",
     "utf-16-of-excel": "z1\tz2\tq\r\n2\t-1\t-1\r\n-0,5\t2\t0,25\r\n".encode("utf-16"),
     "utf-16-big-endian": b"\xfe\xff" + "2,-1,-1\n-0.5,2,0.25\n".encode("utf-16-be"),
@@ -74,6 +78,18 @@ def test_text_is_read_to_the_right_numbers(tmp_path: Path, name: str) -> None:
     file.write_bytes(TEXTS[name])
     problem = read(file)
     assert (problem.M.tolist(), problem.q.tolist()) == (M.tolist(), Q.tolist())
+
+
+def test_other_numbers_below_a_named_corner_get_a_hint(lcp: Lcp, tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("id,z1,z2,q\n11,2,-1,-1\n12,-0.5,2,0.25\n")
+    refused = lcp("solve", str(tmp_path / "p.csv"))
+    assert refused.code == 2
+    assert "is the first column an index? leave the first cell of the header empty" in refused.err
+
+
+def test_a_text_among_the_numbers_of_a_column_is_no_index(lcp: Lcp, tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("z1,z2,q\n2,-1,-1\na,2,0.25\n")
+    assert "line 3, column 1: is 'a', not a number" in lcp("solve", str(tmp_path / "p.csv")).err
 
 
 @pytest.mark.parametrize("name", BINARY)

@@ -63,6 +63,7 @@ def test_csv_of_an_iterate_without_strategies_has_empty_cells(tables: list[str],
 GAMES = {
     "labelled": (",l,r\nu,3,0\nd,0,2\n", ",l,r\nu,2,0\nd,0,3\n"),
     "square": ("3,0\n0,2\n", "2,0\n0,3\n"),
+    "labelled below a name": ("firm,low,mid\nenter,3,1\nstay,2,2\n", "firm,low,mid\nenter,1,3\nstay,2,1\n"),
     "labelled like M and q": (",l,c,r\nu,3,0,1\nd,0,2,1\n", ",l,c,r\nu,2,0,1\nd,0,3,1\n"),
     "long": ("3,0\n0,2\n1,1\n", "2,0\n0,3\n1,1\n"),
     "wide": ("3;0;1;2\n0;2;1;2\n", "2;0;1;2\n0;3;1;2\n"),
@@ -90,6 +91,13 @@ def test_two_tables_that_may_be_a_game_get_a_hint(
     assert ADD not in lcp("solve", "A.csv", "B.csv", "-q").err
 
 
+def test_strategies_below_a_named_corner_keep_their_names(
+    tables: list[str], lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "A.csv").write_text("event,left,right\nopera,3,0\nbox,0,2\n")
+    assert "row = (opera 0.6, box 0.4)" in lcp("solve", *tables, "--game", "--method", "newton").out
+
+
 @pytest.mark.parametrize("command", ["inspect", "convert"])
 def test_a_single_table_is_no_game(command: str, tables: list[str], lcp: Callable[..., Any]) -> None:
     refused = lcp(command, tables[0], "--game")
@@ -102,9 +110,8 @@ def test_a_single_table_is_no_game(command: str, tables: list[str], lcp: Callabl
         (",0,1\n0,3,0\n1,0,2\n", "2,0\n0,3\n", ()),
         ("left,right\n3,0\n0,2\n", "2,0\n0,3\n", ("left", "right")),
         ("3,0\n0,2\n", "left,right\n2,0\n0,3\n", ("left", "right")),
-        ("a1,a2\n3,0\n0,2\n", "b1,b2\n2,0\n0,3\n", ()),
     ],
-    ids=["numbers", "of-A", "of-B", "different"],
+    ids=["numbers", "of-A", "of-B"],
 )
 def test_labels_that_name_the_strategies_are_kept(
     first: str, second: str, columns: tuple[str, ...], tmp_path: Path
@@ -114,6 +121,15 @@ def test_labels_that_name_the_strategies_are_kept(
     origin = game_in([str(tmp_path / "A.csv"), str(tmp_path / "B.csv")]).read().origin
     assert isinstance(origin, Game)
     assert (origin.rows, origin.columns) == ((), columns)
+
+
+def test_other_labels_are_refused(tables: list[str], lcp: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "B.csv").write_text("left,rihgt\n2,0\n0,3\n")
+    refused = lcp("solve", *tables, "--game")
+    assert (refused.code, refused.err.count("\n")) == (2, 1)
+    assert "B.csv: has 'rihgt' among the columns where the other table has 'right'; give both" in refused.err
+    (tmp_path / "B.csv").write_text("left,middle,right\n2,0,1\n0,3,1\n")
+    assert "B: is 2 x 3 but A is 2 x 2" in lcp("solve", *tables, "--game").err
 
 
 def test_the_same_labels_in_another_order_are_refused(

@@ -244,8 +244,17 @@ def test_a_wide_game_shows_the_first_strategies_and_the_last(lcp: Callable[..., 
     file = tmp_path / "wide.json"
     file.write_text(json.dumps({"A": np.eye(10).tolist(), "B": np.eye(10).tolist()}))
     shown = lcp("solve", str(file), "--method", "newton", "--format", "latex").out
-    assert r"$x_{1}$ & $x_{2}$ & \dots & $y_{10}$ & row gets & column gets" in shown
+    assert r"$x_{10}$ & \dots & $y_{10}$ & row gets & column gets" in shown
     assert r"0.1000000 & 0.1000000 & \dots & 0.1000000 & 0.1 & 0.1" in shown
+
+
+@pytest.mark.parametrize("form", ["latex", "markdown"])
+def test_documents_show_all_strategies_of_a_game_of_six(form: str, lcp: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "six.json"
+    file.write_text(json.dumps({"A": np.eye(3).tolist(), "B": np.eye(3).tolist()}))
+    shown = lcp("solve", str(file), "--method", "newton", "--format", form).out
+    assert " ".join(shown.split()).count("0.3333333") >= 6
+    assert "dots" not in shown
 
 
 def test_headings_of_strategies_with_the_same_names_differ() -> None:

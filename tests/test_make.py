@@ -130,7 +130,7 @@ def test_on_a_wide_terminal_a_family_has_one_line_a_parameter(lcp: Lcp, monkeypa
         ("contact --set friction=nan", "friction: nan is out of range; it must be: 0 <= friction <= 10"),
         ("--list murty", "FAMILY: has no effect with --list"),
         ("--list --seed 0", "--seed: has no effect with --list"),
-        ("murty -o own.xyz", "own.xyz: has no known suffix; use .json"),
+        ("murty -o own.xyz", "own.xyz: has the unknown suffix .xyz; use .json"),
         ("murty -o nowhere/own.json", "nowhere/own.json: there is no folder"),
     ],
 )

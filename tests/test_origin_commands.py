@@ -166,7 +166,7 @@ def test_bad_files_are_reported_in_one_line(option: str, content: str, words: st
         ("--list --from-qp program.json", "--from-qp: has no effect with --list"),
         ("--from-qp gone.json", "gone.json: no such file"),
         ("--from-qp program.json -o program.json", "program.json: holds the problem; choose another file"),
-        ("--from-qp program.json -o made.xyz", "made.xyz: has no known suffix"),
+        ("--from-qp program.json -o made.xyz", "made.xyz: has the unknown suffix .xyz"),
     ],
 )
 @pytest.mark.usefixtures("files")

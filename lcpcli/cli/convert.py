@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.rational.written import Written
 
-TEXT = ".json, .csv and .mtx"
+CONDITIONS = {"qp": "written as the program's optimality conditions,", "game": "written as the game's LCP,"}
 KEPT = ((OF_PROGRAMS, "the program"), (WITH_BOUNDS, "M, q and bounds"), (("",), "M and q"))
 
 
@@ -39,7 +39,7 @@ KEPT = ((OF_PROGRAMS, "the program"), (WITH_BOUNDS, "M, q and bounds"), (("",), 
 @problem_output
 def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> int:
     """Write the problem in FILE in another format."""
-    from lcpcli.files.writing import is_rounded
+    from lcpcli.files.writing import exact_endings, is_rounded, kind_of
 
     files = [file] if q_file is None else [file, q_file]
     threads.settle(files)
@@ -51,11 +51,15 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     lost = [] if output is None else problems.lost(written.rounded, output)
     if lost:
         kept = next(kept for endings, kept in KEPT if str(output).endswith(endings))
-        problems.tell(f"{output}: the format keeps only {kept}; left out: {', '.join(lost)}")
+        form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
+        problems.tell(f"{output}: {form} {kept}; left out: {', '.join(lost)}")
     if output is not None and output.endswith(OF_PROGRAMS):
         _tell_of_names(written.rounded, output)
     if output is not None and is_rounded(written, output):
-        problems.tell(f"{output}: some numbers have more digits than doubles and were rounded; {TEXT} keep them all")
+        endings = " or ".join(exact_endings(written.rounded))
+        problems.tell(
+            f"{output}: some numbers have more digits than doubles and were rounded; {endings} would keep them all"
+        )
     return 0
 
 

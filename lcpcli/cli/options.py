@@ -11,7 +11,7 @@ import click
 from lcpcli.cli import candidates
 from lcpcli.cli.command import Choice, argument, option
 from lcpcli.cli.output import ITERATES
-from lcpcli.files.formats import FORMATS as suffixes
+from lcpcli.files.formats import WRITTEN
 from lcpcli.methods.registry import ADDITIONS, METHODS
 from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
 from lcpcli.report.formats import FORMATS
@@ -155,7 +155,7 @@ def output_file(
 
 def problem_output(command: Command) -> Command:
     """Declare -o of a command that writes a problem."""
-    meaning = f"Write to this file, in the format of its suffix: {', '.join(suffixes)}."
+    meaning = f"Write to this file, in the format of its suffix: {WRITTEN}."
     return cast(Command, output_file(f"{meaning}  [default: JSON to standard output]")(command))
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.written import Written
 
 
+PARTS = {"qp": ["objective"], "game": ["payoffs"]}  # of an origin, as users call them
 Given = Mapping[str, Any]  # by the options OF_BOUNDS: texts for lower and upper, a number for infinity; and by game
 
 
@@ -199,14 +200,16 @@ def write(
 
 def lost(problem: Problem, output: str) -> list[str]:
     """What a problem holds that the format of the file does not keep."""
+    from lcpcli.files.writing import kind_of
+
     if output.endswith(COMPLETE):
         return []
     held = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
     if output.endswith(OF_PROGRAMS):
         del held["name"], held["origin"]
     known = [name for name, value in held.items() if (value is not None and not isinstance(value, str)) or value]
-    if problem.origin is not None and problem.origin.data()["kind"] == "names":
-        known[-1] = "names"
+    if known[-1:] == ["origin"]:
+        known[-1:] = [*PARTS.get(kind_of(problem), []), *["names"] * any(problem.names)]
     return [*known, *(["solution"] if problem.solutions else [])]
 
 

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 from lcpcli.errors import ProblemError, count
 from lcpcli.files.content import decode
-from lcpcli.files.csv_format import NUMERIC, is_comment, is_number
+from lcpcli.files.csv_cells import NUMERIC, is_number
+from lcpcli.files.csv_format import is_comment
 from lcpcli.rational.numbers import ratio
 
 DELIMITERS = ";\t,"

@@ -4,8 +4,9 @@ Bounds of z are two more columns, headed lower and upper next to one headed q, i
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
 of names, blank lines, lines that begin with # and a byte order mark are skipped; any line endings are accepted. A
-header whose first name is empty, as pandas writes it, marks the first column as an index, which is skipped too. The
-decimal mark is a point or, where commas do not separate the columns, a comma.
+header whose first name is empty, as pandas writes it, marks the first column as an index, which is skipped too; so
+does one whose first name is followed by names alone below it, or, in a problem, by 0, 1, 2, ... or 1, 2, 3, ... in a
+column too many. The decimal mark is a point or, where commas do not separate the columns, a comma.
 """
 
 from __future__ import annotations
@@ -19,14 +20,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, misread, quoted
+from lcpcli.errors import ProblemError, count, quoted
+from lcpcli.files import csv_cells
 from lcpcli.files.content import decode
+from lcpcli.files.csv_cells import NUMERIC, is_number
 from lcpcli.files.formats import NEAREST
 from lcpcli.files.keys import BOUNDS, OTHER_NAMES
 from lcpcli.linalg import matrices
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import RATIO, decimal
+from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -36,16 +39,17 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactParts
 
 DELIMITERS = (";", "\t", ",")
-NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 SPREADSHEET_ERROR = re.compile(r"\s*#[A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$)")  # such as #N/A, #REF!, #DIV/0!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
+UNNAMED = "; is the first column an index? leave the first cell of the header empty"
 HEADED = "name q, lower and upper in a header, if the last columns are these"
-NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
 def parse(content: bytes, number: Number = float) -> Problem | Matrix:
     """The problem in a text of n rows of n + 1 columns, or M in one of n rows of n columns; number makes doubles."""
-    rows, places, _ = _table(decode(content), number)
+    rows, places, header, _ = _table(decode(content), number)
+    if _is_counted(rows, places, header):
+        rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
     if places:
         return _mixed(rows, places)
     table = np.array(rows)
@@ -56,7 +60,9 @@ def parse(content: bytes, number: Number = float) -> Problem | Matrix:
         raise ProblemError(
             "",
             f"has {count(n, 'row')} of {count(columns, 'column')}",
-            _numbering(table) or (f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE),
+            _numbering(table)
+            or (f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE)
+            + UNNAMED * (columns == n + 2 and bool(header)),
         )
     return Problem(np.ascontiguousarray(table[:, :n]), np.ascontiguousarray(table[:, n]))
 
@@ -82,23 +88,19 @@ def parse_vector(field: str, content: bytes, n: int | None = None, number: Numbe
 
 def parse_columns(content: bytes) -> tuple[list[list[float]], list[str]]:
     """The rows of a table of numbers, and the names that its header gives the columns, if it has one."""
-    rows, _, header = _table(decode(content))
+    rows, _, header, _ = _table(decode(content))
     return rows, header
 
 
 def parse_payoffs(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
     """The rows of a table of numbers as they are written, fractions among them, its index and its header, if any."""
-    text = decode(content)
-    lines = _lines(text)
-    rows, _, header = _table(text, str)
-    delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
-    first, *others = (_fields(*line, delimiter) for line in lines)
-    return rows, [row[0].strip() for row in others] if _heads_an_index(first) else [], header
+    rows, _, header, index = _table(decode(content), str)
+    return rows, index, header
 
 
 def parse_bound(field: str, content: bytes, number_of: Callable[[str], Any]) -> list[Any]:
     """The bounds in a text of one row or one column, None where there is none."""
-    rows, _, _ = _table(decode(content), number_of, all_bounds=True)
+    rows, *_ = _table(decode(content), number_of, all_bounds=True)
     if len(rows) > 1 and len(rows[0]) > 1:
         raise ProblemError(field, f"has {len(rows)} rows and {len(rows[0])} columns", "give one row or one column")
     return [x for row in rows for x in row]
@@ -141,7 +143,7 @@ def is_comment(line: str) -> bool:
 
 def _rows(text: str, number_of: Callable[[str], Any] = float) -> list[list[Any]]:
     """The numbers of a text without bounds."""
-    rows, places, _ = _table(text, number_of)
+    rows, places, *_ = _table(text, number_of)
     if places:
         raise ProblemError("", f"has columns headed {', '.join(places)}", "give one row or one column of numbers")
     return rows
@@ -155,34 +157,36 @@ def _lines(text: str) -> list[tuple[int, str]]:
 
 def _table(
     text: str, number_of: Callable[[str], Any] = float, all_bounds: bool = False
-) -> tuple[list[list[Any]], dict[str, int], list[str]]:
-    """The numbers of a text; if its header names bounds, the columns of q, lower and upper, from 0; and the header,
-    empty if there is none. Absent bounds are None. With all_bounds, all numbers are bounds, and a header may name
-    anything."""
+) -> tuple[list[list[Any]], dict[str, int], list[str], list[str]]:
+    """The numbers of a text; if its header names bounds, the columns of q, lower and upper, from 0; the header and the
+    index, empty if there are none. Absent bounds are None. With all_bounds, all numbers are bounds, and a header may
+    name anything."""
     lines = _lines(text)
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
     delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
-    first = _fields(*lines[0], delimiter)
-    indexed = _heads_an_index(first)
+    (top, first), *others = ((number, _fields(number, line, delimiter)) for number, line in lines)
+    indexed = _heads_an_index(first, [row[0] for _, row in others])
     places: dict[str, int] = {}
     header: list[str] = []
-    absent = all_bounds and any(map(_is_absent, first))
+    absent = all_bounds and any(map(csv_cells.is_absent, first))
     if indexed or not (absent or any(is_number(entry) or NUMERIC.match(entry) for entry in first)):
-        places = {} if all_bounds else _places(lines[0][0], first[indexed:])
+        places = {} if all_bounds else _places(top, first[indexed:])
         if not (places or all_bounds):
-            _refuse_misplaced_q(lines[0][0], first)
+            _refuse_misplaced_q(top, first)
         header = [name.strip() for name in first[indexed:]]
         del lines[0]
+    else:
+        others.insert(0, (top, first))
     bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
     commas = delimiter != "," and any("," in line for _, line in lines)
     rows = [
         [
-            (_bound if all_bounds or i in bounds else _value)(entry, number, i, commas, number_of)
-            for i, entry in enumerate(_fields(number, line, delimiter), 1)
+            (csv_cells.bound if all_bounds or i in bounds else csv_cells.value)(entry, number, i, commas, number_of)
+            for i, entry in enumerate(row, 1)
             if i > indexed
         ]
-        for number, line in lines
+        for number, row in others
     ]
     for (number, _), row in zip(lines, rows, strict=True):
         if len(row) != len(rows[0]):
@@ -193,7 +197,7 @@ def _table(
             )
     if not rows:
         raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
-    return rows, places, header
+    return rows, places, header, [row[0].strip() for _, row in others] if indexed else []
 
 
 def _places(line: int, header: list[str]) -> dict[str, int]:
@@ -214,31 +218,23 @@ def _places(line: int, header: list[str]) -> dict[str, int]:
     return {name: names.index(name) for name in ("q", *BOUNDS) if name in names}
 
 
-def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any]) -> Any:
-    if number_of is str and RATIO.fullmatch(entry.strip()):
-        return entry.strip()
-    return number_of(_numeric(entry, line, column, commas))
-
-
-def _is_absent(entry: str) -> bool:
-    return entry.strip().casefold() in ("", "none", "null")
-
-
-def _bound(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any]) -> Any:
-    """A bound, None if the cell is empty or names an absent one."""
-    text = entry.strip().casefold()
-    if _is_absent(entry):
-        return None
-    if text.lstrip("+-") in ("inf", "infinity"):
-        return float(text) if number_of is float else None
-    return _value(entry, line, column, commas, number_of)
-
-
-def _heads_an_index(header: list[str]) -> bool:
-    """Whether the first line is a header, as pandas writes it, whose first column is an index: it has no name, and the
-    others have names or are numbered from 0."""
+def _heads_an_index(header: list[str], below: list[str]) -> bool:
+    """Whether the first line is a header whose first column is an index: it has no name, as pandas writes it, or one
+    with names alone below it, and the others have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
-    return not first and bool(others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
+    named = bool(below) and csv_cells.is_name(first) and all(map(csv_cells.is_name, below))
+    return (
+        (named or not first)
+        and bool(others)
+        and all(name == str(i) or csv_cells.NAME.match(name) for i, name in enumerate(others))
+    )
+
+
+def _is_counted(rows: list[list[Any]], places: dict[str, int], header: list[str]) -> bool:
+    """Whether a table with a header and one column too many for a problem has a first one that only counts."""
+    n, first = len(rows), [row[0] for row in rows]
+    is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
+    return is_long and first in (list(range(n)), list(range(1, n + 1)))
 
 
 def _numbering(table: Any) -> str:
@@ -269,31 +265,3 @@ def _fields(number: int, line: str, delimiter: str | None) -> list[str]:
         long = f"it may have an entry of more than {most} characters"
         fault = long if len(line) > most else "its quotation marks do not match"
         raise ProblemError(f"line {number}", f"is not CSV ({fault})", "correct it there") from None
-
-
-def is_number(entry: str) -> bool:
-    try:
-        float(entry)
-    except ValueError:
-        return False
-    return "_" not in entry
-
-
-def _numeric(entry: str, line: int, column: int, commas: bool) -> str:
-    """The entry, checked to be a finite number, with a decimal point.
-
-    commas : whether the decimal mark of the file is a comma.
-    """
-    number = entry.replace(",", ".", 1) if commas else entry
-    mixed = commas and "." in entry
-    if is_number(number) and math.isfinite(float(number)) and not mixed:
-        return number
-    place = f"line {line}, column {column}"
-    if not entry.strip():
-        raise ProblemError(place, "is empty", "give a number")
-    if mixed:
-        hint = "use one decimal mark and no thousands separators"
-        raise ProblemError(place, f"is {quoted(entry)} in a file with decimal commas", hint)
-    if is_number(number):
-        raise ProblemError(place, f"is {quoted(entry.strip())}", "give a finite number in double precision")
-    raise ProblemError(place, *misread(entry, f"is {quoted(entry)}, not a number"))

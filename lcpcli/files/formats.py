@@ -31,6 +31,7 @@ WITH_BOUNDS = (*COMPLETE, ".csv")  # those that keep the bounds of z
 COMPRESSED = tuple(f"{ending}.gz" for ending in (".mtx", *READ_ONLY))  # read as if it were not
 PROBLEMS = (*FORMATS, *READ_ONLY, *COMPRESSED)  # all suffixes of files with one problem
 TEXTS = (".json", ".csv", ".mtx", *OF_PROGRAMS)  # those that are written in decimals, with any number of digits
+WRITTEN = f"{', '.join(FORMATS)}, or {' or '.join(OF_PROGRAMS)} for a program"
 TEXT_FORMS = {(FORMATS | READ_ONLY)[ending] for ending in TEXTS}
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 

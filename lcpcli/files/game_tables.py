@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
 
-from lcpcli.errors import LCPError, OptionError, ProblemError
+from lcpcli.errors import LCPError, OptionError, ProblemError, quoted
 from lcpcli.files import csv_format, reading
+from lcpcli.files.csv_cells import is_number
 from lcpcli.files.inputs import Input
 from lcpcli.files.keys import BOUNDS
 
@@ -47,13 +48,17 @@ def hint(paths: Sequence[str]) -> str:
 
 
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
-    """The names that the two tables, the second one from the path, give the strategies of a player; none where they
-    differ. ProblemError if they are the same in another order."""
+    """The names that the two tables, the second one from the path, give the strategies of a player; none for numbers of
+    strategies that differ. ProblemError if they are others, or in another order."""
+    if names and others and len(names) != len(others):
+        return []
     if names and others and names != others:
         if sorted(names) == sorted(others):
             fault = f"has the {key} {', '.join(others)}, the other table {', '.join(names)}"
             raise ProblemError(reading.place(path), fault, "put them in the same order")
-        return []
+        own, other = next((own, name) for own, name in zip(others, names, strict=True) if own != name)
+        fault = f"has {quoted(own)} among the {key} where the other table has {quoted(other)}"
+        raise ProblemError(reading.place(path), fault, "give both tables the same names, or one of them none")
     return names or others
 
 
@@ -75,5 +80,5 @@ def _payoffs(path: str) -> tuple[list[list[str]], list[str], list[str]]:
         rows, *labels = csv_format.parse_payoffs(content)
     except ProblemError as error:
         raise error.inside(reading.place(path)) from None
-    index, header = ([] if any(not name or csv_format.is_number(name) for name in own) else own for own in labels)
+    index, header = ([] if any(not name or is_number(name) for name in own) else own for own in labels)
     return rows, index, header

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, TEXTS, WITH_BOUNDS, load
+from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, TEXTS, WITH_BOUNDS, WRITTEN, load
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.game import Game
 from lcpcli.rational.written import Written, of_game
@@ -44,7 +44,7 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
     """The contents of the files to be written, as `Format.render` has them."""
     problem, exact = (found.own, [found.exact]) if ending in TEXTS else (found.rounded, [])
     if ending in OF_PROGRAMS:
-        if problem.origin is None or problem.origin.data()["kind"] != "qp":
+        if kind_of(problem) != "qp":
             raise ProblemError(path, "is for programs, and the problem is not made from one", f"use {_or(COMPLETE)}")
         try:
             return load(READ_ONLY[ending]).render(problem, *exact)
@@ -74,15 +74,29 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
     return bool(found.exact) or (game is not None and game.written is not None)
 
 
+def kind_of(problem: Problem) -> str:
+    """What a problem comes from: "qp", "game", "names", or "" for nothing."""
+    return "" if problem.origin is None else str(problem.origin.data()["kind"])
+
+
+def exact_endings(problem: Problem) -> list[str]:
+    """The suffixes of files that keep all digits of a problem: of a program and of a game those that keep it."""
+    if kind_of(problem) in ("qp", "game"):
+        return [".json", *OF_PROGRAMS] if kind_of(problem) == "qp" else [".json"]
+    return [ending for ending in TEXTS if ending in (WITH_BOUNDS if problem.is_mixed else FORMATS)]
+
+
 def ending_of(path: str) -> str:
     """The suffix of a file to be written, one of FORMATS or OF_PROGRAMS, or a ProblemError."""
     ending = Path(path).suffix
     if ending in OF_PROGRAMS:
         return ending
     if ending in READ_ONLY:
-        raise ProblemError(path, "is of a format that is only read", f"use {_or(COMPLETE)}, or .mps for a program")
+        raise ProblemError(
+            path, "is of a format that is only read", f"use {_or(COMPLETE)}, or {_or(OF_PROGRAMS)} for a program"
+        )
     if ending not in FORMATS:
-        raise ProblemError(path, "has no known suffix", f"use {_or(FORMATS)}")
+        raise ProblemError(path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {WRITTEN}")
     return ending
 
 

@@ -24,7 +24,6 @@ from lcpcli.verify.certificate import Certificate
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12
-PRINTED = 100  # columns of text whose components of z are legible across a printed page
 NONE = "-"  # in place of the strategies of an iterate that has none
 
 
@@ -37,8 +36,8 @@ def shown_components(n: int, width: int | None) -> Indices | None:
 
 
 def room(form: str, width: int | None) -> int | None:
-    """The width of text for the iterates in a format, on a screen of that width; None if there is none."""
-    return {"table": width, "latex": PRINTED}.get(form)
+    """The width of text for the iterates in a format, on a screen of that width; None if there is none, as in files."""
+    return width if form == "table" else None
 
 
 def kept_components(problem: Problem, width: int | None) -> Indices | None:
