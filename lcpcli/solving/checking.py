@@ -21,10 +21,11 @@ from lcpcli.options import TOL
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.solving.minimum import WORDS, kind_of_point
+from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector
 from lcpcli.verify import equilibrium, exact_solution
 from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
-from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
+from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas, verify_farkas_exactly
 
 MOST_SECONDS = 60.0  # for exact multipliers
 LEAST_GAIN = 1e-8  # of the terms of the objective, that shows that x is no optimum
@@ -78,7 +79,7 @@ def check(
         return verified(problem, values if values.size in lengths(problem) else as_vector("z", z, n), tol or TOL.value)
     if tol is not None:
         raise ParameterError("tol", "has no effect on a proof", "leave it out")
-    return verify_farkas(problem, fractions_of(as_vector("y", y, n)))
+    return verified_proof(problem, fractions_of(as_vector("y", y, n)))
 
 
 def lengths(problem: Problem) -> dict[int, str]:
@@ -123,6 +124,26 @@ def verified_exactly(
         readings = _readings(given, exact, own, lambda x, y: _completed(data, given, x, y))
     found = _first_accepted(verify_exactly(data, list(z), w if len(values) == data.n else None) for z in readings)
     return given.told(found, TOL.value)
+
+
+def verified_proof(
+    problem: Problem, y: list[Fraction], data: ExactProblem | None = None, is_rounded: bool = False
+) -> Verification:
+    """Verify a proof y that there is no solution; of a program also what it proves: that it is infeasible, say.
+
+    data : in exact arithmetic, for these. is_rounded : whether y is known to be rounded.
+    """
+    found = verify_farkas_exactly(data, y, is_rounded) if data else verify_farkas(problem, y)
+    origin = problem.origin
+    if not isinstance(origin, Program) or not found.accepted:
+        return found
+    if data and not data.are_floats():  # of which nothing was proved but what y proves
+        answer = undecided(origin)
+    else:
+        of_doubles = origin.program(conditions_of(problem))
+        assert of_doubles is not None
+        answer = without_minimum(problem, rounded(y), origin, of_doubles)
+    return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
 
 class _Given:
