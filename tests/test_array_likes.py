@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -111,7 +112,7 @@ def test_sequences_of_other_types_are_lists() -> None:
         (lambda: lcpcli.solve(M, {1.0, 2.0}), "q: is of type set; give a list of numbers"),
         (lambda: lcpcli.solve(M, b"12"), "q: is of type bytes; give a list of numbers"),
         (lambda: lcpcli.solve(M, np.array([None, 1])), "q[0]: is null; give a number"),
-        (lambda: lcpcli.solve(M, [Fraction(1, 3), 1]), "q[0]: is of type Fraction; give a number"),
+        (lambda: lcpcli.solve(M, [Decimal("0.1"), 1]), "q[0]: is of type Decimal; give a number"),
         (lambda: lcpcli.solve(M, np.ones((2, 2))), "q: has 2 dimensions; give a flat list of numbers"),
         (lambda: lcpcli.solve(M, Q, upper=Broken()), "upper: is of type Broken, and gives no array"),
         (lambda: lcpcli.solve_many(M, [np.ones(2), np.ones(1)]), "Q[1]: has 1 entry where Q[0] has 2"),
@@ -125,3 +126,32 @@ def test_what_is_no_array_is_refused_by_its_field(call: Callable[[], Any], said:
     with pytest.raises(LCPError) as refusal:
         call()
     assert str(refusal.value).startswith(said)
+
+
+def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> None:
+    third = Fraction(1, 3)
+    problem = lcpcli.Problem([[third, 1], np.array([0, third])], [-third, 0.5], lower=third, upper=[None, Fraction(9)])
+    assert problem.M.tolist() == [[1 / 3, 1], [0, 1 / 3]]
+    assert problem.q.tolist() == [-1 / 3, 0.5]
+    assert problem.box.lower.tolist() == [1 / 3, 1 / 3]
+    assert problem.box.upper.tolist() == [np.inf, 9]
+    assert lcpcli.Problem(np.array([[third]]), np.array([-third])).q.tolist() == [-1 / 3]
+    given = lcpcli.Problem(M, Q)
+    exact = [Fraction(4, 3), Fraction(7, 3)]
+    found = lcpcli.check(given, exact)
+    assert (found.accepted, found.exact) == (True, True)
+    assert not lcpcli.check(given, [Fraction(4, 3) + Fraction(1, 10**30), exact[1]])
+    assert not lcpcli.check(given, exact, tol=1e-10).exact
+    assert lcpcli.check(given, np.array(exact)).exact
+    with pytest.raises(LCPError, match="z: has 3 entries for 2 unknowns"):
+        lcpcli.check(given, [*exact, third])
+    assert lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[third]).accepted
+
+
+def test_the_exact_solution_of_an_lcp_and_of_a_program_is_verified_exactly() -> None:
+    program = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
+    for problem in (lcpcli.Problem(M, Q), program):
+        result = lcpcli.exact(problem)
+        assert result.exact is not None
+        found = lcpcli.check(problem, result.exact.z)
+        assert (found.accepted, found.exact) == (True, True)

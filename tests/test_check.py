@@ -281,3 +281,17 @@ def test_quiet_leaves_the_outcome_to_the_exit_code(checked: Callable[..., Any]) 
         outcome = checked(answer, "--exact", "-q")
         assert (outcome.code, outcome.out, outcome.err) == (code, "", "")
     assert checked("0 0", "-q").err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("numbers", "code"), [("-1,4,0", 0), ("-1,1,1", 1), ("-.5,1,1", 1), ("-1/2,1,1", 1)])
+def test_a_solution_given_here_may_begin_with_a_minus_sign(
+    lcp: Callable[..., Any], tmp_path: Path, numbers: str, code: int
+) -> None:
+    path = tmp_path / "p.json"
+    path.write_text('{"M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "q": [1, -4, 1], "lower": [null, 0, 0]}')
+    for arguments in ((str(path), numbers), (str(path), "--tol", "1e-9", numbers), (str(path), numbers, "--exact")):
+        outcome = lcp("check", *arguments)
+        assert (outcome.code, outcome.err) == (code, "")
+    assert "no option '-x1'" in lcp("check", str(path), "-x1").err
+    assert "no option '-x'" in lcp("check", str(path), numbers, "-x").err
+    assert "given 2 times" in lcp("check", str(path), numbers, "--tol", "-1", "--tol", "-1").err

@@ -130,3 +130,39 @@ def test_stationary_point_is_not_called_a_minimizer() -> None:
     found = lcpcli.check(problem, [0.5, 0])
     assert found.accepted
     assert found.statement.startswith("x is a stationary point and need not be a minimizer")
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (
+            {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
+            ["the program is unbounded below", "improves for ever in the direction (up 1, out 1)"],
+        ),
+        (
+            {"c": [1, 1], "A": [[1, 1]], "row_lower": [3], "upper": 1, "rows": ["both"]},
+            ["the program is infeasible: no x satisfies its constraints", "by its rows times (both 1)"],
+        ),
+    ],
+)
+def test_a_proof_is_told_in_terms_of_the_program(
+    lcp: Lcp, tmp_path: Path, given: dict[str, Any], told: list[str]
+) -> None:
+    problem, result = tmp_path / "p.json", tmp_path / "r.json"
+    problem.write_text(json.dumps(given))
+    lcp("solve", str(problem), "-o", str(result), "-q")
+    for exact in ([], ["--exact"]):
+        outcome = lcp("check", str(problem), str(result), *exact)
+        assert outcome.code == 0
+        assert [line.removeprefix("excluded within the bounds ") for line in outcome.out.splitlines()[1:]] == [
+            f"proved: {told[0]}",
+            told[1],
+        ]
+    assert json.loads(lcp("check", str(problem), str(result), "--format", "json").out)["statement"] == told[0]
+
+
+def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(lcp: Lcp, tmp_path: Path) -> None:
+    (tmp_path / "p.json").write_text('{"c": [-0.1, -0.1], "A": [[0.1, -0.1]], "b": [-0.2]}')
+    (tmp_path / "y.json").write_text('{"z": null, "certificate": {"kind": "farkas", "vector": [1, 1, 0]}}')
+    outcome = lcp("check", str(tmp_path / "p.json"), str(tmp_path / "y.json"), "--exact")
+    assert "proved: the program has no minimum: it is infeasible or unbounded below\n" in outcome.out

@@ -89,3 +89,16 @@ def test_a_log_that_another_run_writes_is_left_to_it(option: str, lcp: Lcp, fold
     assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
     assert "log.jsonl: is being written by another run" in outcome.err
     assert (folder / "log.jsonl").read_text() == before
+
+
+def test_programs_without_an_optimum_are_counted_by_what_is_proved_of_them(lcp: Lcp, folder: Path) -> None:
+    unbounded, infeasible = '{"c": [-1, -1], "A": [[1, -1]], "b": [-2]}', '{"c": [1], "A": [[1]], "b": [2], "upper": 1}'
+    (folder / "lps.jsonl").write_text(f"{unbounded}\n{infeasible}\n{GOOD}\n")
+    table = lcp("solve", "lps.jsonl")
+    assert [line.split()[2] for line in table.out.splitlines()[1:]] == ["unbounded", "infeasible", "solved"]
+    summary = "lcp: 3 problems: 1 unbounded, 1 infeasible, 1 solved\n"
+    assert table.err == summary
+    assert lcp("solve", "lps.jsonl", "-o", "log.jsonl").err == summary
+    assert lcp("solve", "lps.jsonl", "--resume", "log.jsonl").err == summary
+    statuses = [json.loads(line)["status"] for line in (folder / "log.jsonl").read_text().splitlines()]
+    assert statuses == ["infeasible", "infeasible", "solved"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 import subprocess
 import sys
@@ -51,3 +52,20 @@ def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(tmp_path: P
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.stderr, done.returncode) == ("", 0)
     assert done.stdout == " ".join(map(str, pieces)) + "\n"
+
+
+@pytest.mark.parametrize("taken", [0, 1, 3])
+def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken: int, tmp_path: Path) -> None:
+    game = lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]])
+    search = lcpcli.solutions(game)
+    for _ in zip(range(taken + (taken == 3)), search, strict=False):
+        continue
+    deep = copy.deepcopy(search)
+    assert list(map(str, deep)) == list(map(str, search.pieces))
+    (tmp_path / "it").write_bytes(pickle.dumps(search))
+    code = "import pickle\nit = pickle.load(open('it', 'rb'))\nprint(len(list(it)), len(it.equilibria.extreme), it)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.stderr, done.returncode) == ("", 0)
+    assert done.stdout == f"{taken} {taken} {search}\n"
+    assert deep.others is (False if taken == 3 else None)
+    assert len(list(search)) == 3

@@ -126,7 +126,7 @@ def test_a_sparse_matrix_of_other_than_real_numbers_is_refused_by_name(kind: str
         (sparse.csc_array(np.ones((3, 3))), "M: is 3 x 3"),
         (np.ones(2), "M: has 1 dimension; "),
         (np.ones((2, 2, 2)), "M: has 3 dimensions; "),
-        ([[10**400, 0], [0, 1]], "M: contains an integer beyond"),
+        ([[10**400, 0], [0, 1]], "M: contains a number beyond"),
         ([[True, 0], [0, 1]], "M[0][0]: is true"),
         ([[1, 0], [np.False_, 1]], "M[1][0]: is false"),
         ({"a": 1}, "M: is an object"),

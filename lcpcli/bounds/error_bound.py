@@ -13,7 +13,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lcpcli.bounds import comparison, definite
 from lcpcli.bounds.neighbour import neighbour
@@ -21,7 +20,7 @@ from lcpcli.bounds.rounding import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_ra
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import Vector, VectorLike
 
 SOURCES = {
     "comparison": "Chen and Xiang 2006, M is H+",
@@ -50,7 +49,7 @@ NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore")
-def error_bound(problem: Problem, z: ArrayLike) -> Bound | None:
+def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     """The smallest proved bound on |z - z*|_inf for this M, z* being the unique solution.
 
     The class of M is verified, not estimated, and all rounding errors are bounded and included. It costs O(n^3) for

@@ -95,14 +95,12 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
     """The verification of one answer, in exact arithmetic where there are exact data."""
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
-    from lcpcli.verify import equilibrium, verification
+    from lcpcli.verify import equilibrium
 
     if answer.kind == "farkas":
         if tol is not None:
             raise OptionError("--tol", "has no effect on a proof", "leave it out")
-        if data:
-            return verification.verify_farkas_exactly(data, answer.values, is_rounded=not answer.exact)
-        return verification.verify_farkas(problem, answer.values)
+        return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
     if answer.rows is not None:
         equilibrium.require_strategies(problem, answer.values, answer.rows)
     if data:

@@ -6,6 +6,7 @@ they are declared with, the names that it accepts, and its exit codes.
 
 from __future__ import annotations
 
+import re
 from collections import Counter, UserDict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
@@ -25,6 +26,8 @@ OPTIONAL = "--trace"  # the option whose value may be left out
 SWEEP = "--sweep"  # the option by which values of another are compared
 HELP = "Help"  # the heading of options that click declares
 WIDEST_LINE = 100  # columns of help on a wide terminal
+NEGATIVE = re.compile(r"-[.\d]")  # how a number begins that is no option
+MASK = "\0"  # before such a number, so that click's parser takes no option for it; no word of a command line has it
 WIDEST_TERM = 26  # columns; the meaning of a longer term begins on the next line
 ELSEWHERE = {  # words of other tools for options, with ours
     "eps": "tol",
@@ -66,6 +69,9 @@ class Option(click.Option):
         super().__init__(*names, **attributes)
         self.heading = heading
 
+    def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
+        return super().type_cast_value(ctx, _unmasked(value))
+
 
 class Argument(click.Argument):
     """An argument listed in help under a heading: each of its words with its meaning."""
@@ -73,6 +79,9 @@ class Argument(click.Argument):
     def __init__(self, *names: Any, heading: str, words: Mapping[str, str], **attributes: Any) -> None:
         super().__init__(*names, **attributes)
         self.heading, self.words = heading, words
+
+    def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
+        return super().type_cast_value(ctx, _unmasked(value))
 
 
 def option(heading: str, *names: str, **attributes: Any) -> Callable[[Declared], Declared]:
@@ -127,8 +136,10 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given = list(args)
+        if ctx.allow_interspersed_args:  # else the words are another command's
+            args = [MASK * bool(NEGATIVE.match(word)) + word for word in args]
         try:
-            self._refuse_repeated(ctx, given)
+            self._refuse_repeated(ctx, args)
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
             if OPTIONAL in given[:-1]:  # it takes the next word as its file
@@ -203,6 +214,13 @@ def _folded(line: str, indent: str, width: int) -> str:
     room = width - len(indent)
     parts = [line] if len(line) <= room else wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
     return " \\\n".join(indent + part for part in parts)
+
+
+def _unmasked(value: Any) -> Any:
+    """A word, or several, without masks."""
+    if isinstance(value, (list, tuple)):
+        return type(value)(_unmasked(word) for word in value)
+    return value.removeprefix(MASK) if isinstance(value, str) else value
 
 
 def _is_plain_flag(option: click.Option) -> bool:

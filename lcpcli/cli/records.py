@@ -33,8 +33,8 @@ NO_MEMORY = "there is not enough memory for it"
 class Record(NamedTuple):
     """What is written of a problem.
 
-    text : in the format of the output. word : its status. complaints : lines for standard error. interrupted : whether
-    Ctrl-C ended it.
+    text : in the format of the output. word : how it ended. complaints : lines for standard error. interrupted :
+    whether Ctrl-C ended it.
     """
 
     text: str
@@ -122,7 +122,7 @@ class Task:
 
     def _written(self, result: Result, source: Source, remarks: Sequence[str] = ()) -> Record:
         text = rows.of_result(result, source, self.form, self.width) if self.form else ""
-        return Record(text, result.status.word, result.exit_code, tuple(remarks), result.interrupted)
+        return Record(text, result.word, result.exit_code, tuple(remarks), result.interrupted)
 
     def _bad(self, source: Source, fault: LCPError) -> Record:
         message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"

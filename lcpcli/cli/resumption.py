@@ -20,6 +20,7 @@ from lcpcli.methods.registry import OPTIONS
 from lcpcli.options import LIMITS
 from lcpcli.report.numbers import finite
 from lcpcli.report.render import BAD_INPUT
+from lcpcli.solving.answer import word_of
 from lcpcli.solving.result import Status
 
 UNSHOWN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
@@ -171,4 +172,5 @@ def _kind(record: Mapping[str, Any]) -> Record:
     if word == BAD_INPUT:
         return Record("", word, exit_codes.BAD_INPUT)
     unproved = record["exact"] is not None and record["exact"]["status"] is None
-    return Record("", word, exit_codes.NOT_SOLVED if unproved else Status[word.upper()].exit_code)
+    code = exit_codes.NOT_SOLVED if unproved else Status[word.upper()].exit_code
+    return Record("", word_of(word, (record.get("answer") or {}).get("proved")), code)

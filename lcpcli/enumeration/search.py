@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from copy import copy
 from itertools import count, tee
+from typing import Any
 
 from lcpcli import clock, options
 from lcpcli.enumeration.blocks import blocks, restricted
@@ -74,6 +75,7 @@ class Solutions(Iterator[Piece]):
     problem : the problem, in exact arithmetic. pieces : those found so far, each of which lies in no other one, found
     or not. complete : whether they are proved to be all. others : whether there are others, None if that is not known.
     Once there are `max_solutions`, the search goes on for another one for about as many steps as it has taken.
+    Copies, and what has been pickled, have what was found until then, and end with it.
     """
 
     def __init__(self, problem: ExactProblem, time_limit: float, most: int | None) -> None:
@@ -89,6 +91,9 @@ class Solutions(Iterator[Piece]):
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
         self._steps, self._last = 0, math.inf
         self._search = self._started()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_search": iter(())}
 
     def __iter__(self) -> Iterator[Piece]:
         """From the first piece on: those found so far, then further ones."""

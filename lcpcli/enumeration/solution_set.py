@@ -9,8 +9,10 @@ from lcpcli.enumeration.piece import Piece
 from lcpcli.enumeration.search import Solutions
 from lcpcli.errors import count
 from lcpcli.model.reductions.game import Game
+from lcpcli.model.reductions.program import Program
 from lcpcli.rational.polyhedra import Point
 from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving.no_minimum import undecided
 
 COMPLETE, UNSOLVABLE = "complete", "unsolvable"  # proved to be all; proved that there are none
 ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"  # what ended the search before
@@ -76,7 +78,9 @@ class SolutionSet:
     def message(self) -> str:
         """The whole in one sentence."""
         if self.status == UNSOLVABLE:
-            return "no solution: every choice of states is excluded in rational arithmetic"
+            told = "no solution: every choice of states is excluded in rational arithmetic"
+            origin = self.data.problem.origin
+            return f"{told}; {undecided(origin).statement}" if isinstance(origin, Program) else told
         found = self.count
         if not self.complete:
             if not self.pieces:

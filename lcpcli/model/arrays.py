@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from numbers import Rational
 from typing import Any
 
 import numpy as np
@@ -142,7 +143,7 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     if isinstance(values, (bool, np.bool_, str)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     values = values if isinstance(values, (int, float)) else plain(field, values, expected)
-    if isinstance(values, (int, float)) or _is_number_in_array(values):
+    if isinstance(values, (int, float, Rational)) or _is_number_in_array(values):
         with np.errstate(over="ignore"):
             values = np.full(n, _as_floats(field, [values])[0])
     if isinstance(values, (list, tuple)):
@@ -235,9 +236,8 @@ def _as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
     except OverflowError:
-        raise ProblemError(
-            field, "contains an integer beyond the range of double precision", "scale the problem"
-        ) from None
+        fault = "contains a number beyond the range of double precision"
+        raise ProblemError(field, fault, "scale the problem") from None
 
 
 def _refuse_other_types(field: str, values: Any) -> None:
@@ -281,7 +281,7 @@ def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
     if {type(v) for v in values} <= {int, float}:
         return
     for i, v in enumerate(values):
-        if isinstance(v, (int, float, np.integer, np.floating)) and not isinstance(v, bool):
+        if isinstance(v, (int, float, np.integer, np.floating, Rational)) and not isinstance(v, bool):
             continue
         if not _is_number_in_array(v):
             text = str(v) if isinstance(v, (str, complex)) else ""

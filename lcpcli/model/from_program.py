@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.matrices import compressed, is_sparse, stack
@@ -15,7 +14,7 @@ from lcpcli.model.arrays import FROM_0, NO_BOUND, as_intervals, as_matrix, as_sq
 from lcpcli.model.labels import program_by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
 
@@ -24,14 +23,14 @@ LARGEST_DENSE = 1000  # variables for which a program without any matrix is kept
 
 def from_qp(
     Q: Any,
-    c: ArrayLike,
+    c: VectorLike,
     A: Any = None,
-    b: ArrayLike | None = None,
+    b: VectorLike | None = None,
     *,
-    row_lower: ArrayLike | None = None,
-    row_upper: ArrayLike | None = None,
-    lower: ArrayLike | None = 0.0,
-    upper: ArrayLike | None = None,
+    row_lower: BoundLike = None,
+    row_upper: BoundLike = None,
+    lower: BoundLike = 0.0,
+    upper: BoundLike = None,
     free: Sequence[int] = (),
     sense: str = "min",
     constant: float = 0.0,
@@ -81,13 +80,13 @@ def from_qp(
 
 def from_qpsolvers(
     P: Any,
-    q: ArrayLike,
+    q: VectorLike,
     G: Any = None,
-    h: ArrayLike | None = None,
+    h: VectorLike | None = None,
     A: Any = None,
-    b: ArrayLike | None = None,
-    lb: ArrayLike | None = None,
-    ub: ArrayLike | None = None,
+    b: VectorLike | None = None,
+    lb: BoundLike = None,
+    ub: BoundLike = None,
     *,
     infinity: float = math.inf,
     **texts: str,
@@ -109,15 +108,16 @@ def from_qpsolvers(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
-    return _problem(qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity), Program(np.size(q)), texts)
+    data = qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity)
+    return _problem(data, Program(data.c.size), texts)
 
 
 def from_osqp(
     P: Any,
-    q: ArrayLike,
+    q: VectorLike,
     A: Any = None,
-    l: ArrayLike | None = None,  # noqa: E741 (its name there)
-    u: ArrayLike | None = None,
+    l: BoundLike = None,  # noqa: E741 (its name there)
+    u: BoundLike = None,
     **texts: str,
 ) -> Problem:
     """The conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the names of OSQP.
@@ -183,7 +183,7 @@ def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Inter
     return low, high
 
 
-def _objective(field: str, given: ArrayLike) -> Vector:
+def _objective(field: str, given: VectorLike) -> Vector:
     linear = as_vector(field, given)
     if not linear.size:
         raise ProblemError(field, "is empty", "give a program with at least one variable")

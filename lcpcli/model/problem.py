@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.accurate import accurate_residual
@@ -23,7 +22,7 @@ from lcpcli.model.array_likes import plain
 from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.labels import by_label
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
     from lcpcli.model.reductions.kinds import Origin
@@ -48,7 +47,8 @@ class Problem:
     M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix
         or array. Kept dense or in compressed sparse rows, as are all arrays in memory of its own that is read-only:
         what happens to yours later changes nothing. Only arrays that are read-only already are not copied.
-    q : shape (n,); as any vector also an array of shape (n, 1) or (1, n).
+    q : shape (n,); as any vector also an array of shape (n, 1) or (1, n). Numbers in lists may be Fractions, here and
+        in all that follows, which count as the nearest doubles.
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
         infinity in u are no bounds. They are kept as those two numbers if they are nothing else, as arrays otherwise.
     infinity : the size from which on bounds are infinite, often 1e20; by default only infinite ones are.
@@ -99,18 +99,18 @@ class Problem:
     def __init__(
         self,
         M: Any,
-        q: ArrayLike,
+        q: VectorLike,
         name: str = "",
-        x0: ArrayLike | None = None,
-        x1: ArrayLike | None = None,
-        solutions: Sequence[ArrayLike] = (),
+        x0: VectorLike | None = None,
+        x1: VectorLike | None = None,
+        solutions: Sequence[VectorLike] = (),
         verdict: str = "",
         source: str = "",
         note: str = "",
         reference: str = "known",
         origin: Any = None,
-        lower: ArrayLike | None = 0.0,
-        upper: ArrayLike | None = math.inf,
+        lower: BoundLike = 0.0,
+        upper: BoundLike = math.inf,
         infinity: float = math.inf,
         names: Sequence[str] = (),
     ) -> None:

@@ -6,18 +6,17 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lcpcli.errors import ParameterError, ProblemError, count, kind
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import Vector, VectorLike
 
 STATES = ("lower", "basic", "upper")
 
 
 def starting_point(
-    problem: Problem, x0: ArrayLike | None, z0: ArrayLike | None, basis: Sequence[str] | None = None
+    problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Sequence[str] | None = None
 ) -> Vector:
     """x0, or the x of z0 and w = M z0 + q, or of states, or the problem's own starting point, or the origin."""
     if basis is not None:

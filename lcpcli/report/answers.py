@@ -21,7 +21,8 @@ def lines(result: Result, compared: bool) -> list[str]:
     answer = result.answer
     if answer is None:
         return []
-    told = [text for text in (", ".join(_parts(result)), answer.statement, *_proofs(result)) if text]
+    proofs = no_optimum(answer, result.problem.origin)
+    told = [text for text in (", ".join(_parts(result)), answer.statement, *proofs) if text]
     if answer.exact:
         from lcpcli.rational.numbers import brief
 
@@ -70,12 +71,11 @@ def strategies(
     ]
 
 
-def _proofs(result: Result) -> list[str]:
+def no_optimum(answer: Any, origin: Any) -> list[str]:
     """Why a program has no optimum: the multipliers of the rows that exclude each other, and the ray."""
     from lcpcli.model.reductions.program import Program
     from lcpcli.solving.answer import Minimum
 
-    answer, origin = result.answer, result.problem.origin
     if not isinstance(answer, Minimum) or not isinstance(origin, Program):
         return []
     rows, direction = "excluded within the bounds by its rows times", "improves for ever in the direction"

@@ -37,7 +37,7 @@ def of_result(result: Result, source: Source, form: str, width: int) -> str:
         width,
         str(source),
         str(result.problem.n),
-        _words(result.status.word),
+        _words(result.word),
         str(result.iterations),
         summary.residual(result),
         numbers.duration(result.seconds),

@@ -92,7 +92,7 @@ def _counts(results: Sequence[Result]) -> Cells:
             numbers.duration(_end(result)),
             residual(result),
             error(result.error, result.problem),
-            result.status.word.replace("_", " "),
+            result.word.replace("_", " "),
             _verified(result),
         ]
         for result in results
@@ -120,7 +120,7 @@ def _milestones(results: Sequence[Result]) -> Cells:
         reached = {m.level: _cell(m) for m in (result.curve.milestones if result.curve else ())}
         end = _taken(result.iterations, _end(result))
         levels = [reached.get(level, NOT_REACHED) for level in LEVELS]
-        status = SHORT.get(result.status.word, result.status.word)
+        status = SHORT.get(result.word, result.word)
         rows.append([name(result), *levels, end, error(result.error, result.problem), status, _verified(result)])
     return header, rows
 

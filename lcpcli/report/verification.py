@@ -54,12 +54,14 @@ def _lines(verification: Verification, width: int | None) -> str:
 
 
 def _of_program(verification: Verification) -> list[str]:
-    """What x is, and the multipliers that were found for it."""
+    """What x is, and the multipliers that were found for it; or what proves that there is none."""
     told = [verification.statement] * bool(verification.statement)
-    if verification.multipliers is None:
+    if verification.multipliers is None and verification.answer is None:
         return told
-    from lcpcli.report.answers import named
+    from lcpcli.report.answers import named, no_optimum
 
+    if verification.multipliers is None:
+        return [*told, *no_optimum(verification.answer, verification.problem.origin)]
     rows = getattr(verification.problem.origin, "rows", ())
     return [*told, f"found y = {named(verification.multipliers.tolist(), rows)}"]
 
@@ -101,7 +103,7 @@ def _json(verification: Verification) -> str:
         "violations": [
             {"index": v.index, "kind": v.kind, "z": _number(v.z), "w": _number(v.w)} for v in verification.violations
         ],
-        "statement": verification.statement or None,
+        "statement": verification.statement or getattr(verification.answer, "statement", None),
         "multipliers": None if verification.multipliers is None else verification.multipliers.tolist(),
     }
     return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"

@@ -16,6 +16,11 @@ point and the program is not convex, so that x need not be an optimum; that the 
 one of the two."""
 
 
+def word_of(status: str, proved: str | None) -> str:
+    """How a run ended, in a word: of a program that has no optimum why it has none, else the status."""
+    return proved if proved in (INFEASIBLE, UNBOUNDED, NONE) else status
+
+
 @dataclass(frozen=True, eq=False)
 class Minimum:
     """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and

@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
-from numpy.typing import ArrayLike
-
 from lcpcli.clock import seconds
 from lcpcli.errors import Interrupted, OptionError, ParameterError, likely
 from lcpcli.methods import registry as methods
@@ -16,7 +14,7 @@ from lcpcli.solving import run as driver
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Callback, Trace
-from lcpcli.typing import Interrupts, MethodName
+from lcpcli.typing import BoundLike, Interrupts, MethodName, VectorLike
 
 STARTS, LIMITS = ("x0", "z0", "basis"), ("tol", "max_iterations", "time_limit")
 RAISE: Interrupts = "raise"
@@ -26,14 +24,14 @@ COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "thr
 
 def solve(
     M: Any,
-    q: ArrayLike,
+    q: VectorLike,
     method: MethodName = "auto",
     *,
-    lower: ArrayLike | None = 0.0,
-    upper: ArrayLike | None = math.inf,
+    lower: BoundLike = 0.0,
+    upper: BoundLike = math.inf,
     infinity: float = math.inf,
-    x0: ArrayLike | None = None,
-    z0: ArrayLike | None = None,
+    x0: VectorLike | None = None,
+    z0: VectorLike | None = None,
     basis: Sequence[str] | None = None,
     tol: float | None = None,
     max_iterations: int | None = None,
@@ -99,8 +97,8 @@ def run(
     problem: Problem,
     method: MethodName = "auto",
     *,
-    x0: ArrayLike | None = None,
-    z0: ArrayLike | None = None,
+    x0: VectorLike | None = None,
+    z0: VectorLike | None = None,
     basis: Sequence[str] | None = None,
     tol: float | None = None,
     max_iterations: int | None = None,

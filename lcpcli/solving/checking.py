@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
+from numbers import Rational
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lcpcli import clock, options
 from lcpcli.errors import ParameterError, count
@@ -21,10 +21,11 @@ from lcpcli.options import TOL
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.solving.minimum import WORDS, kind_of_point
-from lcpcli.typing import Vector
+from lcpcli.solving.no_minimum import undecided, without_minimum
+from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import equilibrium, exact_solution
 from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
-from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
+from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas, verify_farkas_exactly
 
 MOST_SECONDS = 60.0  # for exact multipliers
 LEAST_GAIN = 1e-8  # of the terms of the objective, that shows that x is no optimum
@@ -32,17 +33,18 @@ BESIDE = {"min": "above the minimum", "max": "below the maximum"}
 
 
 def check(
-    problem: Problem, z: ArrayLike | None = None, *, y: ArrayLike | None = None, tol: float | None = None
+    problem: Problem, z: VectorLike | None = None, *, y: VectorLike | None = None, tol: float | None = None
 ) -> Verification:
     """Verify a proposed solution z of a problem, or a proof y that there is none, from whatever source: `lcp check`.
 
     Parameters
     ----------
     problem : a Problem.
-    z : shape (n,); accepted if its relative residual is at most tol. Of a problem made from a program also x, shape
-        (k,), for which multipliers are sought, or x and then the multipliers y of the rows, shape (k + m,). Of a game
-        also the probabilities of the row and then of the column player's strategies: each player's are nonnegative with
-        the sum 1.
+    z : shape (n,); accepted if its relative residual is at most tol. If a number in it is a fractions.Fraction and tol
+        is not given, it is verified in exact arithmetic, for the doubles of the problem as they are. Of a problem made
+        from a program also x, shape (k,), for which multipliers are sought, or x and then the multipliers y of the
+        rows, shape (k + m,). Of a game also the probabilities of the row and then of the column player's strategies:
+        each player's are nonnegative with the sum 1.
     y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
     tol : 1e-10 by default.
 
@@ -66,6 +68,9 @@ def check(
     >>> program = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
     >>> lcpcli.check(program, [1, 0]).statement
     'x is the unique minimizer, as Q is positive definite'
+    >>> from fractions import Fraction
+    >>> lcpcli.check(problem, [Fraction(4, 3), Fraction(7, 3)]).exact
+    True
     """
     n = as_problem(problem).n
     options.check((TOL,), {"tol": tol})
@@ -75,10 +80,23 @@ def check(
         raise ParameterError("y", "is given beside z", "leave one out")
     if z is not None:
         values = as_vector("z", z)
-        return verified(problem, values if values.size in lengths(problem) else as_vector("z", z, n), tol or TOL.value)
+        if values.size not in lengths(problem):
+            as_vector("z", z, n)
+        if tol is None and (exact := _fractions(z)):
+            return verified_exactly(ExactProblem.of_floats(problem), exact)
+        return verified(problem, values, tol or TOL.value)
     if tol is not None:
         raise ParameterError("tol", "has no effect on a proof", "leave it out")
-    return verify_farkas(problem, fractions_of(as_vector("y", y, n)))
+    rounded_y = as_vector("y", y, n)
+    return verified_proof(problem, _fractions(y) or fractions_of(rounded_y))
+
+
+def _fractions(values: Any) -> list[Fraction]:
+    """The numbers of a list, or an array, in which one is a Fraction; else none."""
+    listed = values.tolist() if isinstance(values, np.ndarray) else values
+    if not isinstance(listed, (list, tuple)) or not any(isinstance(value, Fraction) for value in listed):
+        return []
+    return [Fraction(value) if isinstance(value, Rational) else Fraction(float(value)) for value in listed]
 
 
 def lengths(problem: Problem) -> dict[int, str]:
@@ -123,6 +141,26 @@ def verified_exactly(
         readings = _readings(given, exact, own, lambda x, y: _completed(data, given, x, y))
     found = _first_accepted(verify_exactly(data, list(z), w if len(values) == data.n else None) for z in readings)
     return given.told(found, TOL.value)
+
+
+def verified_proof(
+    problem: Problem, y: list[Fraction], data: ExactProblem | None = None, is_rounded: bool = False
+) -> Verification:
+    """Verify a proof y that there is no solution; of a program also what it proves: that it is infeasible, say.
+
+    data : in exact arithmetic, for these. is_rounded : whether y is known to be rounded.
+    """
+    found = verify_farkas_exactly(data, y, is_rounded) if data else verify_farkas(problem, y)
+    origin = problem.origin
+    if not isinstance(origin, Program) or not found.accepted:
+        return found
+    if data and not data.are_floats():  # of which nothing was proved but what y proves
+        answer = undecided(origin)
+    else:
+        of_doubles = origin.program(conditions_of(problem))
+        assert of_doubles is not None
+        answer = without_minimum(problem, rounded(y), origin, of_doubles)
+    return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
 
 class _Given:

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ParameterError, ProblemError
@@ -24,7 +23,7 @@ from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, 
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.neighbours import one_after_another
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Mask, MethodName, Vector
+from lcpcli.typing import BoundLike, Mask, MethodName, Vector
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
@@ -40,8 +39,8 @@ def solve_many(
     M: Any,
     Q: Any = None,
     *,
-    lower: ArrayLike | None = 0.0,
-    upper: ArrayLike | None = math.inf,
+    lower: BoundLike = 0.0,
+    upper: BoundLike = math.inf,
     infinity: float = math.inf,
     method: MethodName = "auto",
     **options: Any,

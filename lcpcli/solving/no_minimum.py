@@ -19,7 +19,6 @@ from lcpcli.linalg.matrices import compressed
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.program import Program, ProgramData
 from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Minimum
-from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import farkas, proof
 
@@ -29,12 +28,14 @@ MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is used
 WORDS = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
-def without_minimum(result: Result, program: Program, data: ProgramData) -> Minimum:
+def without_minimum(problem: Problem, vector: Vector | None, program: Program, data: ProgramData) -> Minimum:
     """Which constraints exclude each other, or in which direction the objective improves for ever, where it is proved
-    that the conditions have no solution."""
-    problem, k = result.problem, program.variables
-    best, side = WORDS[program.sense]
-    of_x, of_rows = _halves(result, k)
+    that the conditions have no solution.
+
+    vector : a y of Farkas for them, if there is one.
+    """
+    k, (_, side) = program.variables, WORDS[program.sense]
+    of_x, of_rows = _halves(problem, vector, k)
     known = _feasibility(problem, data, of_rows)
     if known.feasible is False:
         y = None if known.vector is None else program.parts(known.vector)[1]
@@ -44,6 +45,12 @@ def without_minimum(result: Result, program: Program, data: ProgramData) -> Mini
     ray = None if y is None else y[:k]
     if known.feasible:
         return _nowhere(f"the program is unbounded {side}", UNBOUNDED, ray=ray)
+    return undecided(program, ray)
+
+
+def undecided(program: Program, ray: Vector | None = None) -> Minimum:
+    """What is known of each program whose conditions have no solution."""
+    best, side = WORDS[program.sense]
     return _nowhere(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray=ray)
 
 
@@ -53,11 +60,11 @@ def _nowhere(
     return Minimum(None, None, None, None, statement, proved, ray=ray, certificate=certificate)
 
 
-def _halves(result: Result, k: int) -> tuple[Vector, Vector]:
-    """The y of Farkas that the result has, for the k variables alone and for the rows alone; zeros if it has none."""
-    certificate, of_x, of_rows = result.certificate, np.zeros(result.problem.n), np.zeros(result.problem.n)
-    if certificate is not None and certificate.vector is not None:
-        of_x[:k], of_rows[k:] = certificate.vector[:k], certificate.vector[k:]
+def _halves(problem: Problem, vector: Vector | None, k: int) -> tuple[Vector, Vector]:
+    """The y of Farkas for the k variables alone and for the rows alone; zeros if there is none."""
+    of_x, of_rows = np.zeros(problem.n), np.zeros(problem.n)
+    if vector is not None:
+        of_x[:k], of_rows[k:] = vector[:k], vector[k:]
     return of_x, of_rows
 
 

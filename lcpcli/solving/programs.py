@@ -8,27 +8,24 @@ import math
 import warnings
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from lcpcli.errors import OptionError
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.from_program import from_qpsolvers, qpsolvers_program
 from lcpcli.model.problem import Problem
 from lcpcli.solving.answer import STATIONARY
 from lcpcli.solving.call import run
-from lcpcli.typing import MethodName, Vector
+from lcpcli.typing import BoundLike, MethodName, Vector, VectorLike
 
 
 def solve_qp(
     P: Any,
-    q: ArrayLike,
+    q: VectorLike,
     G: Any = None,
-    h: ArrayLike | None = None,
+    h: VectorLike | None = None,
     A: Any = None,
-    b: ArrayLike | None = None,
-    lb: ArrayLike | None = None,
-    ub: ArrayLike | None = None,
+    b: VectorLike | None = None,
+    lb: BoundLike = None,
+    ub: BoundLike = None,
     method: MethodName = "auto",
     *,
     infinity: float = math.inf,
@@ -53,7 +50,7 @@ def solve_qp(
     if not is_semidefinite(data.Q):
         _warn_of_stationary_point()
         return None
-    return result.z[: np.size(q)]
+    return result.z[: data.c.size]
 
 
 def _warn_of_stationary_point() -> None:

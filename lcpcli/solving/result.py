@@ -13,6 +13,7 @@ import numpy as np
 from lcpcli.clock import Lap
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import states_of
+from lcpcli.solving.answer import word_of
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.suggestions import NONE, Suggestions, in_python
 from lcpcli.solving.trace import Trace
@@ -275,6 +276,11 @@ class Result:
     def solved(self) -> bool:
         """Whether z is a solution: by its residual, recomputed from M and q, or by exact arithmetic."""
         return self.status is Status.SOLVED
+
+    @property
+    def word(self) -> str:
+        """That of the status; of a program without an optimum that of its answer: unbounded, say."""
+        return word_of(self.status.word, getattr(self.answer, "proved", None))
 
     @property
     def success(self) -> bool:

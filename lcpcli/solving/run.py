@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lcpcli.clock import MOST_LAPS, Stopwatch, seconds
 from lcpcli.errors import ParameterError, kind
@@ -28,7 +27,7 @@ from lcpcli.solving.loop import Loop
 from lcpcli.solving.observer import Observe, Observer
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Trace
-from lcpcli.typing import Vector
+from lcpcli.typing import Vector, VectorLike
 
 
 @with_limited_threads
@@ -36,9 +35,9 @@ from lcpcli.typing import Vector
 def run(
     problem: Problem,
     method: str,
-    x0: ArrayLike | None = None,
+    x0: VectorLike | None = None,
     *,
-    z0: ArrayLike | None = None,
+    z0: VectorLike | None = None,
     basis: Sequence[str] | None = None,
     limits: Limits | None = None,
     trace: Trace | None = None,

@@ -15,7 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Generic, Literal, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 
@@ -68,6 +68,7 @@ class Verification:
     strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.
     statement : of a program, what its x is, or what it violates; else "".
     multipliers : those found for an x of a program that was given without any, shape (m,); else None.
+    answer : for a proof that a program has no optimum, why it has none, as in `result.Result`; else None.
     """
 
     problem: Problem
@@ -85,6 +86,7 @@ class Verification:
     strategies: Strategies | None = None
     statement: str = ""
     multipliers: Vector | None = None
+    answer: Any = None  # a Minimum, of a room above
 
     def __repr__(self) -> str:
         from lcpcli.report.notebook import verification_text
