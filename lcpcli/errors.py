@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 SHOWN = 40  # the most characters of a text from a file that a message quotes
 REAL = "give real numbers; lcp solves real problems only"  # the hint for a complex number
+SHORTEST = 3  # the characters of a known word that is taken for the beginning of an unknown one
 LONGEST = 200  # the characters of a text that are looked at for what it may be
 COMPLEX = re.compile(r"\(?([-+\d.eE]*[-+])?\d[\d.eE]*\s*\*?[ijIJ]\)?")
 EXPRESSION = re.compile(r"\w+\s*(\*|\^)|(\*|\^)\s*\w|\b(exp|log|sin|cos|sqrt|min|max)\(|\b[xz]\W?\d")
@@ -29,11 +30,12 @@ def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
 
 
 def nearest(given: str, known: Sequence[str]) -> str | None:
-    """The known word that begins like an unknown one or else resembles it; None if none does."""
+    """The known word that begins like an unknown one, or that it begins with, or else resembles it; None if none is."""
     from difflib import get_close_matches
 
     folded = given.casefold()
     begun = [word for word in known if folded and word.startswith(folded)]
+    begun += [word for word in known if len(word.lstrip("-")) >= SHORTEST and folded.startswith(word)]
     return next(iter(begun or get_close_matches(folded, known, n=1)), None)
 
 

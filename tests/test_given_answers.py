@@ -55,3 +55,20 @@ def test_tolerance_has_no_effect_on_a_proof(lcp: Lcp, tmp_path: Path) -> None:
     assert json.loads(proof.read_text())["certificate"]["kind"] == "farkas"
     assert lcp("check", str(problem), str(proof)).code == 0
     assert lcp("check", str(problem), str(proof), "--tol", "1e-3").code == 2
+
+
+def test_of_several_results_that_of_the_problem_is_checked_else_the_first_with_a_remark(
+    lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    lines = [f'{{"name": "s{i}", "M": [[2, 1], [1, 2]], "q": [-5, {-i}]}}' for i in range(3)]
+    Path("many.jsonl").write_text("\n".join(lines))
+    lcp("solve", "many.jsonl", "-o", "log.jsonl")
+    for i, line in enumerate(lines):
+        Path("one.json").write_text(line)
+        outcome = lcp("check", "one.json", "log.jsonl")
+        assert (outcome.code, outcome.err) == (0, ""), i
+    Path("other.json").write_text(lines[0].replace("s0", "another"))
+    told = "lcp: log.jsonl: the first of 3 results is checked, of s0: none is of another\n"
+    assert lcp("check", "other.json", "log.jsonl").err == told
+    assert lcp("check", "other.json", "log.jsonl", "-q").err == ""

@@ -143,3 +143,22 @@ def test_results_and_errors_pass_between_processes() -> None:
 def test_a_verification_without_the_name_of_its_problem_begins_with_the_size() -> None:
     problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
     assert str(lcpcli.check(problem, [4 / 3, 7 / 3])).startswith("n = 2\n")
+
+
+def test_what_is_no_problem_is_told_before_the_time_limit() -> None:
+    with pytest.raises(ProblemError, match="problem: is a list"):
+        lcpcli.exact(M, Q)  # type: ignore[arg-type]
+
+
+def test_the_method_of_solve_many_is_its_third_argument_as_of_solve() -> None:
+    columns = np.array([[-5.0, -1], [-6, 2]])
+    routes = [result.method for result in lcpcli.solve_many(M, columns, "fixed-point")]
+    assert routes == ["fixed-point", "fixed-point"]
+    problems = [lcpcli.Problem(M, q) for q in columns.T]
+    for results in (lcpcli.solve_many(problems, "newton"), lcpcli.solve_many(problems, method="newton")):
+        assert [result.method for result in results] == ["newton", "newton"]
+
+
+def test_a_callback_leaves_the_word_of_the_status_and_not_the_sign_of_ctrl_c() -> None:
+    result = lcpcli.solve(M, Q, "fixed-point", callback=lambda row: row.k == 3)
+    assert (result.status.word, result.interrupted) == ("interrupted", False)

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import lcpcli
 from lcpcli.bench.suites import SUITES
 from lcpcli.cli import program
 from lcpcli.cli.completion import SHELLS
 from lcpcli.cli.help import TOPICS
-from lcpcli.errors import likely
+from lcpcli.errors import OptionError, likely
 from lcpcli.gallery.families import FAMILIES
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS
@@ -69,3 +70,8 @@ def test_every_command_suggests_the_likely_option(name: str, lcp: Callable[..., 
     outcome = lcp(name, "--hepl")
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert "no option '--hepl'; did you mean --help?" in outcome.err
+
+
+def test_a_longer_word_for_an_option_is_understood() -> None:
+    with pytest.raises(OptionError, match="did you mean tol"):
+        lcpcli.solve([[2]], [-1], tolerance=1e-3)

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     "paths",
     {
         "FILE [Q_FILE]": "As for lcp solve.",
-        "SOLUTION": "A result of lcp solve in JSON or CSV (the first of several), or z as a list in JSON, as a row, a "
+        "SOLUTION": "A result of lcp solve in JSON or CSV (of several in JSON lines that of the problem, by its name, "
+        "else the first), or z as a list in JSON, as a row, a "
         "column or a table of numbers, or as numbers here: 1,0,15/29; fractions too. Of a result with fractions "
         "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof; of lcp solve --all "
         "each solution. Of a game also strategies: the probabilities of rows, then of columns, or a JSON object "
@@ -80,7 +81,9 @@ def _verifications(
     options.check((TOL,), {"tol": tol})
     data = problems.read_exact(files, given, quiet) if exact else None
     problem = data.problem if data else problems.read(files, given, quiet)
-    answers = reading.read_candidates(solution, checking.lengths(problem))
+    answers = reading.read_candidates(solution, checking.lengths(problem), problem.name)
+    if answers[0].remark and not quiet:
+        problems.tell(f"{reading.place(solution)}: {answers[0].remark}")
     try:
         found = [_verification(problem, data, answer, tol) for answer in answers]
     except ProblemError as fault:

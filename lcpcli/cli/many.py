@@ -47,6 +47,8 @@ def run(
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = given["resume"] or (output.path if is_log else None)
     if given["resume"] and not Path(given["resume"]).exists():
+        if not given["resume"].casefold().endswith(LINES):
+            raise OptionError("--resume", f"there is no log {given['resume']}", "name one, or a new FILE.jsonl")
         refuse_unwritable(given["resume"])
     form = "json" if given["resume"] else "" if output.silent else output.form
     width = rows.width_of([place(file) for file in files])

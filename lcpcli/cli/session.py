@@ -144,7 +144,8 @@ def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result
 
 def _refuse_amiss(files: Sequence[str], output: Output, plot: Plot, resumed: str | None) -> None:
     """Refuse conflicting inputs and outputs."""
-    written = {"--output": output.path, "--trace": output.trace_path, "--plot": plot.path, "--resume": resumed}
+    own = output.path if resumed is None else None  # with --resume there is no other output
+    written = {"--output": own, "--trace": output.trace_path, "--plot": plot.path, "--resume": resumed}
     refuse_clashes(files, written)
     if output.path is None and resumed is None and not output.silent:
         refuse_standard_output(files)

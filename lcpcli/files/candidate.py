@@ -1,7 +1,8 @@
 """Proposed solutions in files: a z to be verified, or a Farkas vector, with all digits.
 
-Results in JSON or CSV as `lcp solve` writes them, of several the first; lists in JSON; rows and columns of numbers;
-several in what `lcp solve --all` writes. Of a game they may be strategies, in JSON under row and column.
+Results in JSON or CSV as `lcp solve` writes them, of several in JSON lines that of the problem, else the first; lists
+in JSON; rows and columns of numbers; several in what `lcp solve --all` writes. Of a game they may be strategies, in
+JSON under row and column.
 Besides decimals, fractions like 15/29 are read, in JSON as strings. Of a result with exact vectors, these are read.
 """
 
@@ -14,7 +15,8 @@ from typing import Any, Literal, NamedTuple
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files import csv_answer
 from lcpcli.files.content import decode
-from lcpcli.files.json_format import load_first
+from lcpcli.files.json_format import load
+from lcpcli.files.log import record_of
 from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
 
@@ -32,6 +34,7 @@ class Candidate(NamedTuple):
     w : the w given with exact values; else None.
     claim : a claim of the result that the vector cannot verify; "" if there is none.
     rows : how many of the values are of the row player's strategy, where it is given as one; else None.
+    remark : which of several results it is, where that may not be the one that was meant; else "".
     """
 
     kind: Literal["solution", "answer", "farkas"]
@@ -40,15 +43,17 @@ class Candidate(NamedTuple):
     w: list[Fraction] | None = None
     claim: str = ""
     rows: int | None = None
+    remark: str = ""
 
 
-def of_json(content: bytes, lengths: Lengths) -> list[Candidate]:
+def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
     """The candidates, of one of these lengths, the first of which is n, in a JSON text: several in what lcp solve --all
-    writes."""
-    held = load_first(decode(content), fraction)
+    writes. name : of the problem."""
+    text, remark = record_of(decode(content), name)
+    held = load(text, fraction)
     solutions = held.get("solutions") if isinstance(held, dict) and "z" not in held else None
     if not isinstance(solutions, list):
-        return [_of_held(held, lengths)]
+        return [_of_held(held, lengths)._replace(remark=remark)]
     if not solutions:
         raise ProblemError("solutions", "is empty", "give a solution to check")
     return [_of_listed(f"solutions[{i}]", each, lengths) for i, each in enumerate(solutions)]

@@ -21,6 +21,7 @@ from lcpcli.files.locks import opened_alone
 OPENING = b'{"version": '
 END, COMPLETE = b"}\n", b', "complete": true}\n'
 NUMBER = re.compile(rb', "number": (\d+), "digest": "\w+", "given": [^\n]*$')
+NAME = re.compile(r'"problem": ("(?:[^"\\\x00-\x1f]|\\["\\/bfnrt])*")')
 UNFINISHED = "interrupted"  # the status of a record that is made again
 EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 
@@ -115,6 +116,26 @@ def opened(path: str, anew: bool) -> Iterator[Log]:
     finally:
         with telling_of(path):
             file.close()  # which tries again to write what could not be written
+
+
+def record_of(text: str, name: str) -> tuple[str, str]:
+    """Of several results, one in each line, the only one of the problem of that name, else the first as `first_of`; and
+    a remark that says so then. A text that is no such lines as it is, without a remark."""
+    lines = [line for line in text.split("\n") if line.strip()]
+    if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
+        return text, ""
+    own = [line for line in lines if _name(line) == name]
+    if len(own) == 1:
+        return own[0], ""
+    first = first_of("\n".join(lines))
+    which = f"{len(own)} are" if own else "none is"
+    return first, f"the first of {len(lines)} results is checked, of {_name(first) or 'a problem'}: {which} of {name}"
+
+
+def _name(line: str) -> str:
+    """The name of the problem of a record; "" if there is none."""
+    found = NAME.search(line)
+    return str(json.loads(found[1])) if found else ""
 
 
 def first_of(text: str) -> str:

@@ -174,11 +174,12 @@ def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
     return _blaming(path, parse)
 
 
-def read_candidates(path: str, lengths: Mapping[int, str]) -> list[Candidate]:
+def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> list[Candidate]:
     """Proposed solutions, from a result, all solutions or a vector in any format, fractions allowed.
 
     path : a file, or the numbers themselves, as in `typed`.
-    lengths : what it may be, by its length: z and, of a program, x and y, or x.
+    lengths : what it may be, by its length: z and, of a program, x and y, or x. name : of the problem, for which one of
+        several results is taken.
     """
     from lcpcli.files import candidate, csv_format, json_format, typed
     from lcpcli.rational.problem import fractions_of
@@ -189,7 +190,7 @@ def read_candidates(path: str, lengths: Mapping[int, str]) -> list[Candidate]:
     def parse() -> list[Candidate]:
         form = csv_format if numbers else format_of(path, content)
         if form is json_format:
-            return candidate.of_json(content, lengths)
+            return candidate.of_json(content, lengths, name)
         if form is csv_format:
             return candidate.of_text(content, lengths)
         values = fractions_of(form.parse_vector("z", content))

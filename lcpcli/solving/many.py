@@ -38,11 +38,11 @@ SHARP = 1e-13  # the relative residual from which on a solution is refined, as r
 def solve_many(
     M: Any,
     Q: Any = None,
+    method: MethodName = "auto",
     *,
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
-    method: MethodName = "auto",
     **options: Any,
 ) -> Iterator[Result]:
     """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
@@ -60,7 +60,8 @@ def solve_many(
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) for each column its own.
     infinity : the size from which on they are infinite, often 1e20; by default only infinite ones are.
     method, options : as in `solve`, for every problem; a time limit is for each of them. Anything but tol,
-        max_iterations, time_limit, threads and interrupts has the columns solved one by one.
+        max_iterations, time_limit, threads and interrupts has the columns solved one by one. With interrupts="return"
+        Ctrl-C ends a problem that is solved by itself: its result is `interrupted`, and the next problem follows.
 
     Yields
     ------
@@ -69,7 +70,8 @@ def solve_many(
     Raises
     ------
     ProblemError, OptionError : as `solve`, on the call; for a stream of Problems when its turn comes.
-    KeyboardInterrupt : by Ctrl-C; of a problem that is solved by itself the Interrupted of `solve`.
+    KeyboardInterrupt : by Ctrl-C; of a problem that is solved by itself the Interrupted of `solve`, unless `interrupts`
+        is "return".
 
     Examples
     --------

@@ -80,10 +80,11 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     >>> [str(value) for value in result.exact.z], result.exact.proof
     (['4/3', '7/3'], "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic")
     """
+    as_problem(problem)
     require()
     refuse_unknown_options("auto", {"interrupts": interrupts})
     limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
-    result = driver.run(as_problem(problem), "auto", limits=limits, conclude=False)
+    result = driver.run(problem, "auto", limits=limits, conclude=False)
     result = prove(partial(ExactProblem.of_floats, problem), result, limits.time_limit - result.seconds)
     return unless_interrupted(concluded([result])[0], interrupts)
 

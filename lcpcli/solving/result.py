@@ -113,7 +113,8 @@ class Result:
     limits : the tolerance for the relative residual, and when the run had to stop.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
-    interrupted : whether Ctrl-C ended it, although z may turn out to be a solution.
+    interrupted : whether Ctrl-C ended it, although z may turn out to be a solution. It is False where a callback did,
+        for which `status.word` is "interrupted".
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace : the rows kept, or None if not requested.
     curve : a second trace, for figures and milestones; None if not requested.
