@@ -281,3 +281,12 @@ def test_quiet_leaves_the_outcome_to_the_exit_code(checked: Callable[..., Any]) 
         outcome = checked(answer, "--exact", "-q")
         assert (outcome.code, outcome.out, outcome.err) == (code, "", "")
     assert checked("0 0", "-q").err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("z", "told"), [("3,3", False), ("1e-6,3", True)])
+def test_a_point_on_the_bounds_is_told_only_where_it_is_near(
+    z: str, told: bool, lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "p.json").write_text('{"M": [[2, 1], [1, 2]], "q": [5, -6]}')
+    outcome = lcp("check", str(tmp_path / "p.json"), z)
+    assert (outcome.code, "put on their bounds" in outcome.out) == (1, told)
