@@ -69,3 +69,18 @@ def test_as_many_bounds_may_be_typed_as_a_problem_has(lcp: Callable[..., Any], t
     lcp("make", "tridiagonal", "-n", "2000", "-o", made)
     written = lcp("convert", made, "--upper", ",".join(map(str, range(2000))))
     assert json.loads(written.out)["upper"] == [*range(2000)]
+
+
+def test_bounds_of_a_program_or_a_game_are_refused_and_those_of_named_unknowns_are_not(
+    lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "p.json"
+    for text, hint in (
+        ('{"Q": [[1]], "c": [-1]}', "this is a program; give the bounds of its variables in the file"),
+        ('{"A": [[1]], "B": [[1]]}', "this is a game; leave it out"),
+    ):
+        file.write_text(text)
+        refused = lcp("solve", str(file), "--lower", "1")
+        assert (refused.code, refused.err) == (2, f"lcp: --lower: is for problems M and q, and {hint}\n")
+    file.write_text('{"M": [[1]], "q": [-3], "names": ["a"]}')
+    assert "n = 1 (1 boxed)" in lcp("solve", str(file), "--upper", "1").out

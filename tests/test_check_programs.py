@@ -93,6 +93,14 @@ def test_answers_in_json_are_read(keys: str, lcp: Lcp, tmp_path: Path) -> None:
     assert (outcome.code, outcome.out.splitlines()[2]) == (0, UNIQUE)
 
 
+def test_a_rounded_x_is_accepted_by_the_tolerance_that_is_named(lcp: Lcp, tmp_path: Path) -> None:
+    program = {"Q": [[6, 1], [1, 2]], "c": [-1, -3], "A": [[1, 3]], "row_upper": [1]}
+    (tmp_path / "p.json").write_text(json.dumps(program))
+    refused = lcp("check", str(tmp_path / "p.json"), "0,0.33333")
+    assert "; --tol 1e-05 accepts it" in refused.out
+    assert lcp("check", str(tmp_path / "p.json"), "0,0.33333", "--tol", "1e-05").code == 0
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

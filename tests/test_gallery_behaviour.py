@@ -113,3 +113,12 @@ def test_american_put_at_the_exercise_price_is_worth_what_the_formula_says() -> 
 def normal(x: float) -> float:
     """The distribution function of the standard normal distribution."""
     return (1 + math.erf(x / math.sqrt(2))) / 2
+
+
+def test_unknowns_of_spatial_prices_have_names_in_the_order_of_z() -> None:
+    problem = gallery.make("spatial-prices", 8)
+    assert list(problem.names[:5]) == ["supply1", "supply2", "demand1", "demand2", "flow1-1"]
+    assert list(problem.names[5:]) == ["flow1-2", "flow2-1", "flow2-2"]
+    flow = problem.names.index("flow1-2")
+    column = problem.M.toarray()[:, flow]
+    assert {problem.names[i]: column[i] for i in column.nonzero()[0]} == {"supply1": -1, "demand2": 1}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -130,6 +131,29 @@ def test_other_labels_are_refused(tables: list[str], lcp: Callable[..., Any], tm
     assert "B.csv: has 'rihgt' among the columns where the other table has 'right'; give both" in refused.err
     (tmp_path / "B.csv").write_text("left,middle,right\n2,0,1\n0,3,1\n")
     assert "B: is 2 x 3 but A is 2 x 2" in lcp("solve", *tables, "--game").err
+
+
+def test_a_division_by_zero_is_named_by_file_line_and_column(
+    tables: list[str], lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "B.csv").write_text("left,right\n2,0\n0,1/0\n")
+    assert "B.csv: line 3, column 2: is '1/0', a division by 0; give a number" in lcp("solve", *tables, "--game").err
+
+
+def test_check_says_what_tolerance_accepts_rounded_strategies_and_how_many_there_are(
+    lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    game = [str(tmp_path / "A.csv"), str(tmp_path / "B.csv"), "--game"]
+    (tmp_path / "A.csv").write_text("3,0,1\n0,2,1\n")
+    (tmp_path / "B.csv").write_text("1,0,0\n0,2,0\n")
+    rounded = "0.6666667,0.3333333,0.4,0.6,0"
+    refused = lcp("check", *game, rounded)
+    assert refused.code == 1
+    (told,) = re.findall(r"; --tol (\S+) accepts it", refused.out)
+    assert float(told) <= 1e-6
+    assert lcp("check", *game, rounded, "--tol", told).code == 0
+    assert "accepts it" not in lcp("check", *game, "0.7,0.3,0.4,0.6,0").out
+    assert "z: has 4 entries for 2 and 3 strategies; make them agree" in lcp("check", *game, "1,0,0,1").err
 
 
 def test_the_same_labels_in_another_order_are_refused(

@@ -33,10 +33,24 @@ def test_programs_and_games_are_solved_as_they_are(lcp: Lcp, tmp_path: Path) -> 
         assert words in outcome.out
 
 
-def test_exact_has_no_effect_on_csv(lcp: Lcp) -> None:
-    outcome = lcp("solve", EXAMPLE, "--exact", "--format", "csv")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err.startswith("lcp: --exact: has no effect on the format csv")
+@pytest.mark.parametrize(
+    ("text", "cells"),
+    [
+        ('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}', ["1,4/3,0", "2,7/3,0"]),
+        ('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}', ["1,1/8,0,x1,row,3/5,6/5", "3,1/12,0,y1,column,2/5,6/5"]),
+        ('{"Q": [[3]], "c": [-1]}', ["1,1/3,0,x,1/3,0.0"]),
+    ],
+    ids=["problem", "game", "program"],
+)
+def test_csv_of_exact_answers_has_fractions_which_check_reads(
+    text: str, cells: list[str], lcp: Lcp, tmp_path: Path
+) -> None:
+    file, solution = str(tmp_path / "p.json"), str(tmp_path / "z.csv")
+    (tmp_path / "p.json").write_text(text)
+    assert lcp("solve", file, "--method", "newton", "--exact", "-o", solution).code == 0
+    lines = Path(solution).read_text().splitlines()
+    assert [line for line in lines if line in cells] == cells, lines
+    assert lcp("check", file, solution, "--exact").code == 0
 
 
 @pytest.mark.parametrize("answer", ["nan\n1\n2\n0\n", "inf,0,0,0", "[NaN, 1, 2, 0]", '{"z": [Infinity, 0, 0, 0]}'])

@@ -273,3 +273,11 @@ def test_bad_programs_are_told_in_words_of_our_own(
 def test_a_complaint_without_words_names_what_it_quotes() -> None:
     error = mps_words.fault(DIET.encode(), 'Something about "milk" in COLUMNS section')
     assert str(error) == "line 9: cannot be read because of 'milk'; compare it with a file that is read"
+
+
+def test_a_name_with_spaces_is_told_by_its_line(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    for words in ("rolled steel", "a b c"):
+        text = f"NAME p\nROWS\n N cost\n L {words}\nCOLUMNS\n x cost 1\n x {words} 2\nRHS\n RHS {words} 4\nENDATA\n"
+        (tmp_path / "p.mps").write_text(text)
+        refused = lcp("solve", str(tmp_path / "p.mps"))
+        assert (refused.code, "p.mps: line 4: has a name with spaces; write it without" in refused.err) == (2, True)

@@ -44,9 +44,7 @@ def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bo
     _refuse_without_effect(variant, given)
     threads.settle(files, given["threads"])
     options.check((TIME_LIMIT, MAX_SOLUTIONS), given)
-    output = Output(
-        given["form"], None, None, given["output"], given["quiet"], bound=False, exact=False, compared=False
-    )
+    output = Output(given["form"], None, None, given["output"], given["quiet"], bound=False, compared=False)
     of_z = {name: given[name] for name in OF_BOUNDS}
     refuse_clashes(problems.inputs(files, of_z), {"--output": output.path, "--plot": given["plot"]})
     picture = given["plot"]

@@ -109,5 +109,8 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
     if data:
         verified = checking.verified_exactly(data, answer.values, answer.w, answer.kind == "answer")
     else:
-        verified = checking.verified(problem, rounded(answer.values), tol or TOL.value, answer.kind == "answer")
+        values, is_own = rounded(answer.values), answer.kind == "answer"
+        verified = checking.verified(problem, values, tol or TOL.value, is_own)
+        if larger := checking.accepting(problem, values, verified, is_own):
+            verified = replace(verified, message=f"{verified.message}; --tol {larger:g} accepts it")
     return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified

@@ -42,7 +42,6 @@ class Output:
         output: str | None,
         quiet: bool,
         bound: bool,
-        exact: bool,
         compared: bool,
     ) -> None:
         options.check((EVERY,), {"every": every})
@@ -59,9 +58,8 @@ class Output:
             raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
         if bound and self.silent:
             raise OptionError("--bound", "has no effect with --quiet", "leave it out")
-        for flag, wanted in (("--bound", bound), ("--exact", exact)):
-            if wanted and self.form == "csv":
-                raise OptionError(flag, "has no effect on the format csv, which holds no proofs", "leave it out")
+        if bound and self.form == "csv":
+            raise OptionError("--bound", "has no effect on the format csv, which holds no proofs", "leave it out")
         if output is not None:
             from lcpcli.files.atomic_write import refuse_unwritable
 

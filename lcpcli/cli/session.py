@@ -54,7 +54,7 @@ def run(
     many : what is done instead where there may be several problems, or where it is asked for.
     """
     threads.settle(files, given["threads"])
-    output = Output(exact=exact, compared=bool(levels), **{name: given[name] for name in OF_OUTPUT})
+    output = Output(compared=bool(levels), **{name: given[name] for name in OF_OUTPUT})
     plot = Plot(given["plot"], levels)
     options.check((options.WARM, options.INFINITY), given)
     if exact:

@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 
 ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
+REFUSALS = {  # of bounds of what comes from a program or a game: the fault and the hint
+    "qp": ("is for problems M and q, and this is a program", "give the bounds of its variables in the file"),
+    "game": ("is for problems M and q, and this is a game", "leave it out"),
+}
 
 
 def bounded(
@@ -64,13 +68,9 @@ def _with_bounds(problem: Problem, given: Mapping[str, str], fetch: reading.Fetc
         values = {name: _doubles_of(value, doubles) for name, value in values.items()}
     if not values:
         return problem
-    if problem.origin is not None:
-        fault = (
-            "is a bound of z = (x, y, s)" if problem.origin.data()["kind"] == "qp" else "is a bound of probabilities"
-        )
-        raise ProblemError(
-            f"--{next(iter(values))}", fault, "change the program or game in the file, or drop its origin"
-        )
+    kind = "" if problem.origin is None else problem.origin.data()["kind"]
+    if kind in REFUSALS:
+        raise ProblemError(f"--{next(iter(values))}", *REFUSALS[kind])
     try:
         return replace(problem, solutions=(), verdict="", **values)
     except ProblemError as error:

@@ -150,7 +150,8 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
     """The values, or a ProblemError if their number is none of the lengths."""
     if len(values) in lengths:
         return values
-    fault = f"has {count(len(values), 'entry')} for {count(next(iter(lengths)), 'unknown')}"
+    n, own = next(iter(lengths.items()))
+    fault = f"has {count(len(values), 'entry')} for {own if own.endswith('strategies') else count(n, 'unknown')}"
     if len(lengths) == 1:
         raise ProblemError(field, fault, "make them agree")
     allowed = [f"{size} for {what}" for size, what in sorted(lengths.items())]

@@ -20,8 +20,10 @@ def is_name(entry: str) -> bool:
 
 
 def value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any]) -> Any:
-    if number_of is str and RATIO.fullmatch(entry.strip()):
-        return entry.strip()
+    if number_of is str and RATIO.fullmatch(own := entry.strip()):
+        if not own.rpartition("/")[2].strip("0"):
+            raise ProblemError(f"line {line}, column {column}", f"is {quoted(own)}, a division by 0", "give a number")
+        return own
     return number_of(_numeric(entry, line, column, commas))
 
 

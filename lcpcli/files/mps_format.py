@@ -20,7 +20,16 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files import mps_words
 from lcpcli.files.content import unpacked
 from lcpcli.files.formats import NEAREST
-from lcpcli.files.mps_lines import MPS, as_written, line_of, range_sides, refuse_misread, undeclared, unknown_row
+from lcpcli.files.mps_lines import (
+    MPS,
+    as_written,
+    line_of,
+    range_sides,
+    refuse_misread,
+    spaced_row,
+    undeclared,
+    unknown_row,
+)
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.model.from_program import from_qp
@@ -95,15 +104,21 @@ def _read(text: bytes, ending: str) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"program{ending}"
         file.write_bytes(text)
-        status = highs.readModel(str(file))
+        try:
+            status = highs.readModel(str(file))
+        except UnicodeDecodeError:  # a complaint that quotes what is no text
+            status = highspy.HighsStatus.kError
     complaints = [" ".join(line.partition(":")[2].split()) for line in told]
     complaints = [line for line in complaints if not any(words in line for words in TOLD_BETTER)]
+    is_error = status == highspy.HighsStatus.kError
+    if (complaints or is_error) and ending == ".mps" and (place := spaced_row(text)):
+        raise ProblemError(place, "has a name with spaces", "write it without, as with _")
     if complaints and ending == ".mps" and (unknown := unknown_row(text)):
         place = line_of(text, f'"{unknown}"')
         raise ProblemError(place, f"names {quoted(unknown)}, which is not in ROWS", "correct it, or declare it there")
     if complaints:
         raise mps_words.fault(text, complaints[0])
-    if status == highspy.HighsStatus.kError:
+    if is_error:
         raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
     return highs
 

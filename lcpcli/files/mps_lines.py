@@ -81,6 +81,12 @@ def unknown_row(text: bytes) -> str:
     return unknown
 
 
+def spaced_row(text: bytes) -> str:
+    """The first line of ROWS with more than a kind and a name; "" if there is none."""
+    found = (number for number, section, line in lines(text) if section == b"ROWS" and len(line.split()) > 2)
+    return next((f"line {number}" for number in found), "")
+
+
 def as_written(text: bytes, number: Callable[[str], float]) -> bytes:
     """The text with the doubles that are made of its numbers, where these are not the nearest ones."""
     sections, parts, end = _sections(text), list[bytes](), 0

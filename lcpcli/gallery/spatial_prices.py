@@ -21,7 +21,7 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0) -> Problem:
 
     z = (supply prices, demand prices, flows by region of supply); prices are free. Region i supplies s_i = b_i (p_i -
     a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij - r_j, what it
-    loses a unit; at its capacity it may gain.
+    loses a unit; at its capacity it may gain. They are named supply1, demand1, flow1-1 and so on.
 
     capacity : of each flow, 0 < capacity <= 1e6.
     """
@@ -36,7 +36,8 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0) -> Problem:
     sums = vstack((-kron(one, ones), kron(ones, one)))  # minus what leaves a region, plus what arrives
     slopes = diags_array(np.concatenate((b, e)))
     M = csr_array(block_array([[slopes, sums], [-sums.T, None]]))
-    prices = np.full(2 * m, np.inf)
+    prices, regions = np.full(2 * m, np.inf), range(1, m + 1)
+    flows = [f"flow{i}-{j}" for i in regions for j in regions]
     return Problem(
         M,
         np.concatenate((-a * b, -d * e, costs)),
@@ -45,4 +46,5 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0) -> Problem:
         note=f"{m} regions of supply, {m} of demand, capacity {capacity:g}.",
         lower=np.concatenate((-prices, np.zeros(m * m))),
         upper=np.concatenate((prices, np.full(m * m, capacity))),
+        names=[*(f"supply{i}" for i in regions), *(f"demand{j}" for j in regions), *flows],
     )

@@ -5,8 +5,11 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from io import StringIO
 from typing import Any
+
+import numpy as np
 
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.game import Game
@@ -22,9 +25,9 @@ OF_GAME = ("player", "probability", "payoff")
 
 
 def render(results: Sequence[Result], compared: bool) -> str:
-    """Columns component, z, w and, if a problem has bounds, state; of results that are compared, problem and method
-    before them. Behind them the names of components, if there are any, and of programs and games what each component
-    is."""
+    """Columns component, z, w (fractions where these are proved) and, if a problem has bounds, state; of results that
+    are compared, problem and method before them. Behind them the names of components, if there are any, and of programs
+    and games what each component is."""
     mixed = any(result.problem.is_mixed for result in results)
     origins = [result.problem.origin for result in results]
     games = any(isinstance(origin, Game) for origin in origins)
@@ -60,20 +63,23 @@ def _of_program(result: Result) -> list[dict[str, str]]:
         return [{}] * n
     assert answer.y is not None
     assert answer.bound_multipliers is not None
-    pairs = zip(answer.x.tolist(), answer.bound_multipliers.tolist(), strict=True)
-    cells = [("x", repr(value), repr(multiplier)) for value, multiplier in pairs]
-    cells += [("y", repr(value), "") for value in answer.y.tolist()]
-    cells += [("s", repr(value), "") for value in result.z[len(cells) :].tolist()]
+    x, y = (answer.exact["x"], answer.exact["y"]) if answer.exact else (answer.x.tolist(), answer.y.tolist())
+    pairs = zip(x, answer.bound_multipliers.tolist(), strict=True)
+    cells = [("x", number(value), repr(multiplier)) for value, multiplier in pairs]
+    cells += [("y", number(value), "") for value in y]
+    cells += [("s", number(value), "") for value in _vectors(result)[0][len(cells) :]]
     return [dict(zip(OF_PROGRAM, each, strict=True)) for each in cells]
 
 
 def _of_game(result: Result, game: Game) -> list[dict[str, str]]:
     """The player that each component is of, the probability of its strategy, and what the player gets in all."""
-    *probabilities, by_row, by_column = strategies.of_iterate(game, result.z)
+    z, _ = _vectors(result)
+    is_exact = bool(z) and not isinstance(z[0], float)
+    *probabilities, by_row, by_column = strategies.of_iterate(game, np.array(z, dtype=object) if is_exact else result.z)
     m, k = game.A.shape
     players = [("row", by_row)] * m + [("column", by_column)] * k
     cells = [(player, value, payoff) for (player, payoff), value in zip(players, probabilities, strict=True)]
-    texts = [["" if cell is None else str(cell) for cell in each] for each in cells]
+    texts = [[each[0], *("" if cell is None else number(cell) for cell in each[1:])] for each in cells]
     return [dict(zip(OF_GAME, each, strict=True)) for each in texts]
 
 
@@ -87,11 +93,28 @@ def rows(result: Result, start: Sequence[str], mixed: bool, ends: Sequence[list[
     whether there is a state."""
     states = [[state] for state in result.basis] if mixed else [[]] * result.problem.n
     return text(
-        [*start, i, repr(z), repr(w), *state, *end]
+        [*start, i, number(z), number(w), *state, *end]
         for i, (z, w, state, end) in enumerate(
-            zip(result.z.tolist(), result.w.tolist(), states, ends or [[]] * result.problem.n, strict=True), 1
+            zip(*_vectors(result), states, ends or [[]] * result.problem.n, strict=True), 1
         )
     )
+
+
+def _vectors(result: Result) -> tuple[Sequence[float | Fraction], Sequence[float | Fraction]]:
+    """z and w, as fractions where these are proved."""
+    exact = result.exact
+    if exact is not None and exact.z and exact.w:
+        return exact.z, exact.w
+    return result.z.tolist(), result.w.tolist()
+
+
+def number(value: float | Fraction) -> str:
+    """A number with all its digits."""
+    if isinstance(value, float):
+        return repr(value)
+    from lcpcli.rational import numbers
+
+    return numbers.text(value)
 
 
 def comments(lines: Sequence[str]) -> str:

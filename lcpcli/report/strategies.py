@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 
@@ -33,11 +34,11 @@ def headings(game: Game) -> list[str]:
 
 
 @np.errstate(all="ignore")  # an iterate may be anything
-def of_iterate(game: Game, z: Vector) -> list[float | None]:
-    """These are the probabilities that z stands for, and then the payoffs; they are None for a player whose part of z
-    is no strategy, and both payoffs are None then."""
+def of_iterate(game: Game, z: Vector) -> list[Any]:
+    """These are the probabilities that z stands for, and then the payoffs, doubles or fractions as z has; they are None
+    for a player whose part of z is no strategy, and both payoffs are None then."""
     parts = game.parts(z)
-    sums = [float(part.sum()) for part in parts]
+    sums = [part.sum() for part in parts]
     given = [min(part) >= 0 and 0 < total < np.inf for part, total in zip(parts, sums, strict=True)]
     x, y = (part / total for part, total in zip(parts, sums, strict=True))
     payoffs = Strategies.of(game, x, y).payoffs if all(given) else (None, None)

@@ -16,6 +16,7 @@ from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem, as_problem, conditions_of
+from lcpcli.model.reductions.game import Game
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData
 from lcpcli.options import TOL
 from lcpcli.rational.numbers import rounded
@@ -28,6 +29,7 @@ from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objec
 from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas, verify_farkas_exactly
 
 MOST_SECONDS = 60.0  # for exact multipliers
+LARGEST_TOL = 1e-4  # that is proposed for an answer whose digits were rounded
 LEAST_GAIN = 1e-8  # of the terms of the objective, that shows that x is no optimum
 BESIDE = {"min": "above the minimum", "max": "below the maximum"}
 
@@ -100,8 +102,10 @@ def _fractions(values: Any) -> list[Fraction]:
 
 
 def lengths(problem: Problem) -> dict[int, str]:
-    """What may be given to be verified, by its length: of a program x, x and y, or z."""
+    """What may be given to be verified, by its length: of a program x, x and y, or z, of a game also strategies."""
     origin = problem.origin
+    if isinstance(origin, Game):
+        return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
     if not isinstance(origin, Program):
         return {problem.n: "z"}
     return {problem.n: "z", problem.n - origin.ranges: "x and y", origin.variables: "x"}
@@ -122,6 +126,17 @@ def verified(problem: Problem, values: Vector, tol: float, own: bool = False) ->
         readings = _readings(given, values, own, lambda x, y: origin.z_of(x, y, given.data))
     found = _first_accepted(verify(problem, z, tol) for z in readings)
     return given.told(found, tol)
+
+
+def accepting(problem: Problem, values: Vector, found: Verification, own: bool = False) -> float | None:
+    """The least power of ten, at most LARGEST_TOL, that accepts values that were not, as they may have been rounded;
+    None if none does, or if they were."""
+    relative = found.relative_residual
+    if found.accepted or relative is None or not relative <= LARGEST_TOL:
+        return None
+    powers = [10.0**k for k in range(-9, 0)]
+    tried = (tol for tol in powers if relative <= tol <= LARGEST_TOL)
+    return next((tol for tol in tried if verified(problem, values, tol, own).accepted), None)
 
 
 def verified_exactly(

@@ -200,9 +200,10 @@ class Point:
     def residual(self) -> float:
         return natural_residual(self.criterion.problem, self.z, self.w) if np.isfinite(self.z).all() else np.inf
 
-    def is_near(self, other: Point) -> bool:
-        """Whether it differs from another point by no more than the tolerance, in the units of M."""
-        return bool(self.criterion.measure.distance(other._inside, self._inside) <= self.criterion.tol)
+    def is_near(self, other: Point, tol: float | None = None) -> bool:
+        """Whether it differs from another point by no more than the tolerance, or the one given, in the units of M."""
+        most = self.criterion.tol if tol is None else tol
+        return bool(self.criterion.measure.distance(other._inside, self._inside) <= most)
 
     def solution(self) -> Point | None:
         """This point or, if it is near, the first of its alternatives that solves the problem."""

@@ -33,6 +33,7 @@ from lcpcli.verify.point import Criterion, Point
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
 SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
 MIXED = "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic"
+SMALL = 1e-4  # a change that puts components on their bounds and is told
 MOST_LISTED = 10  # violations that a verification lists
 
 Number = TypeVar("Number", float, Fraction)
@@ -116,7 +117,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     accepted = point.solves()
     if not accepted:
         nearby = next((other for other in point.alternatives() if other.solves()), None)
-        if nearby is not None:
+        if nearby is not None and nearby.is_near(point, max(tol, SMALL)):
             accepted = nearby.is_near(point)
             message = f"{message}, but with components put on their bounds it is {nearby.relative_residual:.1e}"
     violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
