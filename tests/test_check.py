@@ -295,12 +295,3 @@ def test_a_solution_given_here_may_begin_with_a_minus_sign(
     assert "no option '-x1'" in lcp("check", str(path), "-x1").err
     assert "no option '-x'" in lcp("check", str(path), numbers, "-x").err
     assert "given 2 times" in lcp("check", str(path), numbers, "--tol", "-1", "--tol", "-1").err
-
-
-@pytest.mark.parametrize(("z", "told"), [("3,3", False), ("1e-6,3", True)])
-def test_a_point_on_the_bounds_is_told_only_where_it_is_near(
-    z: str, told: bool, lcp: Callable[..., Any], tmp_path: Path
-) -> None:
-    (tmp_path / "p.json").write_text('{"M": [[2, 1], [1, 2]], "q": [5, -6]}')
-    outcome = lcp("check", str(tmp_path / "p.json"), z)
-    assert (outcome.code, "put on their bounds" in outcome.out) == (1, told)

@@ -86,3 +86,12 @@ def test_of_several_results_that_of_the_problem_is_checked_else_the_first_with_a
     told = "lcp: log.jsonl: the first of 3 results is checked, of s0: none is of another\n"
     assert lcp("check", "other.json", "log.jsonl").err == told
     assert lcp("check", "other.json", "log.jsonl", "-q").err == ""
+
+
+@pytest.mark.parametrize(("z", "told"), [("3,3", False), ("1e-6,3", True)])
+def test_a_point_on_the_bounds_is_told_only_where_it_is_near(
+    z: str, told: bool, lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    (tmp_path / "p.json").write_text('{"M": [[2, 1], [1, 2]], "q": [5, -6]}')
+    outcome = lcp("check", str(tmp_path / "p.json"), z)
+    assert (outcome.code, "put on their bounds" in outcome.out) == (1, told)

@@ -54,10 +54,10 @@ def solutions(
     >>> found = lcpcli.solutions(lcpcli.Problem([[0, 1], [0, 0]], [-1, 0]))
     >>> for piece in found:
     ...     print([list(map(str, vertex)) for vertex in piece.vertices], [list(map(str, ray)) for ray in piece.rays])
-    [['0', '1']] [['0', '1']]
     [['0', '1']] [['1', '0']]
+    [['0', '1']] [['0', '1']]
     >>> found
-    <Solutions: 2 pieces, all of them: (0, 1) + ray (0, 1); (0, 1) + ray (1, 0)>
+    <Solutions: 2 pieces, all of them: (0, 1) + ray (1, 0); (0, 1) + ray (0, 1)>
     >>> len(list(found))
     2
 
