@@ -51,7 +51,7 @@ def run(given: dict[str, Any], suite: str, methods: Sequence[str], time_limit: f
 
 
 def _run(given: dict[str, Any], output: str | None, kept: dict[str, str], start: Callable[[], Record]) -> int:
-    """The same, with outputs that no other run writes."""
+    """Run the bench while this run alone has its outputs; return the exit code."""
     if given["resume"] is None:
         record = start()
     else:

@@ -55,7 +55,7 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
 
 
 def read_written(files: Sequence[str], given: Given) -> Written[Problem]:
-    """The same rounded and, where texts have more digits than doubles, as written."""
+    """Return the problem that `read` does, rounded and, where texts have more digits than doubles, as written."""
     from lcpcli.rational.written import Doubles, Written, written
 
     if given["game"]:

@@ -74,7 +74,7 @@ class Past:
 
     @property
     def records(self) -> Iterator[Record]:
-        """Those of the log that still count, without their texts."""
+        """The records of the log that still count, without their texts."""
         return (record for at in self._ends if (record := self.kinds[at]) is not None)
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
@@ -92,7 +92,7 @@ class Past:
                 raise OptionError("--resume", fault, "begin a new log") from None
 
     def left(self, works: Iterator[Work]) -> Iterator[Work]:
-        """Of inputs with marks those that the log does not have; OptionError if it is no log of these inputs."""
+        """Yield the inputs with marks that the log does not have; OptionError if it is no log of these inputs."""
         number = 0
         for work in works:
             missing = [not self._has(source) for source in work.sources]

@@ -45,8 +45,8 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
 
 
 def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
-    """The same. Only so many inputs are taken as are needed to keep the processes busy, and in order only so many as
-    leave room for the records that wait for one before them."""
+    """Yield the records. Only so many inputs are taken as keep the processes busy, and in order only so many as leave
+    room for the records that wait for one before them."""
     news = Event()
     inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()
     size, held = 1, 0

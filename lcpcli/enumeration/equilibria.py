@@ -145,7 +145,7 @@ class _Player:
         return Fraction(best, self.common * d), [i for i, value in enumerate(values) if value == best]
 
     def determinant(self, own: Sequence[int], others: Sequence[int]) -> int:
-        """That of the payoffs on the supports plus a constant that makes all payoffs positive."""
+        """The determinant of the payoffs on the supports plus a constant that makes all payoffs positive."""
         return elimination.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
 
 

@@ -122,7 +122,6 @@ def _bits(unknowns: Unknowns, states: States) -> int:
 
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
     """A solution from the methods of the program, made exact; None if they have none."""
-
     from lcpcli.rational import exact_lemke
     from lcpcli.solving import run
     from lcpcli.solving.limits import Limits

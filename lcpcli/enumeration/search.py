@@ -139,7 +139,7 @@ class Solutions(Iterator[Piece]):
 
     @property
     def equilibria(self) -> Equilibria | None:
-        """Those of a game in the pieces found so far; else None."""
+        """The equilibria of a game in the pieces found so far; None for other problems."""
         return None if self._players is None else self._players.arranged(self.pieces, self.complete)[1]
 
     def arranged(self) -> tuple[tuple[Piece, ...], Equilibria | None]:

@@ -57,8 +57,8 @@ def bounded(
 
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
-    """This is the line that tells users of bounds which may stand for none; it is "" where there are no such bounds, or
-    where --infinity says what they mean."""
+    """Return the line that tells users of bounds which may stand for none; "" where there are no such bounds, or where
+    --infinity says what they mean."""
     return far_bounds.remark(problem) if given["infinity"] is None else ""
 
 

@@ -32,8 +32,8 @@ def game_in(paths: Sequence[str]) -> Input:
 
 
 def hint(paths: Sequence[str]) -> str:
-    """That two files may be the payoffs of a game: they are tables of one shape, of as many rows as columns, or with
-    labels and no q, or of a shape that no problem has; "" for others."""
+    """Return the line that says that two files may be the payoffs of a game: they are tables of one shape, of as many
+    rows as columns, or with labels and no q, or of a shape that no problem has; "" for others."""
     if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < LARGEST for path in paths):
         return ""
     try:

@@ -48,7 +48,7 @@ class Input:
 
     @property
     def digests(self) -> list[str]:
-        """That of its problem, as it is written."""
+        """The digest of its problem, as it is written."""
         return [digest(*self.contents)]
 
     def read(self) -> Problem:
@@ -101,7 +101,7 @@ class QColumns:
 
     @property
     def digests(self) -> list[str]:
-        """Those of its problems."""
+        """The digests of its problems."""
         M = self.M.tocsr() if is_sparse(self.M) else self.M
         whole = digest(*(part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))))
         return [digest(whole.encode(), q.tobytes()) for q in self.Q.T]

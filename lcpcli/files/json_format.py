@@ -87,11 +87,8 @@ def parse_vector(field: str, content: bytes, n: int | None = None, number: Numbe
 
 def parse_exact(content: bytes) -> ExactParts:
     """A problem that `parse` has accepted, with all decimals."""
-    from lcpcli.rational.problem import decimal_parts_of
     from lcpcli.rational.written import exact_parts
 
-    if origins.kind_of(load(decode(content))) == "game":
-        return decimal_parts_of(parse(content))
     return exact_parts(lambda number: parse(content, number))
 
 

@@ -119,8 +119,8 @@ def opened(path: str, anew: bool) -> Iterator[Log]:
 
 
 def record_of(text: str, name: str) -> tuple[str, str]:
-    """Of several results, one in each line, the only one of the problem of that name, else the first as `first_of`; and
-    a remark that says so then. A text that is no such lines as it is, without a remark."""
+    """Return, of several results with one in each line, the only one of the problem of that name, else the first as
+    `first_of`, with a remark that says so; and any other text as it is, without a remark."""
     lines = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
@@ -139,7 +139,7 @@ def _name(line: str) -> str:
 
 
 def first_of(text: str) -> str:
-    """Of several results, one in each line, that of the first problem: the least number, else the first line."""
+    """Return, of several results with one in each line, that of the first problem: the least number, else the first."""
     numbered = enumerate(text.split("\n"), 1)
     return min(numbered, key=lambda each: _number(each[1].encode(errors="backslashreplace"), each[0]))[1]
 

@@ -69,7 +69,8 @@ def parse(content: bytes, number: Number = float) -> Problem:
 
 
 def parse_exact(content: bytes) -> ExactParts:
-    """The same with the numbers as they are written, in the LP format the shortest decimals of their doubles."""
+    """The problem of the program in a file with the numbers as they are written, in the LP format the shortest decimals
+    of their doubles."""
     return exact_parts(lambda number: parse(content, number))
 
 

@@ -32,7 +32,7 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
 
 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
-    """The same for a problem with the numbers as they are written, which texts keep."""
+    """Write a problem as `write` does, with the numbers as they are written, which texts keep."""
     ending = ending_of(path)
     if found.rounded.is_mixed and ending not in (*WITH_BOUNDS, *OF_PROGRAMS):
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")

@@ -25,7 +25,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.scaled import Scaled, scale
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
-from lcpcli.verify.alternative import alternative, identity
+from lcpcli.verify.alternative import alternative, unit_vectors
 from lcpcli.verify.certificate import Certificate, proof_in_units
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
@@ -117,7 +117,7 @@ def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
 
     n = q.size
     seconds = max(deadline - clock.seconds(), 1e-3)
-    one = identity(M)
+    one = unit_vectors(M, np.arange(n))
     column = q[:, np.newaxis]
     A = stack([[M, one - one, column], [M, one, column], [one, -one, np.zeros((n, 1))]])
     low = np.concatenate((np.zeros(n), np.full(2 * n, -np.inf)))

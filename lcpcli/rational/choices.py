@@ -38,7 +38,7 @@ class Unknowns:
         self.allow([_states(low, high) for low, high in bounds])
 
     def restricted(self, bits: int) -> Unknowns:
-        """The same with these choices alone."""
+        """The same unknowns with these choices alone."""
         other = copy(self)
         other.allow([[state for state in own if bits & self.bit(k, state)] for k, own in enumerate(self.choices)])
         return other

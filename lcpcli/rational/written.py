@@ -109,10 +109,13 @@ def written(parse: Callable[[Doubles], T]) -> Written[T]:
 
 
 def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
-    """The problem, or M alone, with the numbers as they are written."""
+    """The problem, or M alone, with the numbers as they are written; of a game, which keeps its payoffs as they are
+    written, the shortest decimals."""
     found = written(parse)
-    if isinstance(found.own, Problem) and isinstance(found.rounded, Problem) and found.own.n != found.rounded.n:
-        return decimal_parts_of(found.rounded)  # the sides of a row of a program are the same double
+    if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
+        is_other = found.own.n != found.rounded.n  # the sides of a row of a program are the same double
+        if is_other or isinstance(found.rounded.origin, Game):
+            return decimal_parts_of(found.rounded)
     return parts_of(found.own, found.number)
 
 

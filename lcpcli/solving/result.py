@@ -118,7 +118,7 @@ class Result:
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace : the rows kept, or None if not requested.
     curve : a second trace, for figures and milestones; None if not requested.
-    laps : the turns of these three with the seconds of each, in order, if there is a trace or a curve.
+    laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
     spread : how many times as long as here the median of the repetitions took; None if there were none.
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
@@ -205,7 +205,7 @@ class Result:
 
     @property
     def exit_code(self) -> int:
-        """That of the status, but 1 if an exact proof was requested and not found."""
+        """The exit code of the status, but 1 if an exact proof was requested and not found."""
         unproved = self.exact is not None and self.exact.status is None
         return 1 if unproved and not self.interrupted else self.status.exit_code
 
@@ -280,7 +280,7 @@ class Result:
 
     @property
     def word(self) -> str:
-        """That of the status; of a program without an optimum that of its answer: unbounded, say."""
+        """The word of the status; of a program without an optimum the word of its answer: unbounded, say."""
         return word_of(self.status.word, getattr(self.answer, "proved", None))
 
     @property

@@ -109,10 +109,10 @@ class System:
 
     def _minimum(self, objective: Vector, margins: Indices, total: tuple[float, float]) -> Optimum | None:
         """The minimum of an objective of y, v, v' and the margins of some columns, with a total between two numbers."""
-        transposed, one = self._A.T, identity(self._A.T)
-        slopes = one[:, margins] * np.where(self._columns.low[margins], 1.0, -1.0)
-        y = [transposed[:, self._positive], -transposed[:, self._negative]]
-        v = [-one[:, self._above], one[:, self._below]]
+        transposed, low = self._A.T, self._columns.low
+        above, below, slopes = (unit_vectors(transposed, part) for part in (self._above, self._below, margins))
+        y, v = [transposed[:, self._positive], -transposed[:, self._negative]], [-above, below]
+        slopes = slopes * np.where(low[margins], 1.0, -1.0)
         A = stack([[stack([[*y, *v, slopes]])], [np.append(self._cost, 0 * margins)[np.newaxis]]])
         ends = np.append(self._ends[0], total[0]), np.append(self._ends[1], total[1])
         upper = np.append(np.full(self._cost.size, np.inf), np.ones(margins.size))
@@ -132,8 +132,9 @@ class System:
         on Computing 3 (1991) 157-168: the elastic program.
         """
         low, high = self.rows.low, self.rows.high
-        one = identity(self._A)
-        elastic = stack([[self._A, one[:, ~high], -one[:, ~low]]])
+        elastic = stack(
+            [[self._A, unit_vectors(self._A, self._positive), -unit_vectors(self._A, self._negative)]],
+        )
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
         ends = np.where(high, -np.inf, -self._b), np.where(low, np.inf, -self._b)
         bounds = np.append(self._columns.lower, zero), np.append(self._columns.upper, zero + np.inf)
@@ -155,10 +156,13 @@ def _with_itself(y: Vector) -> Iterator[Vector]:
     yield y
 
 
-def identity(A: Matrix) -> Matrix:
-    """The identity of as many rows as A, sparse if A is."""
-    if not is_sparse(A):
-        return np.eye(A.shape[0])
-    from scipy.sparse import eye_array
+def unit_vectors(A: Matrix, indices: Indices) -> Matrix:
+    """The columns with these indices of the identity of as many rows as A, sparse if A is."""
+    shape, places = (A.shape[0], indices.size), np.arange(indices.size)
+    if is_sparse(A):
+        from scipy.sparse import csr_array
 
-    return eye_array(A.shape[0]).tocsc()
+        return csr_array((np.ones(indices.size), (indices, places)), shape=shape)
+    columns = np.zeros(shape)
+    columns[indices, places] = 1.0
+    return columns

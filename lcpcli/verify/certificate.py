@@ -19,7 +19,7 @@ from lcpcli.verify.alternative import candidates
 from lcpcli.verify.farkas import ACTIVE, refutes
 from lcpcli.verify.measure import FEW
 
-SECONDS = 2.0  # for a search of all complementary sets, which takes milliseconds for most problems of few unknowns
+SECONDS = 2.0  # for a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns
 UNVERIFIED = {
     "farkas": "the certificate of infeasibility failed exact verification",
     "exhaustion": "the claim that every complementary set is excluded failed verification",
@@ -33,8 +33,8 @@ MIXED = "no z within the bounds has w with the signs that they ask for, by the y
 class Certificate:
     """Why there is no solution, or why a method gives up.
 
-    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y of
-           `farkas`. It consists of integers, for which all this holds without rounding, where `proof` finds
+    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y that
+           `farkas` describes. It consists of integers, for which all this holds without rounding, where `proof` finds
            such; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
            "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
            "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
