@@ -33,7 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("form", ["json", "csv"])
 @pytest.mark.parametrize("name", ["murty", "faces", "line", "both", "transport"])
 def test_each_solution_of_a_list_is_checked(name: str, form: str, exact: list[str], lcp: Lcp, folder: Path) -> None:
-    """Of an LCP, a mixed problem, a game and a program."""
+    """The lists are of an LCP, a mixed problem, a game and a program."""
     problem = f"{name}.json" if (folder / f"{name}.json").exists() else name
     assert lcp("solve", problem, "--all", *exact, "--format", form, "-o", f"all.{form}").code == 0
     outcome = lcp("check", problem, f"all.{form}", *exact, "--format", "json")
