@@ -173,3 +173,24 @@ EVERY = Option(
     lambda k: k >= 1,
     "Show every Nth iterate, besides the first and the last three; all in CSV and --trace unless given.",
 )
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When to stop: at a relative residual of tol, after max_iterations, after time_limit seconds.
+
+    Raises OptionError if one is out of range.
+
+    >>> Limits(time_limit=60)
+    Limits(tol=1e-10, max_iterations=10000, time_limit=60)
+    """
+
+    tol: float = TOL.value
+    max_iterations: int = int(MAX_ITERATIONS.value)
+    time_limit: float = TIME_LIMIT.value
+
+    def __post_init__(self) -> None:
+        check(LIMITS, vars(self))
+
+
+DEFAULTS = Limits()

@@ -14,7 +14,7 @@ import pytest
 from lcpcli import Problem, Result, run
 from lcpcli.methods.iterate import Ending, Finished, Iterate, Stage
 from lcpcli.methods.registry import METHODS, Method
-from lcpcli.model.shifted import shifted
+from lcpcli.model.changes import shifted
 from lcpcli.typing import Vector
 
 from . import exact_measure

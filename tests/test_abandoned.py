@@ -28,11 +28,11 @@ from lcpcli.linalg.fill import order_of
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.methods.auto.restarts import restarts
+from lcpcli.options import Limits
 from lcpcli.rational.numbers import fraction
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.solving.limits import Limits
+from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
-from lcpcli.solving.run import run
 
 ABANDONING = """
 import atexit, sys, time

@@ -113,7 +113,7 @@ def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) 
 
 
 def test_trace_of_the_table_is_what_a_table_alone_would_keep() -> None:
-    from lcpcli.solving.run import run
+    from lcpcli.solving.driver import run
 
     problem, whole = read(EXAMPLE), Trace()
     run(problem, "fixed-point", trace=whole)

@@ -19,8 +19,8 @@ from scipy import sparse
 from lcpcli import Problem, Status, Trace, read, solve, write
 from lcpcli.files import shipped
 from lcpcli.gallery import families as gallery
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 
 from . import exact

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from lcpcli import Result
-from lcpcli.solving import run as driver
+from lcpcli.solving import driver as driver
 
 from .bad_input.bound_kinds import BOUNDS
 from .bad_input.file_kinds import CSV, FILES, STANDARD_INPUT

@@ -19,9 +19,9 @@ from lcpcli.bench.answer import Method
 from lcpcli.cli import repetition
 from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS
+from lcpcli.options import Limits
 from lcpcli.report import summary
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.solving.driver import run
 
 EXAMPLE = shipped.path("paper-example-1.json")
 PARTS = ("setup_seconds", "solve_seconds", "verify_seconds")
@@ -178,7 +178,7 @@ def test_bench_times_from_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
     """The results of runs that a command makes, in a process that has made none."""
-    from lcpcli.solving import run as driver
+    from lcpcli.solving import driver as driver
 
     results: list[lcpcli.Result] = []
     real = driver.run

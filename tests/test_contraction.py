@@ -11,9 +11,9 @@ from scipy import sparse
 from lcpcli import Problem, Trace
 from lcpcli.diagnosis.contraction import contraction, measured
 from lcpcli.model.box import ORTHANT
-from lcpcli.solving.limits import Limits
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 from lcpcli.solving.reference import with_reference
-from lcpcli.solving.run import run
 
 
 def random_problem(seed: int, n: int, symmetric: bool) -> Problem:

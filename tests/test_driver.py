@@ -13,8 +13,8 @@ from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import shipped
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 from lcpcli.solving.trace import PendingRow
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion

@@ -18,13 +18,13 @@ from scipy.io import savemat
 import lcpcli
 from lcpcli import Problem, Result, Status, clock
 from lcpcli.files import shipped, writing
+from lcpcli.options import Limits
 from lcpcli.rational import exact_lemke
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving import proof
-from lcpcli.solving.limits import Limits
+from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
-from lcpcli.solving.run import run
 from lcpcli.verify.exact_farkas import exact_proof
 from lcpcli.verify.exact_solution import from_point
 

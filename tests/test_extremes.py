@@ -16,11 +16,11 @@ from lcpcli.bounds.error_bound import error_bound
 from lcpcli.diagnosis.inspection import inspect
 from lcpcli.errors import ProblemError
 from lcpcli.gallery import families
+from lcpcli.options import Limits
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.solving.limits import Limits
+from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.solving.reference import with_reference
-from lcpcli.solving.run import run
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
 

@@ -15,7 +15,7 @@ import pytest
 
 from lcpcli import interrupts
 from lcpcli.files import reading, shipped
-from lcpcli.solving import run as driver
+from lcpcli.solving import driver as driver
 
 resource = pytest.importorskip("resource")
 

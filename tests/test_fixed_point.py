@@ -17,8 +17,8 @@ from lcpcli.files import shipped
 from lcpcli.linalg import factors
 from lcpcli.methods.anderson import Anderson
 from lcpcli.methods.fixed_point import best_omega, fixed_point
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 
 EXAMPLE_1 = read(shipped.path("paper-example-1.json"))
 

@@ -17,10 +17,10 @@ from lcpcli.classes.classify import CLASSES
 from lcpcli.diagnosis.inspection import Inspection, inspect
 from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS
+from lcpcli.options import Limits
 from lcpcli.report import inspection_json, inspection_text
-from lcpcli.solving.limits import Limits
+from lcpcli.solving.driver import run
 from lcpcli.solving.reference import with_reference
-from lcpcli.solving.run import run
 
 from .conftest import Outcome
 

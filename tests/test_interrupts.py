@@ -21,8 +21,8 @@ from lcpcli.bench import session as benching
 from lcpcli.bounds import error_bound
 from lcpcli.files import atomic_write, reading, shipped
 from lcpcli.report.figures import drawing as figures
+from lcpcli.solving import driver as driver
 from lcpcli.solving import proof, reference
-from lcpcli.solving import run as driver
 from lcpcli.solving.loop import Loop
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
@@ -237,7 +237,7 @@ def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatc
 
 @pytest.mark.parametrize(
     "place",
-    ["lcpcli.solving.advice.suggestions", "lcpcli.solving.meaning.answers", "lcpcli.solving.loop.Loop._verified"],
+    ["lcpcli.solving.advice.suggestions", "lcpcli.solving.conclusions.answers", "lcpcli.solving.loop.Loop._verified"],
 )
 def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
     module, _, name = place.rpartition(".")

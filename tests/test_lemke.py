@@ -16,8 +16,8 @@ from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import shipped
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 
 

@@ -16,8 +16,8 @@ from lcpcli.files import shipped
 from lcpcli.interrupts import TimeIsUp, silence
 from lcpcli.methods import enumeration, milp
 from lcpcli.methods.iterate import OutOfTime, Stalled, advance
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 
 from . import exact

@@ -13,8 +13,8 @@ from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import shipped
 from lcpcli.gallery import families
 from lcpcli.linalg import factors, principal
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 
 
 def test_rows_of_the_papers_first_table_are_its_own() -> None:

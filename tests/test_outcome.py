@@ -13,7 +13,7 @@ from lcpcli import Problem, Trace, read
 from lcpcli.files import shipped
 from lcpcli.report import outcome, summary
 from lcpcli.report.formats import LEVELS
-from lcpcli.solving.run import run
+from lcpcli.solving.driver import run
 
 EXAMPLE = shipped.path("paper-example-1.json")
 TRIDIAGONAL = shipped.path("tridiagonal-100.json")

@@ -20,9 +20,9 @@ from lcpcli.files import writing
 from lcpcli.gallery import families as gallery
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Finished, Iterate, Stage
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.observer import INTERVAL, Observer
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
+from lcpcli.solving.trace import INTERVAL, Observer
 from lcpcli.typing import Vector
 
 pty = pytest.importorskip("pty")  # there is none on Windows

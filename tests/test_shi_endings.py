@@ -16,8 +16,8 @@ from lcpcli.gallery.families import make
 from lcpcli.methods.iterate import Breakdown
 from lcpcli.methods.shi import shi
 from lcpcli.methods.smoothing import Point, Smoothed
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 
 from .stages import through
 

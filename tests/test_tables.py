@@ -173,7 +173,7 @@ def test_components_beyond_seven_decimals_are_shown_with_their_exponent() -> Non
 
 
 def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    from lcpcli.solving import run as driver
+    from lcpcli.solving import driver as driver
 
     begun: list[str] = []
     real = driver.run
@@ -200,7 +200,7 @@ def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytes
 
 
 def test_interrupt_of_a_repeat_keeps_what_was_finished(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    from lcpcli.solving import run as driver
+    from lcpcli.solving import driver as driver
 
     runs, real = iter([True, False]), driver.run
 

@@ -9,8 +9,8 @@ import pytest
 
 from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import shipped
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.run import run
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
 from lcpcli.solving.trace import MOST_TOGETHER
 
 EXAMPLE = read(shipped.path("paper-example-1.json"))

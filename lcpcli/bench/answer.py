@@ -12,10 +12,10 @@ from lcpcli.clock import seconds
 from lcpcli.interrupts import hides_interrupt
 from lcpcli.methods import variants
 from lcpcli.model.problem import Problem
+from lcpcli.options import Limits
 from lcpcli.peers import registry as peers
 from lcpcli.report.formats import LEVELS
-from lcpcli.solving import run as driver
-from lcpcli.solving.limits import Limits
+from lcpcli.solving import driver as driver
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector

@@ -22,7 +22,7 @@ from lcpcli.bounds.rounding import Theorem, factor, terms
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.model import scaled
+from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -35,7 +35,7 @@ INVERSE_STEPS = 3
 def theorem(problem: Problem) -> Theorem | None:
     """A bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
-    units = scaled.scale(problem)
+    units = changes.scale(problem)
     found = _certificate(units.problem.M)
     if found is None:
         return None

@@ -17,7 +17,7 @@ from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
 from lcpcli.report.formats import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.solving.limits import Limits
+    from lcpcli.options import Limits
 
 STARTS = {
     "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",
@@ -186,7 +186,7 @@ def _forms(start: str) -> str:
 
 def limits(given: dict[str, Any]) -> Limits:
     """The limits among the given options, with defaults for the others."""
-    from lcpcli.solving.limits import Limits
+    from lcpcli.options import Limits
 
     return Limits(**{limit.name: given[limit.name] for limit in LIMITS if given[limit.name] is not None})
 

@@ -101,7 +101,7 @@ class Task:
             yield replace(result, problem=result.problem.named(name)), []
 
     def _solved(self, problem: Problem, data: Callable[[], ExactProblem] | None) -> Result:
-        from lcpcli.solving import run as driver
+        from lcpcli.solving import driver as driver
         from lcpcli.solving.conclusions import concluded
         from lcpcli.solving.proof import prove
         from lcpcli.solving.trace import Trace

@@ -18,8 +18,8 @@ from lcpcli.interrupts import TimeIsUp, within
 if TYPE_CHECKING:
     from lcpcli.methods.variants import Variant
     from lcpcli.model.problem import Problem
+    from lcpcli.options import Limits
     from lcpcli.rational.problem import ExactProblem
-    from lcpcli.solving.limits import Limits
     from lcpcli.solving.result import Result
     from lcpcli.typing import Vector
 
@@ -37,7 +37,7 @@ def each(
     the solution."""
     from lcpcli.methods.registry import METHODS
     from lcpcli.methods.variants import labels
-    from lcpcli.solving import run as driver
+    from lcpcli.solving import driver as driver
 
     output, plot, width = shown
     compared = plot.path is not None or (output.compared and not output.silent)

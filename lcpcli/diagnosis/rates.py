@@ -15,8 +15,8 @@ from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import OMEGA
 from lcpcli.methods.shi import default_p
 from lcpcli.methods.smoothing import error as smoothing_error
+from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
-from lcpcli.model.shifted import shifted
 from lcpcli.options import TOL
 from lcpcli.typing import Matrix
 

@@ -122,9 +122,9 @@ def _bits(unknowns: Unknowns, states: States) -> int:
 
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
     """A solution from the methods of the program, made exact; None if they have none."""
+    from lcpcli.options import Limits
     from lcpcli.rational import exact_lemke
-    from lcpcli.solving import run
-    from lcpcli.solving.limits import Limits
+    from lcpcli.solving import driver
     from lcpcli.solving.result import Status
     from lcpcli.verify.exact_solution import from_point
 
@@ -133,7 +133,7 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     if seconds <= 0:
         return None
     limits = Limits(time_limit=seconds)
-    result = run.run(data.problem, "auto", limits=limits, conclude=False, observe=lambda *_: check())
+    result = driver.run(data.problem, "auto", limits=limits, conclude=False, observe=lambda *_: check())
     if result.interrupted:
         raise KeyboardInterrupt
     if result.status is Status.TIME_LIMIT and clock.seconds() < began + seconds:

@@ -21,8 +21,8 @@ from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.methods import enumeration
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
+from lcpcli.model.changes import Scaled, scale
 from lcpcli.model.problem import Problem
-from lcpcli.model.scaled import Scaled, scale
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative, unit_vectors

@@ -19,6 +19,36 @@ from lcpcli.typing import Indices, Mask, Vector
 LARGEST_X = LARGEST / 2  # |x| up to which z and w are finite
 
 
+class Wording(NamedTuple):
+    """How the conditions read.
+
+    solved, infeasible : what holds in rational arithmetic of an exact solution, and of a proof that there is none.
+    farkas, refuted : what a certificate shows, and what an accepted proof does. without : how a run ended with it.
+    """
+
+    solved: str
+    infeasible: str
+    farkas: str
+    refuted: str
+    without: str
+
+
+OF_ORTHANT = Wording(
+    "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic",
+    "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0",
+    "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate",
+    "y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0",
+    "proved to have no solution, not even z >= 0 with Mz + q >= 0",
+)
+OF_BOUNDS = Wording(
+    "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic",
+    "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic",
+    "no z within the bounds has w with the signs that they ask for, by the y of the certificate",
+    "by y, no z within the bounds has w with the signs that they ask for",
+    "proved to have no solution",
+)
+
+
 def in_range(x: Vector) -> bool:
     """Whether z and w of x are finite."""
     return largest(x) <= LARGEST_X
@@ -65,8 +95,13 @@ class Box:
         """Whether they are the bounds of a linear complementarity problem."""
         return not self.lower.ndim
 
+    @property
+    def wording(self) -> Wording:
+        """How the conditions read."""
+        return OF_ORTHANT if self.is_orthant else OF_BOUNDS
+
     @cached_property
-    def has_upper(self) -> bool:
+    def _has_upper(self) -> bool:
         """Whether there is an upper bound; if not, no state is "at the upper bound"."""
         return bool(np.isfinite(self.upper).any())
 
@@ -94,8 +129,7 @@ class Box:
         """
         with np.errstate(invalid="ignore"):
             x = np.where((w > 0) & (w >= z - self.lower), self.lower - w, z)
-            if self.has_upper:
-                x = np.where((w < 0) & (-w >= self.upper - z), self.upper - w, x)
+            x = np.where((w < 0) & (-w >= self.upper - z), self.upper - w, x)
         return x / 2
 
     def x_within(self, z: Vector, w: Vector, basis: Basis) -> Vector:
@@ -111,17 +145,13 @@ class Box:
         With z in other units, max(factor (z - u), min(factor (z - l), w)).
         """
         gaps: Vector = np.minimum(factor * (z - self.lower), w)
-        return np.maximum(factor * (z - self.upper), gaps) if self.has_upper else gaps
-
-    def distances(self, z: Vector) -> tuple[Vector, Vector | None]:
-        """z - l and z - u; None if there is no upper bound."""
-        return z - self.lower, z - self.upper if self.has_upper else None
+        return np.maximum(factor * (z - self.upper), gaps)
 
     def basis_of(self, x: Vector) -> Basis:
         """The states that x stands for: at the lower bound where 2x <= l, at the upper one where 2x >= u."""
         t = x + x
         above = t > self.lower
-        if not self.has_upper:
+        if not self._has_upper:
             return Basis(above)
         return Basis(above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper))
 
@@ -145,8 +175,6 @@ class Box:
 
     def excess(self, z: Vector, w: Vector) -> Vector:
         """By how much w has another sign than an admissible z asks for; minus infinity where that is any."""
-        if not self.has_upper:
-            return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
 
     def exchanged(self, basis: Basis, violated: Mask, z: Vector) -> Basis:
@@ -160,7 +188,7 @@ class Box:
     def project(self, z: Vector) -> Vector:
         """The nearest admissible z."""
         nearest: Vector = np.maximum(z, self.lower)
-        return np.minimum(nearest, self.upper, out=nearest) if self.has_upper else nearest
+        return np.minimum(nearest, self.upper, out=nearest)
 
     def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> Vector:
         """The nearest admissible z, but at a bound where factor times the distance from it is less than the size of a w

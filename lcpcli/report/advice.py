@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from lcpcli.options import flag
+from lcpcli.solving.answer import EXACT, Options, value_text
 from lcpcli.solving.result import Result
-from lcpcli.solving.suggestions import EXACT, Options, value_text
 
 
 def line(result: Result) -> str:

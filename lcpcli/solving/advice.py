@@ -12,11 +12,11 @@ from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import shi, smoothing
 from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA
-from lcpcli.model import scaled
-from lcpcli.model.shifted import shifted
+from lcpcli.model import changes
+from lcpcli.model.changes import shifted
 from lcpcli.options import AUTO, MAX_ITERATIONS
+from lcpcli.solving.answer import EXACT, NO_SUGGESTIONS, Options, Suggestions
 from lcpcli.solving.result import Status
-from lcpcli.solving.suggestions import EXACT, NONE, Options, Suggestions
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -42,7 +42,7 @@ def suggestions(result: Result) -> Suggestions:
     if status is Status.ITERATION_LIMIT:
         return _after_the_limit(result)
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):
-        return NONE
+        return NO_SUGGESTIONS
     too_small = result.tol < SMALLEST_TOL
     ways = [] if automatic or too_small else [*_larger_p(result), AUTOMATIC, *_with_additions(result)]
     if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
@@ -78,7 +78,7 @@ def _larger_p(result: Result) -> list[Options]:
     if shi.SMOOTHING not in result.message:
         return []
     problem = result.problem if result.problem.reference_z is None else shifted(result.problem).problem
-    problem = scaled.scale(problem).problem if result.options.get("scale") else problem
+    problem = changes.scale(problem).problem if result.options.get("scale") else problem
     larger = min(smoothing.p_within(problem, result.tol), shi.default_p(problem))
     return [{"p": _round(larger)}]
 

@@ -10,8 +10,8 @@ from lcpcli.clock import seconds
 from lcpcli.errors import Interrupted, OptionError, ParameterError, likely
 from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.solving import run as driver
-from lcpcli.solving.limits import Limits
+from lcpcli.options import Limits
+from lcpcli.solving import driver as driver
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, MethodName, VectorLike

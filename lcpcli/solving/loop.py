@@ -25,10 +25,9 @@ from lcpcli.methods.iterate import (
 from lcpcli.methods.registry import METHODS
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.observer import Observer
+from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, PendingRow, Trace
+from lcpcli.solving.trace import Callback, Observer, PendingRow, Trace
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm
 from lcpcli.verify.measure import FEW
@@ -72,7 +71,7 @@ class Loop:
         self.traces = [trace for trace in traces if trace is not None]
         self.kept, self.callback = traces, callback
         self.criterion = Criterion(problem, limits.tol)
-        if problem.is_mixed and self.criterion.reference_solves:
+        if problem.reference_z is not None and self.criterion.reference_solves:
             x0 = problem.box.x_of(problem.reference_point, problem.q_ref)
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
         self.last = self.best = x0 if in_range(x0) else np.clip(x0, -LARGEST_X, LARGEST_X)
@@ -268,7 +267,6 @@ class Loop:
             evaluations=self.evaluations,
             parts=self.stopwatch.parts,
             limits=self.limits,
-            warm=False,
             options=in_force,
             trace=self.kept[0],
             curve=self.kept[1],

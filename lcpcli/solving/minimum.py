@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.classes.classify import classify
 from lcpcli.classes.verdict import NO, YES
+from lcpcli.linalg.linear_program import minimized
+from lcpcli.linalg.matrices import dense, stack
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData
 from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Minimum
 from lcpcli.solving.no_minimum import without_minimum
-from lcpcli.solving.other_minimum import has_other_minimum
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Matrix
+from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.multipliers import objective
+from lcpcli.verify.point import Criterion, Point
 
 SECONDS = 1.0  # for deciding whether Q is positive semidefinite
 LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
@@ -91,3 +94,66 @@ def kind_of_point(data: ProgramData, program: Program) -> Kind:
 
 def _is_zero(Q: Matrix) -> bool:
     return not (Q != 0).sum()
+
+
+LARGEST_LP = 500  # unknowns: an LP for more would take longer than many a solution
+LP_SECONDS = 0.5  # for each of two LPs
+APART = 1e-3  # of the largest |x_i|, by which another minimizer has to differ
+MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
+
+
+def has_other_minimum(result: Result, data: ProgramData) -> bool:
+    """Whether another minimizer is found by an LP and verified as a solution of the conditions, as x was, and whether
+    exact arithmetic confirms that there are more than one.
+    """
+    program, problem = result.problem.origin, result.problem
+    assert isinstance(program, Program)
+    if problem.n > LARGEST_LP:
+        return False
+    x, y = program.parts(result.z)
+    least = APART * max(1.0, float(np.abs(x).max()))
+    along = np.random.default_rng(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
+    for direction in (along, -along):
+        other = _farthest(direction, x, data)
+        if other is None or not np.abs(other - x).max() > least:
+            continue
+        z = program.z_of(other, y, data)
+        if Point(Criterion(problem, result.tol), z).solves():
+            return _may_move((x + other) / 2, data)
+    return False
+
+
+def _may_move(x: Vector, data: ProgramData) -> bool:
+    """Whether Qd = 0, c'd = 0 and the active rows and bounds at x leave a d that is not 0, for the decimals of the data
+    in rational arithmetic. Then no rounding makes x one of several minimizers."""
+    from lcpcli.rational import linear
+    from lcpcli.rational.problem import rows_of, shortest_decimal
+    from lcpcli.rational.sums import over_one_denominator
+
+    free = np.flatnonzero(~_active(x, data.lower, data.upper))
+    rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
+    if not 0 < free.size <= MOST_FREE:
+        return False
+    parts = (dense(data.Q)[:, free], data.c[np.newaxis, free], dense(data.A[rows])[:, free])
+    system = [row for part in parts for row in rows_of(part, shortest_decimal) if row]
+    whole = [over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0] for row in system]
+    return len(whole) < free.size or bool(linear.solve(whole, [0] * len(whole)).null_space)
+
+
+def _active(values: Vector, low: Vector, high: Vector) -> Mask:
+    """Which values are at an end, to the tolerance by which a point is told from another."""
+    near = APART**2 * np.maximum(1.0, np.abs(values))
+    active: Mask = (values - low <= near) | (high - values <= near)
+    return active
+
+
+def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
+    """The minimizer with the least objective'x among those that differ by at most about |x|."""
+    reach = 1.0 + np.abs(x).max()
+    low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
+    Ax, nothing = data.A @ x, np.zeros(x.size + 1)
+    rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
+    ends = tuple(np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper))
+    bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
+    found = minimized(objective, rows, (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)), bounds, LP_SECONDS)
+    return None if found is None else np.clip(x + found.x, data.lower, data.upper)

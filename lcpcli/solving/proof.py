@@ -22,16 +22,16 @@ import numpy as np
 from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, alarm, within
 from lcpcli.model.problem import Problem, as_problem
+from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational import exact_lemke
 from lcpcli.rational.infeasibility import farkas_vector
 from lcpcli.rational.linear import require
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tree import first_solution
-from lcpcli.solving import run as driver
+from lcpcli.solving import driver as driver
 from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupted
 from lcpcli.solving.conclusions import concluded
-from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate
@@ -39,10 +39,6 @@ from lcpcli.verify.exact_farkas import exact_proof
 from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.point import Criterion, Point
 
-SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
-INFEASIBLE = "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0"
-MIXED_SOLVED = "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic"
-MIXED_INFEASIBLE = "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic"
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
 UNPROVED = "no exact proof was found for the numbers as written"
 SEARCH = 60.0  # seconds of search without a time limit: up to 20 unknowns a second is enough, beyond 30 it may not be
@@ -167,14 +163,14 @@ def _solved(data: ExactProblem, z: list[Fraction]) -> Exact | None:
     """Return z with its w as what is proved, or None if z, which is verified once more, is no solution."""
     if not data.is_solution(z):
         return None
-    return Exact(Status.SOLVED, MIXED_SOLVED if data.problem.is_mixed else SOLVED, z=z, w=data.w(z))
+    return Exact(Status.SOLVED, data.problem.box.wording.solved, z=z, w=data.w(z))
 
 
 def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact | None:
     """Return the Farkas vector y as what is proved, or None if y, which is verified once more, proves nothing."""
     if not data.refuted_by(y):
         return None
-    return Exact(Status.INFEASIBLE, MIXED_INFEASIBLE if data.problem.is_mixed else INFEASIBLE, y=y)
+    return Exact(Status.INFEASIBLE, data.problem.box.wording.infeasible, y=y)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite

@@ -12,8 +12,8 @@ import numpy as np
 from lcpcli import clock
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.solving import run as driver
-from lcpcli.solving.limits import Limits
+from lcpcli.options import Limits
+from lcpcli.solving import driver as driver
 from lcpcli.solving.result import Status
 from lcpcli.typing import Vector
 from lcpcli.verify.refinement import refined

@@ -13,9 +13,8 @@ import numpy as np
 from lcpcli.clock import Lap
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import states_of
-from lcpcli.solving.answer import word_of
-from lcpcli.solving.limits import Limits
-from lcpcli.solving.suggestions import NONE, Suggestions, in_python
+from lcpcli.options import Limits
+from lcpcli.solving.answer import NO_SUGGESTIONS, Suggestions, in_python, word_of
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Certificate
@@ -69,7 +68,7 @@ class Status(Enum):
 
     def told(self, problem: Problem, reason: str) -> str:
         """The sentence for a problem and a reason, "" if there is none."""
-        says = Status.UNSOLVABLE.value if self is Status.INFEASIBLE and problem.is_mixed else self.value
+        says = problem.box.wording.without if self is Status.INFEASIBLE else self.value
         return f"{says}: {reason}" if reason else says
 
     @property
@@ -156,19 +155,19 @@ class Result:
     evaluations: int
     parts: Mapping[str, float]
     limits: Limits
-    warm: bool
     options: dict[str, Any]
-    trace: Trace | None
-    curve: Trace | None
     route: tuple[str, ...]
-    certificate: Certificate | None
+    warm: bool = False
+    trace: Trace | None = None
+    curve: Trace | None = None
+    certificate: Certificate | None = None
     interrupted: bool = False
     label: str = ""
     laps: Sequence[Lap] = ()
     spread: float | None = None
     bound: Bound | None = None
     exact: Exact | None = None
-    suggestions: Suggestions = NONE
+    suggestions: Suggestions = NO_SUGGESTIONS
     answer: Any = None  # an Answer, whose kind the reader knows from the problem
     verified: bool | None = None
     others: bool | None = None

@@ -70,7 +70,7 @@ class BasicSolutions:
         """
         problem, indices = self._problem, basis.basic.nonzero()[0]
         z = problem.box.nonbasic(basis)
-        start = product(problem.M, z) + problem.q if problem.is_mixed and z.any() else problem.q
+        start = product(problem.M, z) + problem.q if np.count_nonzero(z) else problem.q
         if not indices.size:
             return self._judged(basis, z, start.copy())
         try:

@@ -26,7 +26,6 @@ UNVERIFIED = {
     "ray": "the direction of the ray failed verification",
 }
 RAY = "that alone proves nothing"
-MIXED = "no z within the bounds has w with the signs that they ask for, by the y of the certificate"
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +115,7 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
 
 def farkas_statement(problem: Problem) -> str:
     """What Farkas' y proves, as a clause for the user."""
-    return MIXED if problem.is_mixed else "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate"
+    return problem.box.wording.farkas
 
 
 def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:

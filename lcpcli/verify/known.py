@@ -49,9 +49,7 @@ def _fault(point: Point) -> str:
     if not wrong.any():
         return ""
     i = int(np.argmax(np.where(wrong, relative, 0.0)))
-    worst = f"{'z' if z[i] < w[i] else 'w'}{i + 1} = {min(z[i], w[i]):.3g}"
-    if problem.is_mixed:
-        worst = f"z{i + 1} = {z[i]:.3g} and w{i + 1} = {w[i]:.3g}"
+    worst = f"z{i + 1} = {z[i]:.3g} and w{i + 1} = {w[i]:.3g}"
     return f"is not a solution: its residual is {point.residual:.2g}, with {worst}; it is ignored"
 
 

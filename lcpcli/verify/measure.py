@@ -70,7 +70,6 @@ class Measure:
 
     def __init__(self, data: Problem | Block) -> None:
         self.data = data
-        self._sizes: Vector | None = None
 
     def rows(self, z: Vector) -> Rows:
         """w by one product with M, from z or from its distance to the reference point, whichever rounds less."""
@@ -187,23 +186,24 @@ class Measure:
     def _unsolved_sizes(self, z: Vector) -> Vector:
         """log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or moved."""
         data, units = self.data, self.data.units
-        sizes = units.largest_of_rows(np.log2(self.violations(self._reference, self._reference_w)) + units.rows)
-        if not data.box.is_orthant:
-            moved = np.where(_at_bound(data.box, z), np.abs(z - self._reference), 0.0)
-            sizes = np.maximum(sizes, units.largest_of_columns(np.log2(moved) - units.columns))
-        return sizes
+        moved = np.where(_at_bound(data.box, z), np.abs(z - self._reference), 0.0)
+        if not np.count_nonzero(moved):
+            return self._violated_sizes
+        return np.maximum(self._violated_sizes, units.largest_of_columns(np.log2(moved) - units.columns))
+
+    @cached_property
+    @np.errstate(divide="ignore")
+    def _violated_sizes(self) -> Vector:
+        """log2 of the part of k that the violations at the reference point make, for each component."""
+        units, violations = self.data.units, self.violations(self._reference, self._reference_w)
+        return units.largest_of_rows(np.log2(violations) + units.rows)
 
     @np.errstate(divide="ignore")
     def component_sizes(self, z: Vector) -> Vector:
-        """log2 of k for each component, shape (..., parts); of an LCP the same for every z."""
-        if self._sizes is not None:
-            return self._sizes
+        """log2 of k for each component, shape (..., parts)."""
         units, sizes = self.data.units, self._unsolved_sizes(z)
         sizes = np.where(sizes > -np.inf, sizes, units.largest_of_rows(np.log2(np.abs(self._reference_w)) + units.rows))
-        sizes = np.where(sizes > -np.inf, sizes, np.inf)
-        if self.data.box.is_orthant:
-            self._sizes = sizes
-        return sizes
+        return np.where(sizes > -np.inf, sizes, np.inf)
 
     @np.errstate(over="ignore")
     def caps(self, z: Vector) -> Vector:

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from lcpcli.linalg.accurate import accurate_residual
-from lcpcli.linalg.doubles import are_moderate, least, size
+from lcpcli.linalg.doubles import are_moderate, size
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model import scaled
+from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
@@ -25,7 +25,7 @@ class Criterion:
 
     def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
         self.problem, self.tol = problem, tol
-        units = None if problem.is_moderate or literal else scaled.scale(problem)
+        units = None if problem.is_moderate or literal else changes.scale(problem)
         self._units = units if units is not None and units.is_exact else None
         self.sums_exactly = not problem.is_moderate and self._units is None
 
@@ -69,8 +69,6 @@ class Criterion:
     def reference_solves(self) -> bool:
         """Whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
         problem = self.problem
-        if not problem.is_mixed:
-            return least(problem.q) >= 0
         excess = problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error
         return bool((excess <= 0).all())
 
@@ -153,7 +151,7 @@ class Point:
     def _decision(self) -> bool:
         criterion, problem = self.criterion, self.criterion.problem
         is_reference = self._beyond is None and not np.count_nonzero(problem.from_reference(self.z))
-        if is_reference and (criterion.reference_solves or not problem.is_mixed):
+        if is_reference and (criterion.reference_solves or problem.reference_z is None):
             return criterion.reference_solves
         with np.errstate(over="ignore", invalid="ignore"):
             if self._beyond is None:

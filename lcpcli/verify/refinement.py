@@ -15,10 +15,10 @@ from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.model import scaled
+from lcpcli.model import changes
 from lcpcli.model.box import Basis
+from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
-from lcpcli.model.shifted import shifted
 from lcpcli.typing import Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.basic_solution import BasicSolutions
@@ -36,7 +36,7 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
     problem, z : n unknowns, and an approximate solution of shape (n,).
     basis : by default that of z when M is equilibrated.
     """
-    units = scaled.scale(problem)
+    units = changes.scale(problem)
     within = units.problem
     if basis is None:
         z_scaled = z / units.C

@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
-from lcpcli.model import scaled
+from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
 from lcpcli.rational.numbers import rounded
@@ -57,7 +57,7 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     """|M_PP^-1|, shape (k, k), or None."""
     if P.size > MOST_INVERTED:
         return None
-    units = scaled.scale(problem)
+    units = changes.scale(problem)
     A = _block(units.problem.M, P)
     inverse = _exact_inverse(A) if P.size <= MOST_EXACT else _floating_inverse(A)
     return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])

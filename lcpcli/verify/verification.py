@@ -31,8 +31,6 @@ from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.point import Criterion, Point
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
-SOLVED = "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic"
-MIXED = "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic"
 SMALL = 1e-4  # a change that puts components on their bounds and is told
 MOST_LISTED = 10  # violations that a verification lists
 
@@ -158,7 +156,7 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
         "solution",
         exact=True,
         accepted=not failure,
-        message=failure or f"z is an exact solution: {MIXED if data.problem.is_mixed else SOLVED}",
+        message=failure or f"z is an exact solution: {data.problem.box.wording.solved}",
         residual=float(rounded([residual])[0]),
         relative_residual=Point(Criterion(data.problem), doubles, is_admissible=False).relative_residual
         if violating
@@ -199,11 +197,7 @@ def _w_mismatch(w: list[Fraction], given: list[Fraction] | None) -> str:
 
 
 def _farkas_verification(problem: Problem, failure: str, exact: bool) -> Verification:
-    message = "proved infeasible: y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0"
-    if problem.is_mixed:
-        message = "proved infeasible: by y, no z within the bounds has w with the signs that they ask for"
-    if failure:
-        message = f"y proves nothing: {failure}"
+    message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
     return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
 
 

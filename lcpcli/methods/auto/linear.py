@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.finish import finish
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.methods.transformed import in_given_variables
-from lcpcli.model import scaled
+from lcpcli.model import changes
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
@@ -28,7 +28,7 @@ from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
-    units, deadline = scaled.scale(problem), interrupts.deadline(seconds)
+    units, deadline = changes.scale(problem), interrupts.deadline(seconds)
     if is_skew(problem.M):
         saddle = finish(units.problem, None, _saddle_point(units.problem, seconds))
         ending = yield from in_given_variables(units, saddle)

@@ -19,7 +19,7 @@ from lcpcli.methods.auto.turns import Search, Turns, from_reference
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
 from lcpcli.methods.newton import block_pivoting, from_states
 from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
-from lcpcli.model import scaled
+from lcpcli.model import changes as scaled
 from lcpcli.model.far_bounds import Relaxed, relaxed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector

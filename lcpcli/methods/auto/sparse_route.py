@@ -12,8 +12,8 @@ from lcpcli.methods.finish import finish
 from lcpcli.methods.fixed_point import fixed_point
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled, advance, ended, limited
 from lcpcli.methods.transformed import in_given_variables
+from lcpcli.model.changes import in_units
 from lcpcli.model.problem import Problem
-from lcpcli.model.scaled import in_units
 from lcpcli.options import AUTO
 from lcpcli.typing import Matrix, Vector
 

@@ -41,7 +41,7 @@ def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
     """A search in the variables in which the reference point of the problem is 0."""
     if problem.reference_z is None:
         return search(problem, Turns(x0))
-    from lcpcli.model.shifted import shifted
+    from lcpcli.model.changes import shifted
 
     change = shifted(problem)
     return in_given_variables(change, search(change.problem, Turns(change.start(x0))))

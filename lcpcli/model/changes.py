@@ -1,4 +1,4 @@
-"""The equilibrated problem, and the transformation back."""
+"""Changes of variables: a problem in other units, or with its reference point moved to 0, each with the way back."""
 
 from __future__ import annotations
 
@@ -32,10 +32,8 @@ class Scaled:
 
     def start(self, x: Vector) -> Vector:
         """x = (z - w) / 2 of the problem in scaled units."""
-        if self.given.is_mixed:
-            z = self.given.box.z_of(x)
-            return 0.5 * (z / self.C - self.R * (z - 2 * x))
-        return np.maximum(x, 0) / self.C + np.minimum(x, 0) * self.R
+        z = self.given.box.z_of(x)
+        return 0.5 * (z / self.C - self.R * (z - 2 * x))
 
     @property
     def is_exact(self) -> bool:
@@ -60,13 +58,9 @@ class Scaled:
 
         Where z overflows, x is infinite; where w does, x is the most negative number admitted.
         """
-        if self.given.is_mixed:
-            z = self.problem.box.z_of(x)
-            w = (z - 2 * x) / self.R
-            return np.maximum(0.5 * (self.C * z - w), -LARGEST_X)
-        original: Vector = np.maximum(x, 0) * self.C
-        original += np.maximum(np.minimum(x, 0) / self.R, -LARGEST_X)
-        return original
+        z = self.problem.box.z_of(x)
+        w = (z - 2 * x) / self.R
+        return np.maximum(0.5 * (self.C * z - w), -LARGEST_X)
 
 
 def scale(problem: Problem) -> Scaled:
@@ -88,8 +82,6 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
     """The problem in the units of these positive diagonals, each of shape (n,)."""
     M, q = matrices.scaled(problem.M, R, C), R * problem.q
     (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
-    if not problem.is_mixed:
-        return Scaled(Problem(M, q), R, C, problem)
     with np.errstate(over="ignore"):
         lower, upper = (moved(bound / C, bound) for bound in (problem.lower, problem.upper))
     return Scaled(Problem(M, q, lower=lower, upper=upper), R, C, problem)
@@ -111,3 +103,46 @@ def _common_power(q: Vector, R: Vector, C: Vector) -> float:
     low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
     high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)
     return float(np.clip(-size, low, high)) if low <= high else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Shifted:
+    """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z, with the way back."""
+
+    problem: Problem
+    given: Problem
+
+    def start(self, x: Vector) -> Vector:
+        """x of the shifted problem."""
+        return x if self.given.reference_z is None else x - self.given.reference_z / 2
+
+    def back(self, x: Vector) -> Vector:
+        """x of the given problem; what is at a bound stays there."""
+        box, given, there = self.problem.box, self.given, self.given.reference_z
+        assert there is not None
+        z = box.z_of(x)
+        inside = np.where(z == self.problem.upper, given.upper, z + there)
+        at = np.where(z == self.problem.lower, given.lower, inside)
+        return np.clip(0.5 * (at - (z - 2 * x)), -LARGEST_X, LARGEST_X)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether it is certain that nothing was rounded."""
+        return self.given.has_small_integers
+
+    def multipliers(self, y: Vector) -> Vector:
+        """Farkas' y for the given problem."""
+        return y
+
+    def residual(self, F: Vector) -> Vector:
+        """F of the given problem."""
+        return F
+
+
+def shifted(given: Problem) -> Shifted:
+    """The problem, where the reference point is not 0; M is shared."""
+    there = given.reference_z
+    assert there is not None
+    with np.errstate(over="ignore"):
+        bounds = [moved(bound - there, bound) for bound in (given.lower, given.upper)]
+    return Shifted(Problem(given.M, given.q_ref, lower=bounds[0], upper=bounds[1]), given)

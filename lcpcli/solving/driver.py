@@ -17,16 +17,15 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import Stage
 from lcpcli.methods.transformed import Transformation, begin, in_given_variables
-from lcpcli.model import scaled
+from lcpcli.model import changes as scaled
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import starting_point
+from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.conclusions import concluded
-from lcpcli.solving.limits import DEFAULTS, Limits
 from lcpcli.solving.loop import Loop
-from lcpcli.solving.observer import Observe, Observer
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, Trace
+from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 from lcpcli.typing import Vector, VectorLike
 
 
@@ -123,7 +122,7 @@ def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Tr
     """Those to make before a method runs, one after another."""
     changes: list[Transformation] = []
     if problem.reference_z is not None and method != "auto":  # which does so itself
-        from lcpcli.model.shifted import shifted
+        from lcpcli.model.changes import shifted
 
         changes.append(shifted(problem))
         problem = changes[-1].problem
