@@ -129,7 +129,8 @@ class Box:
         """
         with np.errstate(invalid="ignore"):
             x = np.where((w > 0) & (w >= z - self.lower), self.lower - w, z)
-            x = np.where((w < 0) & (-w >= self.upper - z), self.upper - w, x)
+            if self._has_upper:
+                x = np.where((w < 0) & (-w >= self.upper - z), self.upper - w, x)
         return x / 2
 
     def x_within(self, z: Vector, w: Vector, basis: Basis) -> Vector:
@@ -145,7 +146,7 @@ class Box:
         With z in other units, max(factor (z - u), min(factor (z - l), w)).
         """
         gaps: Vector = np.minimum(factor * (z - self.lower), w)
-        return np.maximum(factor * (z - self.upper), gaps)
+        return np.maximum(factor * (z - self.upper), gaps) if self._has_upper else gaps
 
     def basis_of(self, x: Vector) -> Basis:
         """The states that x stands for: at the lower bound where 2x <= l, at the upper one where 2x >= u."""
@@ -175,6 +176,8 @@ class Box:
 
     def excess(self, z: Vector, w: Vector) -> Vector:
         """By how much w has another sign than an admissible z asks for; minus infinity where that is any."""
+        if not self._has_upper:
+            return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
 
     def exchanged(self, basis: Basis, violated: Mask, z: Vector) -> Basis:
@@ -188,7 +191,7 @@ class Box:
     def project(self, z: Vector) -> Vector:
         """The nearest admissible z."""
         nearest: Vector = np.maximum(z, self.lower)
-        return np.minimum(nearest, self.upper, out=nearest)
+        return np.minimum(nearest, self.upper, out=nearest) if self._has_upper else nearest
 
     def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> Vector:
         """The nearest admissible z, but at a bound where factor times the distance from it is less than the size of a w

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from lcpcli.linalg.accurate import accurate_residual
-from lcpcli.linalg.doubles import are_moderate, size
+from lcpcli.linalg.doubles import are_moderate, least, size
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
@@ -69,8 +69,8 @@ class Criterion:
     def reference_solves(self) -> bool:
         """Whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
         problem = self.problem
-        excess = problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error
-        return bool((excess <= 0).all())
+        excess: Vector = problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error
+        return least(-excess) >= 0
 
     @cached_property
     def _caps(self) -> Vector:
