@@ -21,7 +21,7 @@ Lcp = Callable[..., Outcome]
 LARGEST = 500  # unknowns
 WRONG = '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [[1, 1], [1.33333, 2.33333]]}'
 ALL_WRONG = '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [1, 1], "verdict": "infeasible"}'
-LINE = "lcp: {}: solution{}: is not a solution: its residual is 3, with w2 = -3; it is ignored\n"
+LINE = "lcp: {}: solution{}: is not a solution: its residual is 3, with z2 = 1 and w2 = -3; it is ignored\n"
 
 
 def problems() -> Iterator[Problem]:

@@ -18,20 +18,46 @@ MODERATE = 300  # the power of two up to which R q is left unchanged
 
 
 @dataclass(frozen=True, eq=False)
-class Scaled:
+class Change:
+    """A problem in other variables than a given one, with the way there and back; where nothing else is said, x, F and
+    Farkas' y stay as they are."""
+
+    problem: Problem
+    given: Problem
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether it is certain that nothing was rounded or lost, so that both problems have the same solutions."""
+        return False
+
+    def start(self, x: Vector) -> Vector:
+        """x of the problem in other variables."""
+        return x
+
+    def back(self, x: Vector) -> Vector:
+        """x of the given problem."""
+        return x
+
+    def residual(self, F: Vector) -> Vector:
+        """F of the given problem."""
+        return F
+
+    def multipliers(self, y: Vector) -> Vector:
+        """Farkas' y for the given problem, if it is one there."""
+        return y
+
+
+@dataclass(frozen=True, eq=False)
+class Scaled(Change):
     """The problem of R M C, R q, l / C and u / C for a given one, with the way back: z = C z', w = w' / R, F = F' / R.
 
     If R and C are powers of two, neither direction rounds.
     """
 
-    problem: Problem
     R: Vector
     C: Vector
 
-    given: Problem
-
     def start(self, x: Vector) -> Vector:
-        """x = (z - w) / 2 of the problem in scaled units."""
         z = self.given.box.z_of(x)
         return 0.5 * (z / self.C - self.R * (z - 2 * x))
 
@@ -43,18 +69,17 @@ class Scaled:
             return bool(abs(back).max() == 0 and np.array_equal(self.problem.q / self.R, self.given.q))
 
     def multipliers(self, y: Vector) -> Vector:
-        """Farkas' y for the given problem, its largest entry between 1 and 2."""
+        """R y, with its largest entry between 1 and 2."""
         with np.errstate(all="ignore"):
             y = self.R * y
             return np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1]))
 
     def residual(self, F: Vector) -> Vector:
-        """F of the given problem."""
         return F / self.R
 
     @np.errstate(over="ignore")
     def back(self, x: Vector) -> Vector:
-        """An x of the scaled problem in the units of the original one.
+        """x in the given units.
 
         Where z overflows, x is infinite; where w does, x is the most negative number admitted.
         """
@@ -74,7 +99,7 @@ def scale(problem: Problem) -> Scaled:
         R, C = R * t, C / t
         q = R * problem.q
     if not np.isfinite(q).all():
-        return Scaled(problem, np.ones(q.size), np.ones(q.size), problem)
+        return Scaled(problem, problem, np.ones(q.size), np.ones(q.size))
     return in_units(problem, R, C)
 
 
@@ -84,7 +109,7 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
     (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
     with np.errstate(over="ignore"):
         lower, upper = (moved(bound / C, bound) for bound in (problem.lower, problem.upper))
-    return Scaled(Problem(M, q, lower=lower, upper=upper), R, C, problem)
+    return Scaled(Problem(M, q, lower=lower, upper=upper), problem, R, C)
 
 
 def is_far_from_one(problem: Problem) -> bool:
@@ -105,15 +130,10 @@ def _common_power(q: Vector, R: Vector, C: Vector) -> float:
     return float(np.clip(-size, low, high)) if low <= high else 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class Shifted:
+class Shifted(Change):
     """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z, with the way back."""
 
-    problem: Problem
-    given: Problem
-
     def start(self, x: Vector) -> Vector:
-        """x of the shifted problem."""
         return x if self.given.reference_z is None else x - self.given.reference_z / 2
 
     def back(self, x: Vector) -> Vector:
@@ -127,16 +147,7 @@ class Shifted:
 
     @property
     def is_exact(self) -> bool:
-        """Whether it is certain that nothing was rounded."""
         return self.given.has_small_integers
-
-    def multipliers(self, y: Vector) -> Vector:
-        """Farkas' y for the given problem."""
-        return y
-
-    def residual(self, F: Vector) -> Vector:
-        """F of the given problem."""
-        return F
 
 
 def shifted(given: Problem) -> Shifted:

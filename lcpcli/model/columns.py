@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate, is_finite
+from lcpcli.linalg.doubles import FAR, are_moderate, is_finite
 from lcpcli.linalg.factors import SMALL
 from lcpcli.linalg.matrices import dense
 from lcpcli.linalg.principal_many import well_conditioned_inverse
@@ -19,7 +18,8 @@ from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, has_columns, own, with_infinity
 from lcpcli.model.box import Box
 from lcpcli.model.labels import by_label
-from lcpcli.model.problem import CANCELLATION, Problem
+from lcpcli.model.problem import Problem
+from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 
@@ -117,28 +117,6 @@ def _refuse_crossed(low: Vector, high: Vector, first: int = 0) -> None:
             raise error.inside(f"column {first + j}") from None
 
 
-@dataclass(frozen=True, eq=False)
-class References:
-    """The reference points of m problems, and M z + q there, as in `Problem`.
-
-    z : shape (m, n), or None for LCPs, whose reference point is 0. q, error : shape (m, n); error is 0 for LCPs.
-    """
-
-    z: Vector | None
-    q: Vector
-    error: Vector | float
-
-    def moved(self, z: Vector) -> Vector:
-        """Each row z minus its reference point."""
-        return z if self.z is None else z - self.z
-
-    def part(self, rows: Indices) -> References:
-        """Those of some of the problems."""
-        if self.z is None or isinstance(self.error, float):
-            return References(None, self.q[rows], 0.0)
-        return References(self.z[rows], self.q[rows], self.error[rows])
-
-
 class Block:
     """m problems that share M, one in each row of the arrays.
 
@@ -151,10 +129,8 @@ class Block:
         self.like, self.M = columns.like, columns.M
         self.units = self.like.units
         self._fields = {**vars(self.like), "box": box}
-        if not box.is_orthant:
-            self._fields["is_mixed"] = True
-            for name in ("reference_z", "q_ref", "q_error"):
-                self._fields.pop(name, None)
+        for name in ("reference_z", "q_ref", "q_error", "_reference"):
+            self._fields.pop(name, None)
 
     def part(self, rows: Indices) -> Block:
         """Some of the problems."""
@@ -217,42 +193,14 @@ class Block:
         fields = vars(problem)  # as it is frozen
         fields.update(self._fields)
         fields["q"], (fields["sizes_of_q"], fields["is_moderate"]) = q, self._fields_of_q[i]
-        if not self.box.is_orthant:
-            box = self.box.mapped(lambda bound: bound[i])
-            fields.update(lower=box.lower, upper=box.upper, box=box)
-            known = vars(self).get("references")
-            if known is not None:
-                moved = bool(known.z[i].any())
-                error = known.error[i] if moved else 0.0
-                fields.update(reference_z=known.z[i] if moved else None, q_ref=known.q[i], q_error=error)
-        else:
-            fields["q_ref"] = q
+        box = self.box.mapped(lambda bound: bound[i])
+        if box is not self.box:
+            fields.update(box=box, lower=box.lower, upper=box.upper)
+        own = self.references if self.references.z is None else self.references.part(i)
+        fields["reference_z"], fields["q_ref"], fields["q_error"] = own.z, q if own.z is None else own.q, own.error
         return problem
 
     @cached_property
-    @np.errstate(over="ignore", invalid="ignore")
-    def references(self) -> References:
-        """Those of all problems; of a problem whose row of M z + q cancels there, by itself."""
-        box = self.box
-        if box.is_orthant:
-            return References(None, self.q, 0.0)
-        z, corner = box.project(np.zeros(self.q.shape)), box.corner
-        w = self.times_M(z) + self.q
-        if not np.array_equal(z, corner):
-            other = self.times_M(corner) + self.q
-            better = _largest(box.gaps(corner, other)) < _largest(box.gaps(z, w))
-            z, w = np.where(better, corner, z), np.where(better, other, w)
-        usable = np.isfinite(w).all(axis=1, keepdims=True)
-        z, w = np.where(usable, z, 0.0), np.where(usable, w, self.q)
-        terms = self.sizes(z) + np.abs(self.q)
-        error = ROW_ROUNDING * terms
-        for i in np.flatnonzero((terms > CANCELLATION * np.abs(w)).any(axis=1) & z.any(axis=1)):
-            alone = self.problem(int(i))
-            z[i], w[i], error[i] = alone.reference_point, alone.q_ref, alone.q_error
-        return References(z, w, error)
-
-
-def _largest(gaps: Vector) -> Vector:
-    """The largest size in each row, infinite where there are other than finite numbers; shape (m, 1)."""
-    sizes: Vector = np.abs(gaps).max(axis=1, keepdims=True)
-    return np.where(np.isfinite(sizes), sizes, np.inf)
+    def references(self) -> Reference:
+        """Those of all problems."""
+        return reference(self.M, self.q, self.box)

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, kind, quoted
-from lcpcli.linalg.accurate import accurate_residual
-from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate, is_finite, largest, size, sizes
+from lcpcli.linalg.doubles import FAR, size, sizes
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.products import product
 from lcpcli.linalg.units import Units, units
 from lcpcli.model.array_likes import plain
 from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.labels import by_label
+from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
 SOLUTIONS = "a list of solutions, each a list of numbers"
 SMALL_INTEGER = 2**20
-CANCELLATION = 1000  # of the terms of a row of M z + q at the reference point: if more is lost, it is summed exactly
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -89,7 +88,6 @@ class Problem:
     origin: Origin | None = None
     lower: Vector | float = 0.0
     upper: Vector | float = math.inf
-    is_mixed: bool = declared(init=False, repr=False)
     box: Box = declared(init=False, repr=False)
     row_maxima: Vector = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
@@ -146,7 +144,6 @@ class Problem:
             is_moderate=min(least_row, least_q) >= 1 / FAR and max(largest_entry, largest_q) <= FAR,
             lower=0.0 if bounds is None else bounds[0],
             upper=math.inf if bounds is None else bounds[1],
-            is_mixed=bounds is not None,
             box=ORTHANT if bounds is None else Box(*bounds),
         )
         if bounds is None:
@@ -165,6 +162,10 @@ class Problem:
         from lcpcli.report.notebook import problem_html
 
         return problem_html(self)
+
+    @property
+    def is_mixed(self) -> bool:
+        return not self.box.is_orthant
 
     @property
     def n(self) -> int:
@@ -204,13 +205,13 @@ class Problem:
         return units(self.M)
 
     @cached_property
-    def reference_z(self) -> Vector | None:
-        """The reference point: the z within the bounds nearest to 0, or with every z_i at a finite bound, whichever
-        leaves the smaller residual; None if that is 0, as it is for an LCP, or if w overflows at both.
+    def _reference(self) -> Reference:
+        return reference(self.M, self.q, self.box)
 
-        So neither bounds far from 0 nor, in place of infinite ones, very large ones hide a residual.
-        """
-        return self._reference[0]
+    @cached_property
+    def reference_z(self) -> Vector | None:
+        """The reference point, as by `reference_point.reference`; None if that is 0, as it is for an LCP."""
+        return self._reference.z
 
     @property
     def reference_point(self) -> Vector:
@@ -220,32 +221,12 @@ class Problem:
     @cached_property
     def q_ref(self) -> Vector:
         """w = M z + q at the reference point: the scale of the rows, whatever the bounds are shifted by."""
-        return self._reference[1]
+        return self._reference.q
 
     @cached_property
     def q_error(self) -> Vector | float:
         """How far rounding may have taken q_ref, shape (n,); 0 for an LCP, and at most 1e-11 of it for the others."""
-        return self._reference[2]
-
-    @cached_property
-    def _reference(self) -> tuple[Vector | None, Vector, Vector | float]:
-        box = self.box
-        nearest, corner = box.project(np.zeros(self.n)), box.corner
-        places = [nearest] if np.array_equal(nearest, corner) else [nearest, corner]
-        with np.errstate(over="ignore", invalid="ignore"):
-            found = [(z, product(self.M, z) + self.q if z.any() else self.q) for z in places]
-            z, w = min(found, key=lambda there: largest(box.gaps(*there)) if is_finite(there[1]) else math.inf)
-        return (z, *self._rounded_once(z, w)) if z.any() and is_finite(w) else (None, self.q, 0.0)
-
-    def _rounded_once(self, z: Vector, w: Vector) -> tuple[Vector, Vector]:
-        """w = M z + q with those rows summed exactly that cancel, and how far rounding may have taken it."""
-        terms = absolute_product(self.M, np.abs(z)) + np.abs(self.q)
-        rows = np.flatnonzero(terms > CANCELLATION * np.abs(w))
-        M, q = self.M[rows], self.q[rows]
-        if rows.size and all(map(are_moderate, (M.data if is_sparse(M) else M, q, z))):
-            w[rows] = 0.0 - accurate_residual(M, z, -q)
-            terms[rows] = 0.0
-        return w, ROW_ROUNDING * terms
+        return self._reference.error
 
     def error(self, z: Vector) -> float | None:
         """|z - z*|_inf to the nearest of the known solutions, infinite if z is not finite; None if none is known."""

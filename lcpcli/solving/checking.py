@@ -208,18 +208,16 @@ class _Given:
     def _fault(self, tol: float) -> str:
         if violated := _violated(self.origin, self.data, self.x, tol):
             return f"x is not feasible: {violated}"
-        word, feasible = WORDS[self.origin.sense], f"x is feasible to the tolerance {tol:g}"
+        origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
+        word, value = WORDS[origin.sense], self.sign * objective(self.data, self.x) + origin.constant
         if self.step is None:
             return feasible
         if self.step.gain > max(tol, LEAST_GAIN) * terms_of_objective(self.data, self.x):
             far = f"at least {self.step.gain:.2g} {BESIDE[self.origin.sense]}"
-            return f"{feasible}, but no {word}: its objective {self._objective():.7g} is {far}"
+            return f"{feasible}, but no {word}: its objective {value:.7g} is {far}"
         if not self.needs_multipliers and verify(self.problem, self.with_step(), tol).accepted:
-            return f"{kind_of_point(self.data, self.origin).statement}, but with other multipliers"
+            return f"{kind_of_point(self.data, origin).statement}, but with other multipliers"
         return f"{feasible}, but not shown to be a {word}"
-
-    def _objective(self) -> float:
-        return self.sign * objective(self.data, self.x) + self.origin.constant
 
 
 def _readings(given: _Given, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:

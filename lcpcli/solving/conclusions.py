@@ -32,17 +32,14 @@ def interrupted(results: Sequence[Result]) -> list[Result]:
 
 
 def _concluded(results: Sequence[Result]) -> list[Result]:
-    advised = [result if result.solved else _with_advice(result) for result in results]
+    if not all(result.solved for result in results):
+        from lcpcli.solving.advice import suggestions
+
+        results = [result if result.solved else replace(result, suggestions=suggestions(result)) for result in results]
     if not results or results[0].problem.origin is None:
-        return advised
+        return list(results)
 
-    return [replace(result, answer=answer) for result, answer in zip(advised, answers(results), strict=True)]
-
-
-def _with_advice(result: Result) -> Result:
-    from lcpcli.solving.advice import suggestions
-
-    return replace(result, suggestions=suggestions(result))
+    return [replace(result, answer=answer) for result, answer in zip(results, answers(results), strict=True)]
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -69,7 +69,9 @@ def run(
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     additions = _additions(method, scale=scale, finish=finish)
     _complete(chosen, method, problem, limits, displaced=not (x0 is z0 is basis is None))
-    _refuse_unused_start(method, x0=x0, z0=z0, basis=basis)
+    for name, given in (("x0", x0), ("z0", z0), ("basis", basis)):
+        if given is not None and not methods.declared(method).uses_start:
+            raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
     start = starting_point(problem, x0, z0, basis)
     observer = None if observe is None else Observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
@@ -97,13 +99,6 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
         if not methods.declared(method).iterates:
             raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     return additions
-
-
-def _refuse_unused_start(method: str, **starts: Any) -> None:
-    """Raise ParameterError for a start if the method uses none."""
-    for name, start in starts.items():
-        if start is not None and not methods.declared(method).uses_start:
-            raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
 
 
 def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Limits, displaced: bool) -> None:

@@ -91,7 +91,10 @@ def solve_many(
     if isinstance(Q, str):
         Q, method = None, Q
     given = {name: value for name, value in options.items() if value is not None and value is not False}
-    _check(method, given)
+    refuse_unknown_options(method, given)
+    methods.check(method, {name: value for name, value in given.items() if name not in COMMON_OPTIONS})
+    if "threads" in given:
+        THREADS.check(given["threads"])
     limits = Limits(**{name: given[name] for name in LIMITS if name in given})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
@@ -102,14 +105,6 @@ def solve_many(
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, limits, given)
     return _by_blocks(columns, limits, given)
-
-
-def _check(method: str, given: dict[str, Any]) -> None:
-    """Raise OptionError as `run` would, on the call."""
-    refuse_unknown_options(method, given)
-    methods.check(method, {name: value for name, value in given.items() if name not in COMMON_OPTIONS})
-    if "threads" in given:
-        THREADS.check(given["threads"])
 
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
@@ -128,13 +123,11 @@ def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Itera
         solved = _solved(columns, first, last, limits, threads=given.get("threads"))
         for i in range(last - first):
             result = solved.result(i)
-            yield _with_share(run(solved.block.problem(i), **given), solved.share) if result is None else result
+            if result is None:  # its share of the time of the block counts too
+                result = run(solved.block.problem(i), **given)
+                result = replace(result, parts={part: s + solved.share[part] for part, s in result.parts.items()})
+            yield result
         first, size = last, min(size * GROWTH, most)
-
-
-def _with_share(result: Result, share: dict[str, float]) -> Result:
-    """A result with its share of the time of a block in which it was not solved."""
-    return replace(result, parts={part: spent + share[part] for part, spent in result.parts.items()})
 
 
 @with_limited_threads

@@ -18,7 +18,7 @@ from lcpcli.model.reductions.program import SENSES, Program, ProgramData
 from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Minimum
 from lcpcli.solving.no_minimum import without_minimum
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.typing import Mask, Vector
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 
@@ -38,7 +38,7 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
     return [
         without_minimum(problem, result.certificate.vector if result.certificate else None, program, data)
         if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE)
-        else _minimum(result, program, data, solved if solved and result.solved else _unsolved(result))
+        else _minimum(result, program, data, solved)
         for result in results
     ]
 
@@ -50,18 +50,16 @@ class Kind(NamedTuple):
     statement: str
 
 
-def _unsolved(result: Result) -> Kind:
-    size = f"{result.relative_residual:.1e}"
-    return Kind(None, f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
-
-
-def _minimum(result: Result, program: Program, data: ProgramData, kind: Kind) -> Minimum:
+def _minimum(result: Result, program: Program, data: ProgramData, kind: Kind | None) -> Minimum:
     sign = SENSES[program.sense]
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
     held = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
     bounded = sign * np.where(held, w, 0.0) + 0.0
     value = sign * objective(data, x) + program.constant
+    if kind is None or not result.solved:
+        size = f"{result.relative_residual:.1e}"
+        kind = Kind(None, f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
     exact = None
     if result.exact is not None and result.exact.z is not None:
         parts = program.parts(result.exact.z)
@@ -75,7 +73,7 @@ def _minimum(result: Result, program: Program, data: ProgramData, kind: Kind) ->
 def kind_of_point(data: ProgramData, program: Program) -> Kind:
     """What a solution of the first-order conditions is, from what is proved about Q."""
     word, definite = WORDS[program.sense], DEFINITE[program.sense]
-    if _is_zero(data.Q):
+    if not (data.Q != 0).sum():
         return Kind(OPTIMUM, f"x is a {word} of the linear program")
     verdicts = classify(data.Q, SECONDS, last="positive_semidefinite")
     if verdicts["positive_definite"].word == YES:
@@ -90,10 +88,6 @@ def kind_of_point(data: ProgramData, program: Program) -> Kind:
         return Kind(OPTIMUM, f"x is a {word}, {up_to}")
     undecided = f"whether Q is {definite} semidefinite and x a {word} is not decided"
     return Kind(None, f"x satisfies the first-order conditions; {undecided}")
-
-
-def _is_zero(Q: Matrix) -> bool:
-    return not (Q != 0).sum()
 
 
 LARGEST_LP = 500  # unknowns: an LP for more would take longer than many a solution

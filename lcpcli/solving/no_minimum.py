@@ -35,7 +35,9 @@ def without_minimum(problem: Problem, vector: Vector | None, program: Program, d
     vector : a y of Farkas for them, if there is one.
     """
     k, (_, side) = program.variables, WORDS[program.sense]
-    of_x, of_rows = _halves(problem, vector, k)
+    of_x, of_rows = np.zeros(problem.n), np.zeros(problem.n)
+    if vector is not None:
+        of_x[:k], of_rows[k:] = vector[:k], vector[k:]
     known = _feasibility(problem, data, of_rows)
     if known.feasible is False:
         y = None if known.vector is None else program.parts(known.vector)[1]
@@ -58,14 +60,6 @@ def _nowhere(
     statement: str, proved: str | None = None, ray: Vector | None = None, certificate: Vector | None = None
 ) -> Minimum:
     return Minimum(None, None, None, None, statement, proved, ray=ray, certificate=certificate)
-
-
-def _halves(problem: Problem, vector: Vector | None, k: int) -> tuple[Vector, Vector]:
-    """The y of Farkas for the k variables alone and for the rows alone; zeros if there is none."""
-    of_x, of_rows = np.zeros(problem.n), np.zeros(problem.n)
-    if vector is not None:
-        of_x[:k], of_rows[k:] = vector[:k], vector[k:]
-    return of_x, of_rows
 
 
 class _Feasibility(NamedTuple):

@@ -176,22 +176,19 @@ def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact | None:
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
 def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     assert exact.status is not None
+    certificate = Certificate("exhaustion", exact.proof) if exact.status is Status.UNSOLVABLE else None
+    if exact.y is not None:
+        certificate = Certificate("farkas", exact.proof, rounded_direction(exact.y))
     result = replace(
         result,
         status=exact.status,
         message=exact.status.told(data.problem, exact.proof),
-        certificate=_certificate(exact),
+        certificate=certificate,
         exact=exact,
     )
     if exact.z is None or not np.isfinite(rounded(exact.z)).all():
         return result
     return replace(result, point=Point(Criterion(data.problem), rounded(exact.z)))
-
-
-def _certificate(exact: Exact) -> Certificate | None:
-    if exact.y is not None:
-        return Certificate("farkas", exact.proof, rounded_direction(exact.y))
-    return Certificate("exhaustion", exact.proof) if exact.status is Status.UNSOLVABLE else None
 
 
 def _unproved(result: Result) -> Result:

@@ -125,7 +125,7 @@ def _holds(
     rows, (multiple, _) = A[support], sums.over_one_denominator(y)
     total = sums.product(b[support], multiple)
     for j in _columns(rows, certain):
-        value = sums.product(_column(rows, j), multiple)
+        value = sums.product(matrices.dense(rows[:, [j]])[:, 0], multiple)
         if (value > 0 and not bounds.high[j]) or (value < 0 and not bounds.low[j]):
             return False
         end = float(bounds.upper[j] if value > 0 else bounds.lower[j])
@@ -175,8 +175,3 @@ def _largest() -> int:
     from lcpcli.rational import linear
 
     return LARGEST_BY_FLINT if linear.is_fast() else LARGEST_EXACT
-
-
-def _column(A: Matrix, j: int) -> Vector:
-    column: Vector = matrices.dense(A[:, [j]])[:, 0]
-    return column

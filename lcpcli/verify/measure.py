@@ -35,7 +35,6 @@ import numpy as np
 
 from lcpcli.linalg.doubles import EPS, LARGEST, ROW_ROUNDING
 from lcpcli.linalg.products import absolute_product, product
-from lcpcli.model.box import Box
 from lcpcli.model.columns import Block
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
@@ -186,7 +185,9 @@ class Measure:
     def _unsolved_sizes(self, z: Vector) -> Vector:
         """log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or moved."""
         data, units = self.data, self.data.units
-        moved = np.where(_at_bound(data.box, z), np.abs(z - self._reference), 0.0)
+        box = data.box
+        at_bound = ((z <= box.lower) | (z >= box.upper)) & (box.lower < box.upper)
+        moved = np.where(at_bound, np.abs(z - self._reference), 0.0)
         if not np.count_nonzero(moved):
             return self._violated_sizes
         return np.maximum(self._violated_sizes, units.largest_of_columns(np.log2(moved) - units.columns))
@@ -259,12 +260,6 @@ class Measure:
 def _most(rows: Rows, tol: float) -> Vector:
     """What is allowed at most of few unknowns, whatever the caps are."""
     return np.maximum(tol * rows.terms, ROUNDING * rows.given)
-
-
-def _at_bound(box: Box, z: Vector) -> Mask:
-    """Where z is at a bound of two different ones."""
-    at: Mask = ((z <= box.lower) | (z >= box.upper)) & (box.lower < box.upper)
-    return at
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

@@ -63,18 +63,11 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
     if not np.isfinite(better).all():
         return z
     criterion = Criterion(problem)
-    as_good = Point(criterion, better).relative_residual <= 2 * Point(criterion, z).relative_residual
-    return better if as_good or _at_rounding(problem, better) else z
-
-
-def _at_rounding(problem: Problem, z: Vector) -> bool:
-    """Whether min(z, w) is as small as rounding z to double precision allows."""
-    return bool((np.abs(problem.box.gaps(z, problem.w(z))) <= LAST_DIGITS * _sizes(problem, z)).all())
-
-
-def _sizes(problem: Problem, z: Vector) -> Vector:
-    """|M| |z| + |q|."""
-    return products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    if Point(criterion, better).relative_residual <= 2 * Point(criterion, z).relative_residual:
+        return better
+    terms = products.absolute_product(problem.M, np.abs(better)) + np.abs(problem.q)
+    gaps = np.abs(problem.box.gaps(better, problem.w(better)))
+    return better if (gaps <= LAST_DIGITS * terms).all() else z  # as small as rounding z allows
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:

@@ -49,16 +49,12 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
     return None
 
 
-def _block(M: Matrix, P: Indices) -> Matrix:
-    return matrices.dense(M[P][:, P])
-
-
 def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     """|M_PP^-1|, shape (k, k), or None."""
     if P.size > MOST_INVERTED:
         return None
     units = changes.scale(problem)
-    A = _block(units.problem.M, P)
+    A = matrices.dense(units.problem.M[P][:, P])
     inverse = _exact_inverse(A) if P.size <= MOST_EXACT else _floating_inverse(A)
     return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
 

@@ -1,0 +1,71 @@
+"""The reference point of a problem: neither bounds far from 0 nor, in place of infinite ones, very large ones hide a
+residual that is measured from there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.products import absolute_product, product
+from lcpcli.model.box import Box
+from lcpcli.typing import Indices, Matrix, Vector
+
+CANCELLATION = 1000  # of the terms of a row of M z + q at the reference point: if more is lost, it is summed exactly
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The reference points z of one problem, shape (n,), or of m, shape (m, n), with M z + q there as q and how far
+    rounding may have taken it. Where all reference points are 0, as for LCPs, z is None and the error 0."""
+
+    z: Vector | None
+    q: Vector
+    error: Vector | float
+
+    def moved(self, z: Vector) -> Vector:
+        """Each z minus its reference point."""
+        return z if self.z is None else z - self.z
+
+    def part(self, rows: Indices | int) -> Reference:
+        """Those of some of m problems, or of one."""
+        if self.z is None or isinstance(self.error, float) or not self.z[rows].any():
+            return Reference(None, self.q[rows], 0.0)
+        return Reference(self.z[rows], self.q[rows], self.error[rows])
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def reference(M: Matrix, q: Vector, box: Box) -> Reference:
+    """The z within the bounds nearest to 0, or with every z_i at a finite bound, whichever leaves the smaller residual;
+    0 if w overflows at both. Rows of w that cancel there are summed exactly. q : shape (n,), or (m, n)."""
+    z, corner = box.project(np.zeros(q.shape)), box.corner
+    differ = np.count_nonzero(z != corner)
+    if not differ and not np.count_nonzero(z):
+        return Reference(None, q, 0.0)
+    w = product(M, z.T).T + q
+    if differ:
+        other = product(M, corner.T).T + q
+        better = _largest(box.gaps(corner, other)) < _largest(box.gaps(z, w))
+        z, w = np.where(better, corner, z), np.where(better, other, w)
+    usable = np.isfinite(w).all(axis=-1, keepdims=True)
+    z, w = np.where(usable, z, 0.0), np.where(usable, w, q)
+    if not z.any():
+        return Reference(None, q, 0.0)
+    terms = absolute_product(M, np.abs(z).T).T + np.abs(q)
+    each = zip(*map(np.atleast_2d, (z, w, q, terms)), strict=True)
+    for z_i, w_i, q_i, terms_i in each:  # views
+        rows = np.flatnonzero(terms_i > CANCELLATION * np.abs(w_i))
+        part = M[rows]
+        if rows.size and all(map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))):
+            w_i[rows] = 0.0 - accurate_residual(part, z_i, -q_i[rows])
+            terms_i[rows] = 0.0
+    return Reference(z, w, ROW_ROUNDING * terms)
+
+
+def _largest(gaps: Vector) -> Vector:
+    """The largest size in each row, infinite where there are other than finite numbers; shape (m, 1), or (1,)."""
+    sizes: Vector = np.abs(gaps).max(axis=-1, keepdims=True)
+    return np.where(np.isfinite(sizes), sizes, np.inf)
