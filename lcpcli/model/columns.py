@@ -129,8 +129,7 @@ class Block:
         self.like, self.M = columns.like, columns.M
         self.units = self.like.units
         self._fields = {**vars(self.like), "box": box}
-        for name in ("reference_z", "q_ref", "q_error", "_reference"):
-            self._fields.pop(name, None)
+        self._fields.update(reference_z=None, q_error=0.0)
 
     def part(self, rows: Indices) -> Block:
         """Some of the problems."""
@@ -193,12 +192,16 @@ class Block:
         fields = vars(problem)  # as it is frozen
         fields.update(self._fields)
         fields["q"], (fields["sizes_of_q"], fields["is_moderate"]) = q, self._fields_of_q[i]
-        box = self.box.mapped(lambda bound: bound[i])
-        if box is not self.box:
-            fields.update(box=box, lower=box.lower, upper=box.upper)
-        own = self.references if self.references.z is None else self.references.part(i)
-        fields["reference_z"], fields["q_ref"], fields["q_error"] = own.z, q if own.z is None else own.q, own.error
+        fields["q_ref"] = q
+        if not self._alike:
+            box, own = self.box.mapped(lambda bound: bound[i]), self.references.part(i)
+            fields.update(box=box, lower=box.lower, upper=box.upper, reference_z=own.z, q_ref=own.q, q_error=own.error)
         return problem
+
+    @cached_property
+    def _alike(self) -> bool:
+        """Whether the problems differ in q alone, as LCPs do."""
+        return self.references.z is None and self.box.is_orthant
 
     @cached_property
     def references(self) -> Reference:
