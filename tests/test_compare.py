@@ -15,7 +15,7 @@ from lcpcli import Problem, read, run, write
 from lcpcli.files import shipped
 from lcpcli.report import summary
 from lcpcli.report.formats import LEVELS
-from lcpcli.solving.conclusions import verified
+from lcpcli.solving.driver import verified
 from lcpcli.verify.point import Criterion, Point
 
 EXAMPLE = shipped.path("paper-example-1.json")

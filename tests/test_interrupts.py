@@ -237,7 +237,7 @@ def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatc
 
 @pytest.mark.parametrize(
     "place",
-    ["lcpcli.solving.advice.suggestions", "lcpcli.solving.conclusions.answers", "lcpcli.solving.loop.Loop._verified"],
+    ["lcpcli.solving.advice.suggestions", "lcpcli.solving.minimum.answers", "lcpcli.solving.loop.Loop._verified"],
 )
 def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
     module, _, name = place.rpartition(".")
@@ -254,8 +254,8 @@ def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(place: str, mon
 @pytest.mark.parametrize(
     "place",
     [
-        "lcpcli.solving.conclusions._concluded",
-        "lcpcli.solving.conclusions.verified",
+        "lcpcli.solving.driver._concluded",
+        "lcpcli.solving.driver.verified",
         "lcpcli.enumeration.others.search_others",
         "lcpcli.verify.digits.digits",
     ],
@@ -273,7 +273,7 @@ def test_command_that_is_interrupted_after_the_iteration_reports_its_result(
 def test_one_of_many_problems_that_is_interrupted_after_the_iteration_is_written(
     lcp: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lcpcli.solving.conclusions._concluded", interrupt)
+    monkeypatch.setattr("lcpcli.solving.driver._concluded", interrupt)
     outcome = lcp("solve", EXAMPLE, EXAMPLE, "--format", "json")
     assert (outcome.code, len(outcome.out.splitlines())) == (130, 1)
 

@@ -13,7 +13,7 @@ from lcpcli import Problem, Status, from_game, from_qp, run, solve_qp
 from lcpcli.linalg.products import product
 from lcpcli.methods.iterate import Breakdown, Finished, OutOfTime, Stalled
 from lcpcli.model.start import states_of
-from lcpcli.solving.conclusions import equilibrium
+from lcpcli.solving.minimum import equilibrium
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 

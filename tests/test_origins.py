@@ -19,7 +19,7 @@ from scipy.optimize import linprog, minimize
 import lcpcli
 from lcpcli import Problem, Result, Status, from_game, from_qp, read, run, write
 from lcpcli.solving.answer import Equilibrium, Minimum
-from lcpcli.solving.conclusions import concluded
+from lcpcli.solving.driver import concluded
 from lcpcli.verify.point import Criterion, Point
 
 PORTFOLIO_Q = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]]

@@ -102,7 +102,7 @@ class Task:
 
     def _solved(self, problem: Problem, data: Callable[[], ExactProblem] | None) -> Result:
         from lcpcli.solving import driver as driver
-        from lcpcli.solving.conclusions import concluded
+        from lcpcli.solving.driver import concluded
         from lcpcli.solving.proof import prove
         from lcpcli.solving.trace import Trace
 

@@ -112,7 +112,7 @@ def _with_conclusions(
             made = [[_among_others(result, exactly) for result in own] for own in made]
         return made, text_of(made)
     except KeyboardInterrupt:
-        from lcpcli.solving.conclusions import interrupted
+        from lcpcli.solving.driver import interrupted
 
         bare = [interrupted(own) for own in results]
         return bare, text_of(bare)
@@ -120,7 +120,7 @@ def _with_conclusions(
 
 def _concluded(results: Sequence[Result], compared: bool) -> list[Result]:
     """Results on one problem with the conclusions from them and, in a comparison, with their claims verified."""
-    from lcpcli.solving.conclusions import concluded, verified
+    from lcpcli.solving.driver import concluded, verified
 
     return [verified(result) if compared else result for result in concluded(results)]
 

@@ -20,7 +20,6 @@ from lcpcli.linalg.units import Units, units
 from lcpcli.model.array_likes import plain
 from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
 from lcpcli.model.box import ORTHANT, Box
-from lcpcli.model.labels import by_label
 from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
@@ -113,6 +112,8 @@ class Problem:
         names: Sequence[str] = (),
     ) -> None:
         if hasattr(M, "columns"):
+            from lcpcli.model.labels import by_label
+
             solutions = [by_label(M, solution=solution)[0] for solution in plain("solutions", solutions, SOLUTIONS)]
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)

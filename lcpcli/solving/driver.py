@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -22,11 +23,11 @@ from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import starting_point
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.conclusions import concluded
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 from lcpcli.typing import Vector, VectorLike
+from lcpcli.verify.point import Criterion, Point
 
 
 @with_limited_threads
@@ -144,3 +145,41 @@ def _stage(
     for change in reversed(changes):
         stage = in_given_variables(change, stage)
     return stage
+
+
+def concluded(results: Sequence[Result]) -> list[Result]:
+    """The results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin; as they are
+    but `interrupted` if Ctrl-C comes before that."""
+    try:
+        return _concluded(results)
+    except KeyboardInterrupt:
+        return interrupted(results)
+
+
+def interrupted(results: Sequence[Result]) -> list[Result]:
+    """The results after Ctrl-C, from which nothing more is to be concluded."""
+    return [replace(result, interrupted=True) for result in results]
+
+
+def _concluded(results: Sequence[Result]) -> list[Result]:
+    if not all(result.solved for result in results):
+        from lcpcli.solving.advice import suggestions
+
+        results = [result if result.solved else replace(result, suggestions=suggestions(result)) for result in results]
+    if not results or results[0].problem.origin is None:
+        return list(results)
+
+    from lcpcli.solving.minimum import answers
+
+    return [replace(result, answer=answer) for result, answer in zip(results, answers(results), strict=True)]
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def verified(result: Result) -> Result:
+    """The result with `verified`: by the relative residual of z, recomputed, or else by exact arithmetic."""
+    if not result.solved:
+        return result
+    from lcpcli.verify.refinement import is_rounding
+
+    point = Point(Criterion(result.problem, result.tol), result.z, is_admissible=False)
+    return replace(result, verified=point.solves() or is_rounding(result.problem, result.z, result.tol))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,10 +29,11 @@ from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Observer, PendingRow, Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm
 from lcpcli.verify.measure import FEW
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.refinement import is_rounding
+
+if TYPE_CHECKING:
+    from lcpcli.verify.certificate import Certificate
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 8  # iterations, if the method gives no bound on the residual
@@ -197,6 +198,8 @@ class Loop:
 
     def _without_solution(self, claim: Certificate) -> tuple[Status, str]:
         """The status that a certificate justifies, once it is verified on M and q."""
+        from lcpcli.verify.certificate import UNVERIFIED, confirm
+
         certificate = confirm(self.problem, claim, METHODS[self.method].excludes_exactly)
         if certificate is None:
             return Status.STALLED, UNVERIFIED[claim.kind]
@@ -285,6 +288,8 @@ class Loop:
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
             return solution, "", Status.SOLVED
+        from lcpcli.verify.refinement import is_rounding
+
         if not self.interrupted and is_rounding(self.problem, last.z, self.limits.tol):
             left = f"which leaves a relative residual of {last.relative_residual:.1e}"
             return last, f"{ROUNDED}, {left}", Status.SOLVED

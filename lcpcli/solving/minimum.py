@@ -1,4 +1,9 @@
-"""What results mean for the linear or quadratic program that their problem comes from."""
+"""What results mean for the linear or quadratic program, or the game, that their problem comes from.
+
+x and x + d are both minimizers of a convex program if d keeps rows and bounds, and Qd = 0 and c'd = 0:
+O. L. Mangasarian, A simple characterization of solution sets of convex programs, Operations Research Letters 7 (1988)
+21-26.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +19,13 @@ from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import conditions_of
+from lcpcli.model.reductions.game import Game
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData
-from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Minimum
+from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Answer, Equilibrium, Minimum
 from lcpcli.solving.no_minimum import without_minimum
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, Vector
+from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 
@@ -26,6 +33,31 @@ SECONDS = 1.0  # for deciding whether Q is positive semidefinite
 LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
+
+
+def answers(results: Sequence[Result]) -> list[Answer | None]:
+    """What each of the results on one problem means for its origin; None if it has none."""
+    origin = results[0].problem.origin
+    if isinstance(origin, Program):
+        return [*minima(results, origin)]
+    if isinstance(origin, Game):
+        return [equilibrium(result, origin) for result in results]
+    return [None] * len(results)
+
+
+def equilibrium(result: Result, game: Game) -> Equilibrium:
+    """Strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
+    if not result.solved:
+        return Equilibrium(None, None, None, None, "not solved, so there are no strategies")
+    x, y = (part / part.sum() for part in game.parts(result.z))
+    exact = None
+    if result.exact is not None and result.exact.z is not None:
+        parts = zip(("row", "column"), game.parts(result.exact.z), strict=True)
+        exact = {name: [value / sum(part) for value in part] for name, part in parts}
+    own = Strategies.of(game, x, y)
+    small = result.point.solves() and own.are_best(game, allowance(result.problem.n, result.tol))
+    (by_row, by_column), (row, column) = own.payoffs, own.gains
+    return Equilibrium(x, y, (by_row, by_column), (row, column), own.statement(small), exact)
 
 
 def minima(results: Sequence[Result], program: Program) -> list[Minimum]:

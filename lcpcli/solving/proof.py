@@ -31,7 +31,7 @@ from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving import driver as driver
 from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupted
-from lcpcli.solving.conclusions import concluded
+from lcpcli.solving.driver import concluded
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate

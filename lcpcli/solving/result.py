@@ -17,7 +17,6 @@ from lcpcli.options import Limits
 from lcpcli.solving.answer import NO_SUGGESTIONS, Suggestions, in_python, word_of
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.point import Point
 
 if TYPE_CHECKING:
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
 
     from lcpcli.bounds.error_bound import Bound
     from lcpcli.report.plotting import Picture
+    from lcpcli.verify.certificate import Certificate
 
 
 DIGITS_SECONDS = 1.0  # beyond those of the run, in which its digits are to be known
@@ -124,7 +124,7 @@ class Result:
     exact : what has been proved exactly, or None if not requested.
     bound : what is proved about |z - z*|_inf, with an infinite value if nothing is; None if not requested.
 
-    Conclusions from these, by `conclusions.concluded`:
+    Conclusions from these, by `driver.concluded`:
 
     suggestions : what to try next if the problem is not solved; `advice` has it as one line.
     answer : what it means for the program or the game that the problem comes from, a `Minimum` or an `Equilibrium` of

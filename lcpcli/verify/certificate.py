@@ -15,7 +15,6 @@ from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.alternative import candidates
 from lcpcli.verify.farkas import ACTIVE, refutes
 from lcpcli.verify.measure import FEW
 
@@ -125,6 +124,8 @@ def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
     lies between 1 and 2: R and the divisor are powers of two, so nothing is rounded. None means that the problem
     is feasible, to the tolerance of the LP solver, or that no proof passed the check in exact arithmetic.
     """
+    from lcpcli.verify.alternative import candidates
+
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
         M, q = matrices.scaled(problem.M, R, C), R * problem.q

@@ -29,15 +29,17 @@ Every array has the shape (n,) for one point, or (m, n) for one point of each of
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS, LARGEST, ROW_ROUNDING
 from lcpcli.linalg.products import absolute_product, product
-from lcpcli.model.columns import Block
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
+
+if TYPE_CHECKING:
+    from lcpcli.model.columns import Block
 
 FINEST = 0.01  # of the terms of a row as given: the least that its terms count as
 ROUNDING = 4 * EPS  # relative to the terms of a row: what rounding of z, and of w, may leave of it
@@ -114,7 +116,7 @@ class Measure:
         closed = worst <= tol * least
         if np.count_nonzero(closed) == closed.size:
             return YES if closed.ndim == 1 else np.ones(len(z), dtype=bool)
-        if isinstance(self.data, Block) and closed.all(axis=1).any():
+        if closed.ndim == 2 and not isinstance(self.data, Problem) and closed.all(axis=1).any():
             solved: Mask = np.asarray(closed.all(axis=1))
             some = (~solved).nonzero()[0]
             solved[some] = Measure(self.data.part(some)).surely_solves(z[some], rows.part(some), tol)
