@@ -74,8 +74,6 @@ import numpy as np
 
 from lcpcli.model.problem import Problem
 
-CLASS = "symmetric positive definite"
-
 
 def toy(n, _seed, *, load=1.0):
     return Problem(np.eye(n), np.full(n, -load), name=f"toy-{n}", solutions=[np.full(n, load)], source="this test")
@@ -151,7 +149,7 @@ def test_method_with_two_options(package: Path, lcp: Run) -> None:
 
 def test_family(package: Path, lcp: Run) -> None:
     (package / "gallery" / "toy.py").write_text(FAMILY)
-    register(package / "gallery" / "families.py", "FAMILIES", '"toy": "the identity"')
+    register(package / "gallery" / "families.py", "REGISTRY", '"toy": Entry("toy", "the identity", "P")')
     problem = json.loads(lcp("make", "toy", "-n", "3", "--set", "load=2"))
     assert (problem["name"], problem["q"]) == ("toy-3", [-2, -2, -2])
     assert "toy" in lcp("make", "--list")
