@@ -103,23 +103,14 @@ def render(problem):
 PEER = '''
 """A solver that says 1."""
 
-import numpy as np
-
-from lcpcli.peers.registry import Claim
-
-PACKAGE = "toy"
+from lcpcli.peers.packages import Solver
 
 
-def version():
-    return "0"
+def says_one(numpy, problem, program, tol, time_limit):
+    return numpy.ones(problem.n), None, True, 1e-3, "one"
 
 
-def excludes(problem):
-    return ""
-
-
-def solve(problem, tol, time_limit):
-    return Claim(np.ones(problem.n), True, 1e-3, "one")
+toy = Solver("numpy", says_one, ())
 '''
 
 
@@ -165,7 +156,7 @@ def test_problem_format(package: Path, lcp: Run) -> None:
 
 def test_peer(package: Path, lcp: Run) -> None:
     (package / "peers" / "toy.py").write_text(PEER)
-    register(package / "peers" / "registry.py", "PEERS", '"toy": "says 1"')
+    register(package / "peers" / "registry.py", "REGISTRY", '"toy": Entry("toy", "says 1")')
     (package.parent / "problem.json").write_text('{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
     out = lcp("bench", "problem.json", "--method", "newton", "--peer", "toy", "--budget", "0", "--format", "json")
     rows = {row["solver"]: row for row in json.loads(out)["measurements"]}

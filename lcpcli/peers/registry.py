@@ -1,19 +1,11 @@
-"""Other solvers by name, imported on demand. The peer `p` is the module p of this package (with _ for -).
-
-A peer's docstring says what the solver is and what the tolerance means to it. Its module provides
-
-    version() -> str | None : the installed version, None if it is not installed.
-    excludes(problem) -> str : why it cannot be given this problem, as a clause; "" if it can.
-    solve(problem, tol, time_limit) -> Claim : its answer to the problem, with tol as its own tolerance and at most
-        time_limit seconds, if it has such settings. OptionError if it is not installed.
-"""
+"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from lcpcli.errors import OptionError, likely, quoted
 
@@ -21,17 +13,28 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.typing import Vector
 
-PEERS = {
-    "quantecon": "Lemke's method with the lexicographic rule, compiled (QuantEcon.py)",
-    "piqp": "proximal interior-point method for quadratic programs (PIQP)",
-    "clarabel": "interior-point method for conic programs (Clarabel)",
-    "osqp": "operator splitting for quadratic programs (OSQP)",
-    "daqp": "dual active-set method for quadratic programs and affine variational inequalities (DAQP)",
-    "highs": "active-set method for quadratic programs (HiGHS)",
-    "siconos-newton": "Newton's method on the minimum function, with a line search (Siconos)",
-    "siconos-pgs": "projected Gauss-Seidel (Siconos)",
-    "siconos-lemke": "Lemke's method with the lexicographic rule (Siconos)",
+
+class Entry(NamedTuple):
+    """A peer: its file and its meaning."""
+
+    file: str
+    meaning: str
+
+
+REGISTRY = {
+    "quantecon": Entry("packages", "Lemke's method with the lexicographic rule, compiled (QuantEcon.py)"),
+    "piqp": Entry("packages", "proximal interior-point method for quadratic programs (PIQP)"),
+    "clarabel": Entry("packages", "interior-point method for conic programs (Clarabel)"),
+    "osqp": Entry("packages", "operator splitting for quadratic programs (OSQP)"),
+    "daqp": Entry(
+        "packages", "dual active-set method for quadratic programs and affine variational inequalities (DAQP)"
+    ),
+    "highs": Entry("packages", "active-set method for quadratic programs (HiGHS)"),
+    "siconos-newton": Entry("siconos", "Newton's method on the minimum function, with a line search (Siconos)"),
+    "siconos-pgs": Entry("siconos", "projected Gauss-Seidel (Siconos)"),
+    "siconos-lemke": Entry("siconos", "Lemke's method with the lexicographic rule (Siconos)"),
 }
+PEERS = {name: entry.meaning for name, entry in REGISTRY.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,18 +54,26 @@ class Claim:
 
 
 class Peer(Protocol):
-    def version(self) -> str | None: ...
+    """Another solver."""
 
-    def excludes(self, problem: Problem) -> str: ...
+    def version(self) -> str | None:
+        """The installed version, None if it is not installed."""
 
-    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim: ...
+    def excludes(self, problem: Problem) -> str:
+        """Why it cannot be given this problem, as a clause; "" if it can."""
+
+    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
+        """Its answer, with tol as its own tolerance and at most time_limit seconds, if it has such settings.
+
+        Raises OptionError if it is not installed.
+        """
 
 
 def load(name: str) -> Peer:
     """The peer of that name."""
-    if name not in PEERS:
+    if name not in REGISTRY:
         raise _unknown(name)
-    return cast(Peer, import_module(f"lcpcli.peers.{name.replace('-', '_')}"))
+    return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name].file}"), name.replace("-", "_")))
 
 
 def select(names: Iterable[str]) -> list[str]:
@@ -72,26 +83,24 @@ def select(names: Iterable[str]) -> list[str]:
     """
     selected: dict[str, None] = {}
     for name in names:
-        meant = [peer for peer in PEERS if peer == name or peer.startswith(f"{name}-")]
+        meant = [peer for peer in REGISTRY if peer == name or peer.startswith(f"{name}-")]
         if not meant:
             raise _unknown(name)
         selected |= dict.fromkeys(meant)
     return list(selected)
 
 
-def installed() -> list[str]:
-    """The peers that are installed."""
-    return [name for name in PEERS if load(name).version() is not None]
+def _unknown(name: str) -> OptionError:
+    return OptionError("--peer", f"{quoted(name)} is unknown", likely(name, REGISTRY))
 
 
 def distribution_version(package: str) -> str | None:
     """The version of a distribution, found without importing it; None if it is not installed."""
-    from importlib.metadata import PackageNotFoundError
-    from importlib.metadata import version as version_of
+    from importlib import metadata
 
     try:
-        return version_of(package)
-    except PackageNotFoundError:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
         return None
 
 
@@ -104,7 +113,3 @@ def library(module: str) -> Any:
             raise
         hint = "pip install 'linear-complementarity[peers]'"
         raise OptionError("--peer", f"{error.name} is not installed", hint) from None
-
-
-def _unknown(name: str) -> OptionError:
-    return OptionError("--peer", f"{quoted(name)} is unknown", likely(name, PEERS))
