@@ -10,14 +10,13 @@ from typing import Any
 
 import pytest
 
+from lcpcli.bench import figure
 from lcpcli.bench import record as records
-from lcpcli.bench.environment import Machine
-from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
-from lcpcli.bench.report import plot, sheets
-from lcpcli.bench.report.render import render
-from lcpcli.bench.scores import growths, scores
-from lcpcli.bench.statistics import shifted_geometric_mean, summary
+from lcpcli.bench.formats import render
+from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
+from lcpcli.bench.statistics import growths, scores, shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
+from lcpcli.bench.tables import build
 
 SECONDS = {
     ("auto", 100): [0.010, 0.011, 0.012, 0.013, 0.014],
@@ -176,7 +175,7 @@ def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: Record)
 
 def test_latex_has_the_same_cells_in_whole_tables(record: Record) -> None:
     text = render(record, "latex", None, False)
-    built = sheets.build(record, None)
+    built = build(record, None)
     tables = re.findall(r"\\begin\{table\}(.*?)\\end\{table\}", text, flags=re.DOTALL)
     assert len(tables) == len(built.sheets)
     for table, sheet in zip(tables, built.sheets, strict=True):
@@ -226,14 +225,14 @@ def test_unfinished_and_empty_records_can_be_shown(record: Record) -> None:
 
 @pytest.mark.parametrize(("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_picture_is_drawn(record: Record, form: str, begins: bytes) -> None:
-    assert plot.draw(record, form).startswith(begins)
+    assert figure.draw(record, form).startswith(begins)
 
 
 def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(record: Record) -> None:
-    (panel,) = plot._panels(record)
+    (panel,) = figure._panels(record)
     assert panel.title == "harker-pang 400"
     curves = {curve.name: curve for curve in panel.curves}
     assert list(curves) == ["auto", "lemke", "liar"]
     assert list(curves["auto"].k) == [0, 1]
-    assert (curves["liar"].k, curves["liar"].seconds, curves["liar"].errors) == ([None], [1.0], [1.25e-11])
+    assert (curves["liar"].k, curves["liar"].seconds, curves["liar"].errors) == ((None,), (1.0,), (1.25e-11,))
     assert [curve.solved for curve in panel.curves] == [True, False, True]

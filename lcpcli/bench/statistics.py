@@ -1,4 +1,4 @@
-"""Statistics of run times, as pure functions.
+"""Statistics of run times, as pure functions, and those of a bench, which its tables and its figure show.
 
 The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles, Math.
 Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics, 3rd ed., Wiley
@@ -11,6 +11,10 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.suites import series
+from lcpcli.report.figures.data import Power
 
 CONFIDENCE = 0.95
 SHIFT = 1e-3  # seconds
@@ -34,18 +38,41 @@ class Summary:
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Power):
     """seconds = coefficient n^exponent, by least squares on the logarithms.
 
     margin : of the exponent: the interval exponent +- margin has CONFIDENCE, for independent normal errors in the
         logarithms. r_squared : the fraction of the variance explained by the fit. sizes : the number of different n.
     """
 
-    exponent: float
-    coefficient: float
-    margin: float
     r_squared: float
     sizes: int
+
+
+@dataclass(frozen=True)
+class Score:
+    """One solver over all problems that it accepts.
+
+    mean : shifted geometric mean of its times, in seconds, a failure counted as the time limit; None for no problem.
+    fastest : the number of problems that no solver solved faster.
+    """
+
+    solver: str
+    solved: int
+    applicable: int
+    false: int
+    mean: float | None
+    fastest: int
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Growth of a solver's time over the sizes of a series that it solved: (n, seconds), by n; fit : None for few."""
+
+    series: str
+    solver: str
+    points: list[tuple[int, Summary]]
+    fit: Fit | None
 
 
 def summary(times: Sequence[float]) -> Summary:
@@ -105,9 +132,45 @@ def growth(points: Sequence[tuple[int, float]]) -> Fit | None:
     x = [math.log(n) for n, _ in points]
     y = [math.log(max(seconds, RESOLUTION)) for _, seconds in points]
     exponent, intercept = statistics.linear_regression(x, y)
-    mean_x, mean_y = statistics.fmean(x), statistics.fmean(y)
     unexplained = math.fsum((b - intercept - exponent * a) ** 2 for a, b in zip(x, y, strict=True))
-    total = math.fsum((b - mean_y) ** 2 for b in y)
-    error = math.sqrt(unexplained / (len(x) - 2) / math.fsum((a - mean_x) ** 2 for a in x))
-    margin = float(stdtrit(len(x) - 2, (1 + CONFIDENCE) / 2)) * error
-    return Fit(exponent, math.exp(intercept), margin, 1 - unexplained / total if total > 0 else 1.0, sizes)
+    total, freedom = statistics.variance(y) * (len(y) - 1), len(x) - 2
+    error = math.sqrt(unexplained / freedom / statistics.variance(x) / (len(x) - 1))
+    margin = float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) * error
+    return Fit(exponent, margin, math.exp(intercept), 1 - unexplained / total if total > 0 else 1.0, sizes)
+
+
+def times(record: Record) -> dict[str, dict[str, float]]:
+    """The median seconds of each solver on each problem that it accepts; infinity if it failed."""
+    medians: dict[str, dict[str, float]] = {solver: {} for solver in record.solvers}
+    for row in record.measurements:
+        if not row.excluded:
+            medians[row.solver][row.problem] = summary(row.seconds).median if row.success else math.inf
+    return medians
+
+
+def scores(record: Record) -> list[Score]:
+    """One score per solver, in their order."""
+    medians, false = times(record), [row.solver for row in record.measurements if row.false_success]
+    ratios, limit = performance_ratios(medians), record.options.time_limit
+    rows = []
+    for solver, own in medians.items():
+        mean = shifted_geometric_mean([t if t < math.inf else limit for t in own.values()]) if own else None
+        solved = sum(t < math.inf for t in own.values())
+        rows.append(Score(solver, solved, len(own), false.count(solver), mean, ratios[solver].count(1.0)))
+    return rows
+
+
+def growths(record: Record) -> list[Growth]:
+    """The growth of each solver on each series in which it solved two sizes or more, series by series."""
+    solved: dict[str, dict[str, list[Measurement]]] = {}
+    for row in record.measurements:
+        if row.family and row.success:
+            solved.setdefault(series(row.family, row.parameters), {}).setdefault(row.solver, []).append(row)
+    found = []
+    for name, by_solver in solved.items():
+        for solver in record.solvers:
+            rows = sorted(by_solver.get(solver, []), key=lambda row: row.n)
+            points = [(row.n, summary(row.seconds)) for row in rows]
+            if len({n for n, _ in points}) > 1:
+                found.append(Growth(name, solver, points, growth([(n, each.median) for n, each in points])))
+    return found

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import groupby
 
 from lcpcli.bench.record import Measurement, Record
-from lcpcli.bench.report.sheets import conditions
-from lcpcli.bench.scores import growths, times
-from lcpcli.bench.statistics import Fit, performance_ratios, summary
+from lcpcli.bench.statistics import growths, performance_ratios, summary, times
 from lcpcli.bench.suites import series
+from lcpcli.bench.tables import conditions
 from lcpcli.report.figures import drawing as figures
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
 
 MOST_PANELS = 4
 LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of them
@@ -19,9 +19,8 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of them
 def draw(record: Record, form: str) -> bytes:
     """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     panels, growth_panels = _panels(record), _growth_panels(record)
-    profiles = [
-        Profile(_method(name), name, ratios) for name, ratios in performance_ratios(times(record)).items() if ratios
-    ]
+    ratios = performance_ratios(times(record))
+    profiles = [Profile(_method(name), name, own) for name, own in ratios.items() if own]
     measured = len({row.problem for row in record.measurements})
     if measured < LEAST_PROBLEMS and (panels or growth_panels):
         profiles = []
@@ -36,7 +35,9 @@ def _method(solver: str) -> str:
 def _panels(record: Record) -> list[Panel]:
     """The problems with the most successes, the largest of each series and the one with the longest curves first."""
     problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
-    problems.sort(key=lambda rows: (sum(row.success for row in rows), max(_points(row) for row in rows)), reverse=True)
+    problems.sort(
+        key=lambda rows: (sum(row.success for row in rows), max(len(row.curve or ()) for row in rows)), reverse=True
+    )
     largest: dict[str, list[Measurement]] = {}
     for rows in problems:
         name = series(rows[0].family, rows[0].parameters) if rows[0].family else rows[0].problem
@@ -46,45 +47,28 @@ def _panels(record: Record) -> list[Panel]:
     return [_panel(rows) for rows in drawable[:MOST_PANELS]]
 
 
-def _points(row: Measurement) -> int:
-    return len(row.curve or ())
-
-
 def _panel(rows: list[Measurement]) -> Panel:
+    """The curves of the methods; a peer, of which only the end is known, is a single point."""
     measure = next(row.curve_of for row in rows if row.curve_of)
-    curves = [_curve(row, measure) for row in rows if not row.excluded]
-    return Panel(rows[0].problem, measure, [curve for curve in curves if curve.k])
-
-
-def _curve(row: Measurement, measure: str) -> Curve:
-    """A method's curve; a peer, of which only the end is known, is a single point."""
-    if row.curve:
-        k, seconds, errors = zip(*row.curve, strict=True)
-        return Curve(_method(row.solver), row.solver, k, seconds, errors, row.success)
-    end = row.error if measure == "error" else row.residual
-    if end is None:
-        return Curve(_method(row.solver), row.solver, [], [], [], row.success)
-    return Curve(_method(row.solver), row.solver, [None], [summary(row.seconds).median], [end], row.success)
-
-
-def _power(fit: Fit | None) -> Power | None:
-    return None if fit is None else Power(fit.exponent, fit.margin, fit.coefficient)
+    curves = []
+    for row in rows:
+        end = row.error if measure == "error" else row.residual
+        points: Sequence[tuple[int | None, float, float | None]] = row.curve or []
+        if not points and not row.excluded and end is not None:
+            points = [(None, summary(row.seconds).median, end)]
+        if points:
+            k, seconds, errors = zip(*points, strict=True)
+            curves.append(Curve(_method(row.solver), row.solver, k, seconds, errors, row.success))
+    return Panel(rows[0].problem, measure, curves)
 
 
 def _growth_panels(record: Record) -> list[GrowthPanel]:
     panels = []
     for name, own in groupby(growths(record), key=lambda growth: growth.series):
-        lines = [
-            Growth(
-                name=_method(growth.solver),
-                label=growth.solver,
-                n=[n for n, _ in growth.points],
-                seconds=[times.median for _, times in growth.points],
-                lower=[times.lower for _, times in growth.points],
-                upper=[times.upper for _, times in growth.points],
-                fit=_power(growth.fit),
-            )
-            for growth in own
-        ]
+        lines = []
+        for growth in own:
+            n, summaries = zip(*growth.points, strict=True)
+            medians, lower, upper = zip(*((each.median, each.lower, each.upper) for each in summaries), strict=True)
+            lines.append(Growth(_method(growth.solver), growth.solver, n, medians, lower, upper, growth.fit))
         panels.append(GrowthPanel(name, lines))
     return panels[:MOST_PANELS]
