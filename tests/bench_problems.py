@@ -45,7 +45,7 @@ def install(
     peer = SimpleNamespace(
         version=lambda: version, excludes=excludes, solve=lambda problem, _tol, _time_limit: solve(problem)
     )
-    monkeypatch.setitem(peers.REGISTRY, name, peers.Entry("packages", "made up"))
+    monkeypatch.setitem(peers.REGISTRY, name, ("packages", "made up"))
     monkeypatch.setattr(packages, name, peer, raising=False)
 
 

@@ -14,9 +14,10 @@ from lcpcli.bench import figure
 from lcpcli.bench import record as records
 from lcpcli.bench.formats import render
 from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
-from lcpcli.bench.statistics import growths, scores, shifted_geometric_mean, summary
+from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
 from lcpcli.bench.tables import build
+from lcpcli.report import numbers
 
 SECONDS = {
     ("auto", 100): [0.010, 0.011, 0.012, 0.013, 0.014],
@@ -94,15 +95,15 @@ def seconds_of(cell: str, unit: str) -> float:
 
 
 def test_scores_count_failures_as_the_time_limit_and_leave_out_what_is_excluded(record: Record) -> None:
-    found = {score.solver: score for score in scores(record)}
-    assert [(s.solved, s.applicable, s.false, s.fastest) for s in found.values()] == [
-        (3, 3, 0, 3),
-        (2, 3, 0, 0),
-        (2, 3, 1, 0),
-        (0, 0, 0, 0),
+    found = {line["solver"]: line for line in markdown_tables(render(record, "markdown", None, False))["Solvers"]}
+    assert [(s["solved"], s["of"], s["false"], s["fastest"]) for s in found.values()] == [
+        ("3", "3", "0", "3"),
+        ("2", "3", "0", "0"),
+        ("2", "3", "1", "0"),
+        ("0", "0", "0", "0"),
     ]
-    assert found["lemke"].mean == shifted_geometric_mean([0.5, 2.0, 10.0])
-    assert found["picky"].mean is None
+    assert found["lemke"]["mean time"] == numbers.duration(shifted_geometric_mean([0.5, 2.0, 10.0]))
+    assert found["picky"]["mean time"] == ""
 
 
 def with_a_fourth_size(record: Record) -> Record:
@@ -112,12 +113,13 @@ def with_a_fourth_size(record: Record) -> Record:
 
 
 def test_growth_is_fitted_where_four_sizes_are_solved(record: Record) -> None:
-    first = growths(record)[0]
-    assert [(n, times.median) for n, times in first.points] == [(100, 0.012), (200, 0.020), (400, 0.0402)]
-    assert {growth.fit for growth in growths(record)} == {None}
+    (panel,) = growths(record)
+    first = panel.growths[0]
+    assert list(zip(first.n, first.seconds, strict=True)) == [(100, 0.012), (200, 0.020), (400, 0.0402)]
+    assert {growth.fit for growth in panel.growths} == {None}
     held = with_a_fourth_size(record)
-    (fitted,) = [growth for growth in growths(held) if growth.fit]
-    assert fitted.solver == "auto"
+    (fitted,) = [growth for growth in growths(held)[0].growths if growth.fit]
+    assert fitted.label == "auto"
     assert fitted.fit
     assert fitted.fit.exponent == pytest.approx(0.93, abs=0.02)
     report = render(held, "markdown", None, False)

@@ -169,7 +169,7 @@ def test_a_new_peer_needs_only_its_call_and_its_line(monkeypatch: pytest.MonkeyP
         return np.zeros(problem.n), None, True, 0.5, "guessed"
 
     monkeypatch.setattr(packages, "toy_one", packages.Solver("numpy", guess, ()), raising=False)
-    monkeypatch.setitem(peers.REGISTRY, "toy-one", peers.Entry("packages", "guesses zero"))
+    monkeypatch.setitem(peers.REGISTRY, "toy-one", ("packages", "guesses zero"))
     assert peers.load("toy-one").version() == np.__version__
     assert peers.select(["toy"]) == ["toy-one"]
     claim = peers.load("toy-one").solve(INDEFINITE, TOL, 1.0)

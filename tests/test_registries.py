@@ -156,7 +156,7 @@ def test_problem_format(package: Path, lcp: Run) -> None:
 
 def test_peer(package: Path, lcp: Run) -> None:
     (package / "peers" / "toy.py").write_text(PEER)
-    register(package / "peers" / "registry.py", "REGISTRY", '"toy": Entry("toy", "says 1")')
+    register(package / "peers" / "registry.py", "REGISTRY", '"toy": ("toy", "says 1")')
     (package.parent / "problem.json").write_text('{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
     out = lcp("bench", "problem.json", "--method", "newton", "--peer", "toy", "--budget", "0", "--format", "json")
     rows = {row["solver"]: row for row in json.loads(out)["measurements"]}

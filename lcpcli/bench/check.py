@@ -98,11 +98,11 @@ def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
     if z is None or not np.isfinite(z).all():
         return {}
     given = conditions_of(problem)
-    M, q = given[:2]
+    M, q = given.M, given.q
     terms = products.absolute_product(M, np.abs(z)) + np.abs(q)
     moderate = all(map(are_moderate, (M.data if is_sparse(M) else M, q, z)))
     w = accurate_residual(M, -z, q) if moderate else problem.w(z)
-    residuals, sizes = _residuals(problem.origin, Conditions(*given), z, w, terms)
+    residuals, sizes = _residuals(problem.origin, given, z, w, terms)
     floor = LEAST_TERMS * max(sizes)
     found = {
         ABSOLUTE: max(residuals),

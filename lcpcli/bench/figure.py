@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from lcpcli.bench.record import Measurement, Record
-from lcpcli.bench.statistics import growths, performance_ratios, summary, times
+from lcpcli.bench.statistics import growths, method_of, performance_ratios, summary, times
 from lcpcli.bench.suites import series
 from lcpcli.bench.tables import conditions
 from lcpcli.report.figures import drawing as figures
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
+from lcpcli.report.figures.data import Curve, Panel, Profile
 
 MOST_PANELS = 4
 LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of them
@@ -18,18 +18,13 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of them
 
 def draw(record: Record, form: str) -> bytes:
     """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
-    panels, growth_panels = _panels(record), _growth_panels(record)
+    panels, growth_panels = _panels(record), growths(record)[:MOST_PANELS]
     ratios = performance_ratios(times(record))
-    profiles = [Profile(_method(name), name, own) for name, own in ratios.items() if own]
+    profiles = [Profile(method_of(name), name, own) for name, own in ratios.items() if own]
     measured = len({row.problem for row in record.measurements})
     if measured < LEAST_PROBLEMS and (panels or growth_panels):
         profiles = []
     return figures.bench(profiles, panels, growth_panels, form, conditions(record))
-
-
-def _method(solver: str) -> str:
-    """The method of a solver, which decides how it is drawn: shi of shi:p=10."""
-    return solver.partition(":")[0]
 
 
 def _panels(record: Record) -> list[Panel]:
@@ -58,17 +53,5 @@ def _panel(rows: list[Measurement]) -> Panel:
             points = [(None, summary(row.seconds).median, end)]
         if points:
             k, seconds, errors = zip(*points, strict=True)
-            curves.append(Curve(_method(row.solver), row.solver, k, seconds, errors, row.success))
+            curves.append(Curve(method_of(row.solver), row.solver, k, seconds, errors, row.success))
     return Panel(rows[0].problem, measure, curves)
-
-
-def _growth_panels(record: Record) -> list[GrowthPanel]:
-    panels = []
-    for name, own in groupby(growths(record), key=lambda growth: growth.series):
-        lines = []
-        for growth in own:
-            n, summaries = zip(*growth.points, strict=True)
-            medians, lower, upper = zip(*((each.median, each.lower, each.upper) for each in summaries), strict=True)
-            lines.append(Growth(_method(growth.solver), growth.solver, n, medians, lower, upper, growth.fit))
-        panels.append(GrowthPanel(name, lines))
-    return panels[:MOST_PANELS]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.suites import series
-from lcpcli.report.figures.data import Power
+from lcpcli.report.figures.data import Growth, GrowthPanel, Power
 
 CONFIDENCE = 0.95
 SHIFT = 1e-3  # seconds
@@ -47,32 +47,6 @@ class Fit(Power):
 
     r_squared: float
     sizes: int
-
-
-@dataclass(frozen=True)
-class Score:
-    """One solver over all problems that it accepts.
-
-    mean : shifted geometric mean of its times, in seconds, a failure counted as the time limit; None for no problem.
-    fastest : the number of problems that no solver solved faster.
-    """
-
-    solver: str
-    solved: int
-    applicable: int
-    false: int
-    mean: float | None
-    fastest: int
-
-
-@dataclass(frozen=True)
-class Growth:
-    """Growth of a solver's time over the sizes of a series that it solved: (n, seconds), by n; fit : None for few."""
-
-    series: str
-    solver: str
-    points: list[tuple[int, Summary]]
-    fit: Fit | None
 
 
 def summary(times: Sequence[float]) -> Summary:
@@ -148,29 +122,29 @@ def times(record: Record) -> dict[str, dict[str, float]]:
     return medians
 
 
-def scores(record: Record) -> list[Score]:
-    """One score per solver, in their order."""
-    medians, false = times(record), [row.solver for row in record.measurements if row.false_success]
-    ratios, limit = performance_ratios(medians), record.options.time_limit
-    rows = []
-    for solver, own in medians.items():
-        mean = shifted_geometric_mean([t if t < math.inf else limit for t in own.values()]) if own else None
-        solved = sum(t < math.inf for t in own.values())
-        rows.append(Score(solver, solved, len(own), false.count(solver), mean, ratios[solver].count(1.0)))
-    return rows
-
-
-def growths(record: Record) -> list[Growth]:
-    """The growth of each solver on each series in which it solved two sizes or more, series by series."""
+def growths(record: Record) -> list[GrowthPanel]:
+    """The growth of the time of each solver on each series in which it solved two sizes or more; its fit is a `Fit`."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:
             solved.setdefault(series(row.family, row.parameters), {}).setdefault(row.solver, []).append(row)
+    panels = [GrowthPanel(name, _growths(record.solvers, own)) for name, own in solved.items()]
+    return [panel for panel in panels if panel.growths]
+
+
+def _growths(solvers: Sequence[str], solved: Mapping[str, Sequence[Measurement]]) -> list[Growth]:
     found = []
-    for name, by_solver in solved.items():
-        for solver in record.solvers:
-            rows = sorted(by_solver.get(solver, []), key=lambda row: row.n)
-            points = [(row.n, summary(row.seconds)) for row in rows]
-            if len({n for n, _ in points}) > 1:
-                found.append(Growth(name, solver, points, growth([(n, each.median) for n, each in points])))
+    for solver in solvers:
+        rows = sorted(solved.get(solver, []), key=lambda row: row.n)
+        n, own = [row.n for row in rows], [summary(row.seconds) for row in rows]
+        if len(set(n)) > 1:
+            medians = [each.median for each in own]
+            quartiles = [each.lower for each in own], [each.upper for each in own]
+            fit = growth(list(zip(n, medians, strict=True)))
+            found.append(Growth(method_of(solver), solver, n, medians, *quartiles, fit))
     return found
+
+
+def method_of(solver: str) -> str:
+    """The method of a solver, which decides how it is drawn: shi of shi:p=10."""
+    return solver.partition(":")[0]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from dataclasses import dataclass
 from itertools import groupby
 
-from lcpcli.bench import accuracy_tables, statistics
+from lcpcli.bench import accuracy_tables
 from lcpcli.bench.accuracy_tables import Sheet
 from lcpcli.bench.record import Measurement, Record
-from lcpcli.bench.statistics import SHIFT, summary
+from lcpcli.bench.statistics import SHIFT, Fit, growths, performance_ratios, shifted_geometric_mean, summary, times
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import numbers
@@ -69,14 +70,17 @@ def conditions(record: Record) -> list[str]:
 
 
 def _solvers(record: Record) -> Sheet:
+    medians, limit = times(record), record.options.time_limit
+    ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
     rows = []
-    for score in statistics.scores(record) if record.measurements else ():
-        mean = "" if score.mean is None else numbers.duration(score.mean)
-        counts = map(str, (score.solved, score.applicable, score.false))
-        rows.append([score.solver, *counts, mean, str(score.fastest)])
+    for solver, own in medians.items() if record.measurements else ():
+        counts = sum(seconds < math.inf for seconds in own.values()), len(own), false[solver]
+        charged = [seconds if seconds < math.inf else limit for seconds in own.values()]
+        mean = numbers.duration(shifted_geometric_mean(charged)) if charged else ""
+        rows.append([solver, *map(str, counts), mean, str(ratios[solver].count(1.0))])
     notes = [
         "false: claimed but wrong by every measure. mean time: geometric mean, shifted by "
-        f"{numbers.duration(SHIFT)}; a failure counts as the time limit, {numbers.duration(record.options.time_limit)}."
+        f"{numbers.duration(SHIFT)}; a failure counts as the time limit, {numbers.duration(limit)}."
     ]
     return Sheet("Solvers", ["solver", "solved", "of", "false", "mean time", "fastest"], [rows], notes)
 
@@ -124,9 +128,9 @@ def _time(row: Measurement, length: float) -> str:
         return EXCLUDED
     if not row.success:
         return _failure(row)
-    times = summary(row.seconds)
-    digits = numbers.digits(times.median / length)
-    return digits if times.spread is None else f"{digits}±{100 * times.spread:.0f}%"
+    own = summary(row.seconds)
+    digits = numbers.digits(own.median / length)
+    return digits if own.spread is None else f"{digits}±{100 * own.spread:.0f}%"
 
 
 def _failure(row: Measurement) -> str:
@@ -166,12 +170,14 @@ def _exclusions(record: Record) -> Sheet:
 
 def _growth(record: Record) -> Sheet:
     header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
-    groups: dict[str, list[list[str]]] = {}
-    for growth in statistics.growths(record):
-        if growth.fit is not None:
-            rows, exponent, margin = groups.setdefault(growth.series, []), growth.fit.exponent, growth.fit.margin
-            sizes = f"{growth.points[0][0]}-{growth.points[-1][0]}"
-            interval = f"{exponent - margin:.2f} to {exponent + margin:.2f}"
-            figures = [f"{exponent:.2f}", interval, f"{growth.fit.r_squared:.3f}"]
-            rows.append(["" if rows else growth.series, growth.solver, sizes, *figures])
-    return Sheet("Growth of the time with n: n^exponent", header, list(groups.values()))
+    groups = []
+    for panel in growths(record):
+        rows: list[list[str]] = []
+        for growth in panel.growths:
+            if isinstance(growth.fit, Fit):
+                low, high = growth.fit.exponent - growth.fit.margin, growth.fit.exponent + growth.fit.margin
+                figures = [f"{growth.fit.exponent:.2f}", f"{low:.2f} to {high:.2f}", f"{growth.fit.r_squared:.3f}"]
+                sizes = f"{growth.n[0]}-{growth.n[-1]}"
+                rows.append(["" if rows else panel.title, growth.label, sizes, *figures])
+        groups += [rows] * bool(rows)
+    return Sheet("Growth of the time with n: n^exponent", header, groups)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.random import Generator
@@ -10,7 +11,7 @@ from numpy.random import Generator
 from lcpcli.errors import count
 from lcpcli.gallery.families import require
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import Indices, Vector
 
 UNITS = 16  # random numbers are multiples of 1/16, so that their sums and products are free of rounding
 NODES, DIODES = 4, ((0, 2), (1, 2), (3, 0), (3, 1))  # of a bridge: two poles of its source, then plus and minus
@@ -73,36 +74,33 @@ def circuit(n: int, _seed: int) -> Problem:
     load, and leaks to the ground; its plus is connected to the next one's. The network and its values are original.
     V. Acary, O. Bonnefon, B. Brogliato, Nonsmooth Modeling and Simulation for Switched Circuits, Springer (2011).
     """
-    from scipy.sparse import coo_array, csr_array
+    from scipy.sparse import block_array, csr_array, diags_array, eye_array
 
     k = max(1, round(n / 8))
-    nodes = NODES * np.arange(k)
+    size, nodes = NODES * k, NODES * np.arange(k)
     first = np.concatenate((nodes, nodes + 2, nodes[:-1] + 2))
     second = np.concatenate((nodes + 1, nodes + 3, nodes[1:] + 2))
     conductances = np.concatenate((np.full(k, INNER), np.full(k, LOAD), np.full(k - 1, COUPLING)))
-    anodes, cathodes = (np.concatenate([nodes + pair[end] for pair in DIODES]) for end in (0, 1))
-    ground, diode = np.arange(NODES * k), NODES * k + np.arange(NODES * k)
-    one = np.ones(NODES * k)
-    parts = [
-        (ground, ground, LEAK * one),
-        (first, first, conductances),
-        (second, second, conductances),
-        (first, second, -conductances),
-        (second, first, -conductances),
-        (anodes, diode, one),
-        (cathodes, diode, -one),
-        (diode, anodes, -one),
-        (diode, cathodes, one),
-    ]
-    rows, columns, values = (np.concatenate(each) for each in zip(*parts, strict=True))
-    M = csr_array(coo_array((values, (rows, columns)), shape=(2 * NODES * k,) * 2))
+    branches = _incidence(size, first, second)
+    D = _incidence(size, *(np.concatenate([nodes + diode[end] for diode in DIODES]) for end in (0, 1)))
+    G = branches @ diags_array(conductances) @ branches.T + LEAK * eye_array(size)
+    M = csr_array(block_array([[G, D], [-D.T, None]]))
     current = (7 * np.arange(k) % 11) - 5.5
-    q = np.zeros(2 * NODES * k)
+    q = np.zeros(2 * size)
     q[nodes], q[nodes + 1] = -current, current
-    lower = np.where(np.arange(q.size) < NODES * k, -np.inf, 0.0)
+    lower = np.where(np.arange(q.size) < size, -np.inf, 0.0)
     source = "Acary, Bonnefon and Brogliato 2011, nodal analysis with ideal diodes"
-    note = f"{k} bridges: potentials of {NODES * k} nodes, then currents of {NODES * k} diodes."
+    note = f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes."
     return Problem(M, q, name=f"circuit-{q.size}", source=source, note=note, lower=lower)
+
+
+def _incidence(nodes: int, first: Indices, second: Indices) -> Any:
+    """A column for each branch of a network, 1 at its first node and -1 at its second one."""
+    from scipy.sparse import csr_array
+
+    one = np.ones(first.size)
+    places = np.concatenate((first, second)), np.tile(np.arange(first.size), 2)
+    return csr_array((np.concatenate((one, -one)), places), shape=(nodes, first.size))
 
 
 def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:

@@ -7,17 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module, metadata
 from typing import Any
 
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.errors import OptionError
 from lcpcli.interrupts import silence
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions.program import Program, ProgramData
 from lcpcli.peers.quadratic import bounded, columns, dense, not_convex, not_dense, not_monotone, not_sparse, program_of
-from lcpcli.peers.registry import Claim, distribution_version, library
+from lcpcli.peers.registry import Claim
 
 Ending = tuple[Any, Any, bool, float, str]
 """x and y, and the rest of a `Claim`. x is the minimizer of the program, None if there is none; y are the multipliers
@@ -40,19 +42,32 @@ class Solver:
     infinite: float = np.inf
 
     def version(self) -> str | None:
-        return distribution_version(self.module.partition(".")[0])
+        try:
+            return metadata.version(self.module.partition(".")[0])
+        except metadata.PackageNotFoundError:
+            return None
 
     def excludes(self, problem: Problem) -> str:
         return next(filter(None, (refusal(problem) for refusal in self.refusals)), "")
 
     def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
-        module, program = library(self.module), program_of(problem, self.infinite)
+        module, program = self._imported(), program_of(problem, self.infinite)
         with silence():  # OSQP prints a message when a factorization fails
             x, y, solved, seconds, statement = self.call(module, problem, program, tol, time_limit)
         z = None if x is None else np.array(x)
         if z is not None and y is not None and isinstance(problem.origin, Program):
             z = problem.origin.z_of(z, np.array(y), program_of(problem))
         return Claim(z, solved, seconds, statement)
+
+    def _imported(self) -> Any:
+        """The module. OptionError if it is not installed."""
+        try:
+            return import_module(self.module)
+        except ModuleNotFoundError as error:
+            if error.name != self.module.partition(".")[0]:
+                raise
+            hint = "pip install 'linear-complementarity[peers]'"
+            raise OptionError("--peer", f"{error.name} is not installed", hint) from None
 
 
 QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}

@@ -8,6 +8,7 @@ semidefinite too, they are sufficient: R. W. Cottle, J.-S. Pang and R. E. Stone,
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -60,18 +61,13 @@ def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
     return data._replace(**{name: np.clip(end, -infinite, infinite) for name, end in ends.items()})
 
 
-def not_dense(problem: Problem) -> str:
-    """Why a peer for dense matrices cannot be given M, as a clause; "" if it can."""
-    return _too_large(problem, "dense") if is_sparse(problem.M) else ""
+def _not_stored(kind: str, problem: Problem) -> str:
+    """Why a peer for dense or for sparse matrices cannot be given M, as a clause; "" if it can."""
+    fits = problem.n <= CONVERTED or is_sparse(problem.M) is (kind == "sparse")
+    return "" if fits else f"takes {kind} matrices only; others are converted up to n = {CONVERTED}"
 
 
-def not_sparse(problem: Problem) -> str:
-    """Why a peer for sparse matrices cannot be given M, as a clause; "" if it can."""
-    return "" if is_sparse(problem.M) else _too_large(problem, "sparse")
-
-
-def _too_large(problem: Problem, kind: str) -> str:
-    return "" if problem.n <= CONVERTED else f"takes {kind} matrices only; others are converted up to n = {CONVERTED}"
+not_dense, not_sparse = partial(_not_stored, "dense"), partial(_not_stored, "sparse")
 
 
 def dense(M: Matrix) -> Any:

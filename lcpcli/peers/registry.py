@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 from lcpcli.errors import OptionError, likely, quoted
 
@@ -14,27 +14,19 @@ if TYPE_CHECKING:
     from lcpcli.typing import Vector
 
 
-class Entry(NamedTuple):
-    """A peer: its file and its meaning."""
-
-    file: str
-    meaning: str
-
-
+# the file of each peer, and its meaning
 REGISTRY = {
-    "quantecon": Entry("packages", "Lemke's method with the lexicographic rule, compiled (QuantEcon.py)"),
-    "piqp": Entry("packages", "proximal interior-point method for quadratic programs (PIQP)"),
-    "clarabel": Entry("packages", "interior-point method for conic programs (Clarabel)"),
-    "osqp": Entry("packages", "operator splitting for quadratic programs (OSQP)"),
-    "daqp": Entry(
-        "packages", "dual active-set method for quadratic programs and affine variational inequalities (DAQP)"
-    ),
-    "highs": Entry("packages", "active-set method for quadratic programs (HiGHS)"),
-    "siconos-newton": Entry("siconos", "Newton's method on the minimum function, with a line search (Siconos)"),
-    "siconos-pgs": Entry("siconos", "projected Gauss-Seidel (Siconos)"),
-    "siconos-lemke": Entry("siconos", "Lemke's method with the lexicographic rule (Siconos)"),
+    "quantecon": ("packages", "Lemke's method with the lexicographic rule, compiled (QuantEcon.py)"),
+    "piqp": ("packages", "proximal interior-point method for quadratic programs (PIQP)"),
+    "clarabel": ("packages", "interior-point method for conic programs (Clarabel)"),
+    "osqp": ("packages", "operator splitting for quadratic programs (OSQP)"),
+    "daqp": ("packages", "dual active-set method for quadratic programs and affine variational inequalities (DAQP)"),
+    "highs": ("packages", "active-set method for quadratic programs (HiGHS)"),
+    "siconos-newton": ("siconos", "Newton's method on the minimum function, with a line search (Siconos)"),
+    "siconos-pgs": ("siconos", "projected Gauss-Seidel (Siconos)"),
+    "siconos-lemke": ("siconos", "Lemke's method with the lexicographic rule (Siconos)"),
 }
-PEERS = {name: entry.meaning for name, entry in REGISTRY.items()}
+PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +65,7 @@ def load(name: str) -> Peer:
     """The peer of that name."""
     if name not in REGISTRY:
         raise _unknown(name)
-    return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name].file}"), name.replace("-", "_")))
+    return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")))
 
 
 def select(names: Iterable[str]) -> list[str]:
@@ -92,24 +84,3 @@ def select(names: Iterable[str]) -> list[str]:
 
 def _unknown(name: str) -> OptionError:
     return OptionError("--peer", f"{quoted(name)} is unknown", likely(name, REGISTRY))
-
-
-def distribution_version(package: str) -> str | None:
-    """The version of a distribution, found without importing it; None if it is not installed."""
-    from importlib import metadata
-
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
-
-
-def library(module: str) -> Any:
-    """A solver's Python package, imported. OptionError if it is not installed."""
-    try:
-        return import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name != module.partition(".")[0]:
-            raise
-        hint = "pip install 'linear-complementarity[peers]'"
-        raise OptionError("--peer", f"{error.name} is not installed", hint) from None

@@ -57,8 +57,12 @@ class Siconos:
     solver: str
     iterations: int = 0
 
+    @property
+    def python(self) -> str:
+        return os.environ.get(PYTHON, sys.executable)
+
     def version(self) -> str | None:
-        return _version(_python())
+        return _version(self.python)
 
     def excludes(self, problem: Problem) -> str:
         return bounded(problem) or not_dense(problem)
@@ -70,7 +74,7 @@ class Siconos:
             problem_file, result_file = str(Path(folder) / "problem.npz"), str(Path(folder) / "result.npz")
             np.savez(problem_file, M=dense(problem.M), q=problem.q)
             arguments = [problem_file, result_file, self.solver, str(tol), str(self.iterations)]
-            ending, seconds = _run([_python(), "-c", SOLVE, *arguments], time_limit)
+            ending, seconds = _run([self.python, "-c", SOLVE, *arguments], time_limit)
             if ending:
                 return Claim(None, False, seconds, ending)
             with np.load(result_file) as result:
@@ -94,10 +98,6 @@ def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
     if code < 0:
         return f"killed by {signal.Signals(-code).name}", seconds
     return f"failed with exit code {code}" if code else "", seconds
-
-
-def _python() -> str:
-    return os.environ.get(PYTHON, sys.executable)
 
 
 @cache
