@@ -16,7 +16,7 @@ from lcpcli.bench.formats import render
 from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
 from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
-from lcpcli.bench.tables import build
+from lcpcli.bench.tables import sheets
 from lcpcli.report import numbers
 
 SECONDS = {
@@ -177,10 +177,10 @@ def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: Record)
 
 def test_latex_has_the_same_cells_in_whole_tables(record: Record) -> None:
     text = render(record, "latex", None, False)
-    built = build(record, None)
+    built = sheets(record, None)
     tables = re.findall(r"\\begin\{table\}(.*?)\\end\{table\}", text, flags=re.DOTALL)
-    assert len(tables) == len(built.sheets)
-    for table, sheet in zip(tables, built.sheets, strict=True):
+    assert len(tables) == len(built)
+    for table, sheet in zip(tables, built, strict=True):
         columns = re.search(r"\\begin\{tabular\}\{([lr]+)\}", table)
         assert columns is not None
         assert len(columns[1]) == len(sheet.header)

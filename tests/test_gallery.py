@@ -32,7 +32,7 @@ SPARSE = (
     *("tridiagonal", "dominant", "obstacle", "journal-bearing", "american-put", "diagonal"),
     *("two-obstacles", "torsion", "circuit", "spatial-prices", "portfolio", "control", "transport"),
 )
-FIXED = [name for name in gallery.FAMILIES if gallery.fixed_size(name)]
+FIXED = [name for name in gallery.FAMILIES if gallery.REGISTRY[name].size]
 ANY_SIZE = [name for name in gallery.FAMILIES if name not in FIXED]
 GRAINS = {"circuit": 8, "control": 20, "portfolio": 8}  # unknowns that come together
 IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}  # denominators of solutions that are no floats

@@ -96,21 +96,10 @@ def rates(record: Record) -> Sheet:
     return Sheet(title, ["problem", "iterations", *factors], [rows], notes)
 
 
-@dataclass(frozen=True)
-class Ladder:
-    """The cases of one family, in order of stiffness. axis : the parameter that varies, with its values."""
-
-    family: str
-    axis: str
-    values: list[str]
-    cases: list[Case]
-
-
 def stability(record: Record) -> Sheet:
     """One row per family and solver; nothing unless the suite is in order of stiffness."""
-    rows = {row.key: row for row in record.measurements}
     ordered = any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
-    groups = [_climbed(ladder, record.solvers, rows) for ladder in ladders(record.cases)] if ordered else []
+    groups = [_climbed(record, *ladder) for ladder in ladders(record.cases)] if ordered else []
     header = ["family", "up", "solver", "to", "error", "cond.", "then"]
     notes = [
         "to: the last value up to which all are solved, by recomputed residuals. error: the largest one on "
@@ -120,8 +109,9 @@ def stability(record: Record) -> Sheet:
     return Sheet("Stability", header, [group for group in groups if group], notes)
 
 
-def ladders(cases: Sequence[Case]) -> list[Ladder]:
-    """The families of the cases; a problem in a file belongs to none."""
+def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
+    """The families of the cases, the parameter that varies in each, and its values by case, in order of stiffness; a
+    problem in a file belongs to none."""
     families: dict[tuple[str, ...], list[Case]] = {}
     for case in cases:
         if case.family:
@@ -129,29 +119,30 @@ def ladders(cases: Sequence[Case]) -> list[Ladder]:
     found = []
     for (family, *parameters), own in families.items():
         axis = next((name for name in parameters if len({str(case.parameters[name]) for case in own}) > 1), "n")
-        values = [str(case.parameters[axis] if axis in parameters else case.n) for case in own]
-        found.append(Ladder(family, axis, values, own))
+        values = {case.name: str(case.parameters[axis] if axis in parameters else case.n) for case in own}
+        found.append((family, axis, values))
     return found
 
 
-def _climbed(ladder: Ladder, solvers: Sequence[str], rows: dict[tuple[str, str], Measurement]) -> list[list[str]]:
+def _climbed(record: Record, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
     """How far each solver gets on a ladder that it was measured on, and what is next."""
     group: list[list[str]] = []
-    for solver in solvers:
-        own = [rows[case.name, solver] for case in ladder.cases if (case.name, solver) in rows]
-        if len(own) < len(ladder.cases) or any(row.excluded for row in own):
+    for solver in record.solvers:
+        rows = {row.problem: row for row in record.measurements if row.solver == solver}
+        own = [rows[problem] for problem in values if problem in rows]
+        if len(own) < len(values) or any(row.excluded for row in own):
             continue
         good = next((i for i, row in enumerate(own) if not row.success), len(own))
         cells, then = [NOWHERE, "", ""], "all"
         if good:
             measures = ([row.forward_error for row in own[:good]], [row.condition for row in own[:good]])
             largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
-            cells = [ladder.values[good - 1], *map(numbers.short, largest)]
+            cells = [values[own[good - 1].problem], *map(numbers.short, largest)]
         if good < len(own):
             row = own[good]
             said = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
-            then = f"{ladder.values[good]}: {'wrong' if row.false_success else said}"
-        group.append([*(["", ""] if group else [ladder.family, ladder.axis]), solver, *cells, then])
+            then = f"{values[row.problem]}: {'wrong' if row.false_success else said}"
+        group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
     return group
 
 

@@ -9,10 +9,7 @@ import textwrap
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from lcpcli.bench.record import Record
-    from lcpcli.bench.tables import Report
 
 FORMATS = {
     "table": "human-readable",
@@ -42,11 +39,9 @@ def render(record: Record, form: str, width: int | None, color: bool) -> str:
         return to_json(record)
     if form == "csv":
         return _csv(record)
-    from lcpcli.bench import tables
-
     if form == "table":
-        return _text(tables.build(record, width or PAGE), width or PAGE, color)
-    return RENDERERS[form](tables.build(record, None))
+        return _text(record, width or PAGE, color)
+    return _markdown(record) if form == "markdown" else _latex(record)
 
 
 def _csv(record: Record) -> str:
@@ -71,37 +66,40 @@ def _csv(record: Record) -> str:
     return out.getvalue()
 
 
-def _markdown(report: Report) -> str:
+def _markdown(record: Record) -> str:
     """A heading, the conditions of measurement, and one section per table."""
+    from lcpcli.bench.tables import conditions, sheets, title
     from lcpcli.report.markdown import escape, grid
 
-    parts = ["\n".join([f"## {escape(report.title)}", "", *(f"- {escape(line)}" for line in report.lines)])]
-    for sheet in report.sheets:
+    parts = ["\n".join([f"## {escape(title(record))}", "", *(f"- {escape(line)}" for line in conditions(record))])]
+    for sheet in sheets(record, None):
         rows = [row for group in sheet.groups for row in group]
         parts += [f"### {escape(sheet.title)}", grid(sheet.header, rows, LEFT), *map(escape, sheet.notes)]
     return "\n\n".join(parts) + "\n"
 
 
-def _latex(report: Report) -> str:
+def _latex(record: Record) -> str:
     """A comment with the conditions of measurement, then one table environment per table, ready to be \\input."""
+    from lcpcli.bench import tables
     from lcpcli.report import latex
 
-    lines = [latex.NEEDED, *(f"% {' '.join(line.split())}" for line in (report.title, *report.lines))]
-    labels = latex.labels([sheet.title for sheet in report.sheets])
-    for sheet, label in zip(report.sheets, labels, strict=True):
+    lines = [
+        latex.NEEDED,
+        *(f"% {' '.join(line.split())}" for line in (tables.title(record), *tables.conditions(record))),
+    ]
+    sheets = tables.sheets(record, None)
+    for sheet, label in zip(sheets, latex.labels([sheet.title for sheet in sheets]), strict=True):
         lines.append(latex.float_of(sheet.title, label, [latex.tabular(sheet.header, sheet.groups, LEFT)], sheet.notes))
     return "\n".join(lines) + "\n"
 
 
-RENDERERS: dict[str, Callable[[Report], str]] = {"markdown": _markdown, "latex": _latex}
-
-
-def _text(report: Report, width: int, color: bool) -> str:
+def _text(record: Record, width: int, color: bool) -> str:
     """Text of that width, styled by rich on a terminal. Numbers are never truncated or broken."""
     from io import StringIO
 
     from rich.text import Text
 
+    from lcpcli.bench.tables import conditions, sheets, title
     from lcpcli.report.terminal import UNLIMITED, console_on, grid, trimmed
 
     out = StringIO()
@@ -112,9 +110,9 @@ def _text(report: Report, width: int, color: bool) -> str:
             for part in textwrap.wrap(line, width, break_long_words=False, break_on_hyphens=False):
                 console.print(Text(part, style=style))
 
-    show([report.title], "bold")
-    show(report.lines)
-    for sheet in report.sheets:
+    show([title(record)], "bold")
+    show(conditions(record))
+    for sheet in sheets(record, width):
         console.print()
         show([sheet.title], "bold")
         console.print(grid(sheet.header, sheet.groups, width, LEFT))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from dataclasses import dataclass
 from itertools import groupby
 
 from lcpcli.bench import accuracy_tables
@@ -22,18 +21,9 @@ TIMES = "Median±half the interquartile range; the median alone for a single run
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
-@dataclass(frozen=True)
-class Report:
-    """The report on a bench: a title, lines on the conditions of measurement, and the nonempty tables."""
-
-    title: str
-    lines: list[str]
-    sheets: list[Sheet]
-
-
-def build(record: Record, width: int | None) -> Report:
-    """The report on a bench, in so many columns of text; None sets no limit."""
-    sheets = [
+def sheets(record: Record, width: int | None) -> list[Sheet]:
+    """The nonempty tables, in so many columns of text; None sets no limit."""
+    candidates = [
         _solvers(record),
         _times(record, width),
         accuracy_tables.reached(record),
@@ -45,10 +35,11 @@ def build(record: Record, width: int | None) -> Report:
         _exclusions(record),
         _growth(record),
     ]
-    return Report(_title(record), conditions(record), [sheet for sheet in sheets if any(sheet.groups)])
+    return [sheet for sheet in candidates if any(sheet.groups)]
 
 
-def _title(record: Record) -> str:
+def title(record: Record) -> str:
+    """What was measured, and how much of it."""
     measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
     progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
     files = {file for case in record.cases for file in (case.file, case.q_file)}

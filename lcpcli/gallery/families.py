@@ -87,11 +87,6 @@ def class_of(name: str) -> str:
     return _entry(name).matrices
 
 
-def fixed_size(name: str) -> int | None:
-    """The number of unknowns of a family of fixed size, else None."""
-    return _entry(name).size
-
-
 def _entry(name: str) -> Entry:
     if name not in REGISTRY:
         raise OptionError("family", f"{quoted(name)} is unknown", likely(name, FAMILIES))
@@ -116,7 +111,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     """
     for parameter in parameters:
         refuse_unknown(name, parameter)
-    size = fixed_size(name)
+    size = _entry(name).size
     if n is None:
         n = size or DEFAULT_SIZE
     if not 1 <= n <= LARGEST_SIZE:
