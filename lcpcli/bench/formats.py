@@ -83,10 +83,8 @@ def _latex(record: Record) -> str:
     from lcpcli.bench import tables
     from lcpcli.report import latex
 
-    lines = [
-        latex.NEEDED,
-        *(f"% {' '.join(line.split())}" for line in (tables.title(record), *tables.conditions(record))),
-    ]
+    head = (tables.title(record), *tables.conditions(record))
+    lines = [latex.NEEDED, *(f"% {' '.join(line.split())}" for line in head)]
     sheets = tables.sheets(record, None)
     for sheet, label in zip(sheets, latex.labels([sheet.title for sheet in sheets]), strict=True):
         lines.append(latex.float_of(sheet.title, label, [latex.tabular(sheet.header, sheet.groups, LEFT)], sheet.notes))

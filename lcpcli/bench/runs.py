@@ -11,7 +11,6 @@ import numpy as np
 from lcpcli.bench.statistics import median_interval, summary
 from lcpcli.clock import least_steps, seconds
 from lcpcli.interrupts import hides_interrupt
-from lcpcli.linalg.products import THREADED
 from lcpcli.methods import variants
 from lcpcli.model.problem import Problem
 from lcpcli.peers import registry as peers
@@ -100,11 +99,6 @@ def run_peer(name: str, problem: Problem, tol: float, time_limit: float, _with_c
         raise
     status = "solved" if claim.solved else "unsolved"
     return Answer(claim.z, SOLUTION if claim.solved else "", status, claim.statement, claim.seconds)
-
-
-def rest_before(n: int, threads: int | None) -> float:
-    """How long to rest before a run on a problem of n unknowns, with so many BLAS threads, None if that is unknown."""
-    return REST if n >= THREADED and threads != 1 else 0.0
 
 
 def is_stable(times: Sequence[float]) -> bool:

@@ -14,10 +14,11 @@ from lcpcli import __version__
 from lcpcli.bench import suites
 from lcpcli.bench.check import Checker, rate_of_fixed_point
 from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
-from lcpcli.bench.runs import Answer, measure, rest_before, run_method, run_peer
+from lcpcli.bench.runs import REST, Answer, measure, run_method, run_peer
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 from lcpcli.linalg import threads
+from lcpcli.linalg.products import THREADED
 from lcpcli.model.problem import Problem
 from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers
@@ -108,7 +109,8 @@ def _measured(case: Case, problem: Problem, checker: Checker, solver: str, recor
         answer = Answer(None, "", EXCLUDED, reason, 0.0)
     else:
         solve = partial(run_peer if kind == "peer" else run_method, solver, problem, options.tol, options.time_limit)
-        answer, seconds = measure(solve, options.budget, rest_before(problem.n, record.machine.threads))
+        rest = REST if problem.n >= THREADED and record.machine.threads != 1 else 0.0
+        answer, seconds = measure(solve, options.budget, rest)
     curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None
     return Measurement(
         problem=case.name,

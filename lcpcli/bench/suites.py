@@ -54,19 +54,16 @@ class Suite:
     ladders: bool = False
 
 
-def _words(parameters: dict[str, Any]) -> list[str]:
-    return [name if value is True else f"{name}={value}" for name, value in parameters.items()]
-
-
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
     """A case of the gallery, named after its arguments."""
-    words = [family, str(n), *_words(parameters), *([f"seed={seed}"] if seed else [])]
-    return Case(" ".join(words), family, n, seed, parameters)
+    name = series(f"{family} {n}", {**parameters, **({"seed": seed} if seed else {})})
+    return Case(name, family, n, seed, parameters)
 
 
 def series(family: str, parameters: dict[str, Any]) -> str:
     """The common name of cases that differ only in size and seed."""
-    return " ".join([family, *_words(parameters)])
+    words = (name if value is True else f"{name}={value}" for name, value in parameters.items())
+    return " ".join([family, *words])
 
 
 def sizes(family: str, *ns: int, **parameters: Any) -> tuple[Case, ...]:

@@ -169,33 +169,18 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
     https://highs.dev.
 
     The tolerance applies to all its optimality conditions; HiGHS accepts none below 1e-10. Its regularization, which
-    adds 1e-7 to the diagonal of M, is switched off, since with it no smaller tolerance could be met.
+    adds 1e-7 to the diagonal of M, is switched off, since with it no smaller tolerance could be met. A program without
+    any row gets the bounds of x_1 as one, as HiGHS 1.15.1 may otherwise stop at a point that is not optimal and call it
+    optimal, even for a small positive definite Q.
     """
+    from scipy.sparse import tril
+
     highs = highspy.Highs()
     highs.setOptionValue("output_flag", False)
     highs.setOptionValue("time_limit", time_limit)
     highs.setOptionValue("kkt_tolerance", max(tol, SMALLEST_TOLERANCE))
     highs.setOptionValue("qp_regularization_value", 0.0)
-    began = clock.seconds()
-    accepted = highs.passModel(_highs_model(highspy, program)) != highspy.HighsStatus.kError
-    if accepted:
-        highs.run()
-    seconds = clock.seconds() - began
-    if not accepted:
-        return None, None, False, seconds, "refused the model"
-    status, solution = highs.getModelStatus(), highs.getSolution()
-    x = solution.col_value if solution.value_valid else None
-    y = solution.row_dual[: program.row_lower.size]
-    return x, y, status == highspy.HighsModelStatus.kOptimal, seconds, highs.modelStatusToString(status)
-
-
-def _highs_model(highspy: Any, program: ProgramData) -> Any:
-    """The program; without any row, with the bounds of x_1 as one, as HiGHS 1.15.1 may otherwise stop at a point that
-    is not optimal and call it optimal, even for a small positive definite Q.
-    """
-    from scipy.sparse import tril
-
-    k, m = program.c.size, program.row_lower.size
+    began, k, m = clock.seconds(), program.c.size, program.row_lower.size
     model = highspy.HighsModel()
     lp, hessian = model.lp_, model.hessian_
     rows = columns(program.A if m else np.eye(1, k))
@@ -209,7 +194,16 @@ def _highs_model(highspy: Any, program: ProgramData) -> Any:
         triangle = columns(tril(program.Q))
         hessian.dim_, hessian.format_ = k, highspy.HessianFormat.kTriangular
         hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
-    return model
+    accepted = highs.passModel(model) != highspy.HighsStatus.kError
+    if accepted:
+        highs.run()
+    seconds = clock.seconds() - began
+    if not accepted:
+        return None, None, False, seconds, "refused the model"
+    status, solution = highs.getModelStatus(), highs.getSolution()
+    x = solution.col_value if solution.value_valid else None
+    y = solution.row_dual[:m]
+    return x, y, status == highspy.HighsModelStatus.kOptimal, seconds, highs.modelStatusToString(status)
 
 
 highs = Solver("highspy", _highs, (not_sparse, not_convex))
