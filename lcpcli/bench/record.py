@@ -156,7 +156,7 @@ def read(path: str) -> Record:
 
 def parse(text: str) -> Record:
     """The record written by `to_json`. Raises ValueError, RecursionError or OverflowError for any other text."""
-    record: Record = _decoded(json.loads(text), Record)
+    record: Record = _decoded("it", json.loads(text), Record)
     expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
     for row in record.measurements:
         if row.key not in expected:
@@ -167,24 +167,24 @@ def parse(text: str) -> Record:
     return record
 
 
-def _decoded(value: Any, kind: Any) -> Any:
+def _decoded(name: str, value: Any, kind: Any) -> Any:
     """A value of JSON as one of that type; what an older record lacks has its default. ValueError for any other."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is UnionType:
-        return _decoded(value, type(value) if type(value) in parts else parts[0])
+        return _decoded(name, value, type(value) if type(value) in parts else parts[0])
     if origin is list and isinstance(value, list):
-        return [_decoded(each, parts[0]) for each in value]
+        return [_decoded(name, each, parts[0]) for each in value]
     if origin is tuple and isinstance(value, list) and len(value) == len(parts):
-        return tuple(map(_decoded, value, parts))
+        return tuple(_decoded(name, each, part) for each, part in zip(value, parts, strict=True))
     if origin is dict and isinstance(value, dict):
-        return {key: _decoded(each, parts[1]) for key, each in value.items()}
+        return {key: _decoded(name, each, parts[1]) for key, each in value.items()}
     if is_dataclass(kind) and isinstance(value, dict):
         hints, make = get_type_hints(kind), cast(Any, kind)
         try:
-            return make(**{name: _decoded(each, hints[name]) for name, each in value.items()})
+            return make(**{key: _decoded(key, each, hints[key]) for key, each in value.items()})
         except (KeyError, TypeError):
             raise ValueError("its fields are not those of a record") from None
     fits = type(value) is kind or (kind is float and type(value) is int)
     if fits and (kind is not float or math.isfinite(value)):
         return value
-    raise ValueError(f"{value!r:.40} is not what a record has there")
+    raise ValueError(f"{name} has the wrong type")

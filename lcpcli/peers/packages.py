@@ -73,7 +73,7 @@ class Solver:
 QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
 
 
-def _quantecon(optimize: Any, problem: Problem, _: ProgramData, __: float, ___: float) -> Ending:
+def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
     """QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba.
 
     It has no tolerance and no time limit.
