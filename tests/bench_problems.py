@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from lcpcli.model.problem import Problem
+from lcpcli.peers import packages
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
 
@@ -42,17 +42,11 @@ def install(
     version: str | None = "1.0",
 ) -> None:
     """Make a peer of that name, for one test."""
-    module = ModuleType(f"lcpcli.peers.{name}")
-    peer: dict[str, Any] = {
-        "PACKAGE": name,
-        "version": lambda: version,
-        "excludes": excludes,
-        "solve": lambda problem, _tol, _time_limit: solve(problem),
-    }
-    for word, value in peer.items():
-        setattr(module, word, value)
-    monkeypatch.setitem(peers.PEERS, name, "made up")
-    monkeypatch.setitem(sys.modules, module.__name__, module)
+    peer = SimpleNamespace(
+        version=lambda: version, excludes=excludes, solve=lambda problem, _tol, _time_limit: solve(problem)
+    )
+    monkeypatch.setitem(peers.REGISTRY, name, ("packages", "made up"))
+    monkeypatch.setattr(packages, name, peer, raising=False)
 
 
 def liar(problem: Problem) -> Claim:

@@ -14,7 +14,7 @@ from lcpcli import Problem, run
 from lcpcli.errors import LCPError
 from lcpcli.files import shipped, writing
 from lcpcli.gallery import families
-from lcpcli.gallery.american_put import american_put
+from lcpcli.gallery.differences import american_put
 from lcpcli.model.start import x_of_states
 
 Lcp = Callable[..., Any]

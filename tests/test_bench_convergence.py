@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
+from lcpcli.bench import accuracy_tables as convergence
 from lcpcli.bench import record as records
 from lcpcli.bench.record import Record
-from lcpcli.bench.report import convergence
 from lcpcli.files import shipped
 from lcpcli.report.formats import LEVELS
 

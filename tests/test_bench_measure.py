@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from lcpcli.bench.answer import SOLUTION, Answer
-from lcpcli.bench.measure import CURVES, LEAST, MOST, WARM_UP, is_stable, measure
+from lcpcli.bench.runs import CURVES, LEAST, MOST, SOLUTION, WARM_UP, Answer, is_stable, measure
 
 
 class Machine:

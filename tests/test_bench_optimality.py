@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, from_qp, run
+from lcpcli.bench import accuracy_tables as report
 from lcpcli.bench import suites
-from lcpcli.bench.environment import Machine
-from lcpcli.bench.optimality import ABSOLUTE, NATURAL, RELATIVE, optimality
-from lcpcli.bench.record import Measurement, Record, Settings
-from lcpcli.bench.report import optimality as report
+from lcpcli.bench.check import ABSOLUTE, NATURAL, RELATIVE, optimality
+from lcpcli.bench.record import Machine, Measurement, Record, Settings
 from lcpcli.bench.statistics import shifted_geometric_mean
 from lcpcli.report import numbers
 
@@ -89,10 +88,10 @@ def test_the_table_counts_what_is_claimed_and_accurate() -> None:
     rows += [row("lcp", "auto", None), row("lcp", "shi", None)]
     settings, machine = Settings(1e-9, 10.0, 1e-6, 0.0), Machine("P", 1, None, "Linux", 1)
     record = Record(["x"], [], ["auto", "shi"], [], [], settings, machine, {}, rows)
-    (group,) = report.build(record).groups
+    (group,) = report.optimality(record).groups
     mean = numbers.duration(shifted_geometric_mean([0.5, 10.0], report.SHIFT))
     assert group == [
         ["auto", "2", "2", "1", "1", "1", "1", numbers.duration(0.5)],
         ["shi", "2", "1", "0", "1", "0", "0", mean],
     ]
-    assert not report.build(Record(["x"], [], ["auto"], [], [], settings, machine, {}, rows[4:5])).groups
+    assert not any(report.optimality(Record(["x"], [], ["auto"], [], [], settings, machine, {}, rows[4:5])).groups)

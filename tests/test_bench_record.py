@@ -13,10 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
-from lcpcli.bench.answer import NONE, SOLUTION, Answer
 from lcpcli.bench.check import Checker
-from lcpcli.bench.environment import Machine
-from lcpcli.bench.record import Measurement, Record, Settings
+from lcpcli.bench.record import Machine, Measurement, Record, Settings
+from lcpcli.bench.runs import NONE, SOLUTION, Answer
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem

@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
+from lcpcli.bench import figure
 from lcpcli.bench import record as records
-from lcpcli.bench.environment import Machine
-from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
-from lcpcli.bench.report import plot, sheets
-from lcpcli.bench.report.render import render
-from lcpcli.bench.scores import growths, scores
-from lcpcli.bench.statistics import shifted_geometric_mean, summary
+from lcpcli.bench.formats import render
+from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
+from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
+from lcpcli.bench.tables import sheets
+from lcpcli.report import numbers
 
 SECONDS = {
     ("auto", 100): [0.010, 0.011, 0.012, 0.013, 0.014],
@@ -95,15 +95,15 @@ def seconds_of(cell: str, unit: str) -> float:
 
 
 def test_scores_count_failures_as_the_time_limit_and_leave_out_what_is_excluded(record: Record) -> None:
-    found = {score.solver: score for score in scores(record)}
-    assert [(s.solved, s.applicable, s.false, s.fastest) for s in found.values()] == [
-        (3, 3, 0, 3),
-        (2, 3, 0, 0),
-        (2, 3, 1, 0),
-        (0, 0, 0, 0),
+    found = {line["solver"]: line for line in markdown_tables(render(record, "markdown", None, False))["Solvers"]}
+    assert [(s["solved"], s["of"], s["false"], s["fastest"]) for s in found.values()] == [
+        ("3", "3", "0", "3"),
+        ("2", "3", "0", "0"),
+        ("2", "3", "1", "0"),
+        ("0", "0", "0", "0"),
     ]
-    assert found["lemke"].mean == shifted_geometric_mean([0.5, 2.0, 10.0])
-    assert found["picky"].mean is None
+    assert found["lemke"]["mean time"] == numbers.duration(shifted_geometric_mean([0.5, 2.0, 10.0]))
+    assert found["picky"]["mean time"] == ""
 
 
 def with_a_fourth_size(record: Record) -> Record:
@@ -113,12 +113,13 @@ def with_a_fourth_size(record: Record) -> Record:
 
 
 def test_growth_is_fitted_where_four_sizes_are_solved(record: Record) -> None:
-    first = growths(record)[0]
-    assert [(n, times.median) for n, times in first.points] == [(100, 0.012), (200, 0.020), (400, 0.0402)]
-    assert {growth.fit for growth in growths(record)} == {None}
+    (panel,) = growths(record)
+    first = panel.growths[0]
+    assert list(zip(first.n, first.seconds, strict=True)) == [(100, 0.012), (200, 0.020), (400, 0.0402)]
+    assert {growth.fit for growth in panel.growths} == {None}
     held = with_a_fourth_size(record)
-    (fitted,) = [growth for growth in growths(held) if growth.fit]
-    assert fitted.solver == "auto"
+    (fitted,) = [growth for growth in growths(held)[0].growths if growth.fit]
+    assert fitted.label == "auto"
     assert fitted.fit
     assert fitted.fit.exponent == pytest.approx(0.93, abs=0.02)
     report = render(held, "markdown", None, False)
@@ -176,10 +177,10 @@ def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: Record)
 
 def test_latex_has_the_same_cells_in_whole_tables(record: Record) -> None:
     text = render(record, "latex", None, False)
-    built = sheets.build(record, None)
+    built = sheets(record, None)
     tables = re.findall(r"\\begin\{table\}(.*?)\\end\{table\}", text, flags=re.DOTALL)
-    assert len(tables) == len(built.sheets)
-    for table, sheet in zip(tables, built.sheets, strict=True):
+    assert len(tables) == len(built)
+    for table, sheet in zip(tables, built, strict=True):
         columns = re.search(r"\\begin\{tabular\}\{([lr]+)\}", table)
         assert columns is not None
         assert len(columns[1]) == len(sheet.header)
@@ -226,14 +227,14 @@ def test_unfinished_and_empty_records_can_be_shown(record: Record) -> None:
 
 @pytest.mark.parametrize(("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_picture_is_drawn(record: Record, form: str, begins: bytes) -> None:
-    assert plot.draw(record, form).startswith(begins)
+    assert figure.draw(record, form).startswith(begins)
 
 
 def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(record: Record) -> None:
-    (panel,) = plot._panels(record)
+    (panel,) = figure._panels(record)
     assert panel.title == "harker-pang 400"
     curves = {curve.name: curve for curve in panel.curves}
     assert list(curves) == ["auto", "lemke", "liar"]
     assert list(curves["auto"].k) == [0, 1]
-    assert (curves["liar"].k, curves["liar"].seconds, curves["liar"].errors) == ([None], [1.0], [1.25e-11])
+    assert (curves["liar"].k, curves["liar"].seconds, curves["liar"].errors) == ((None,), (1.0,), (1.25e-11,))
     assert [curve.solved for curve in panel.curves] == [True, False, True]

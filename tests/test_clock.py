@@ -15,7 +15,7 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem, Status, Trace, clock, interrupts
-from lcpcli.bench.answer import Method
+from lcpcli.bench.runs import run_method
 from lcpcli.cli import repetition
 from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS
@@ -168,8 +168,8 @@ def test_bench_times_from_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
         return Problem(*given, **named)
 
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
-    monkeypatch.setattr("lcpcli.bench.answer.Problem", counted)
-    answer = Method("auto").solve(problem, 1e-10, np.inf, True)
+    monkeypatch.setattr("lcpcli.bench.runs.Problem", counted)
+    answer = run_method("auto", problem, 1e-10, np.inf, True)
     assert made == [True]
     assert answer.curve is not None
     assert answer.curve[-1][1] <= answer.seconds

@@ -83,7 +83,7 @@ def test_interrupt_that_a_peer_wraps_leaves_what_is_measured(
         raise kind("returned a result with an exception set") from KeyboardInterrupt()
 
     pytest.importorskip("piqp")
-    monkeypatch.setattr("lcpcli.peers.piqp.solve", wrapped)
+    monkeypatch.setattr("lcpcli.peers.packages.piqp.solve", wrapped)
     outcome = lcp(*BENCH.split(), "--peer", "piqp")
     assert outcome.code == 130
     assert outcome.err == "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it could be resumed\n"

@@ -16,9 +16,9 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import rate, suites
-from lcpcli.bench.answer import Method
-from lcpcli.bench.report import stability
+from lcpcli.bench import accuracy_tables, suites
+from lcpcli.bench.check import rate_of_fixed_point
+from lcpcli.bench.runs import run_method
 from lcpcli.cli import program
 from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.cli.options import STARTS
@@ -186,9 +186,9 @@ def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) 
     known = gallery.parameters_of(family)
     parameters = {parameter: type(known[parameter])(value)} if parameter else {}
     problem = suites.prepare(suites.case(family, int(n), **parameters))
-    answer = Method("fixed-point").solve(problem, 1e-10, 60.0, with_curve=True)
+    answer = run_method("fixed-point", problem, 1e-10, 60.0, with_curve=True)
     assert answer.iterations == pytest.approx(int(iterations), abs=2)
-    found = rate.of(problem, answer.curve or [])
+    found = rate_of_fixed_point(problem, answer.curve or [])
     assert found is not None
     shown = [found["measured"], found["local"], found["bound"]]
     assert shown == pytest.approx([float(factor) for factor in factors], abs=2e-4)
@@ -205,7 +205,7 @@ def test_table_of_stability_names_the_ladders_of_the_suites() -> None:
     """What auto does on them, test_stability holds; here it is that the table is about the same ladders."""
     shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
     cases = [*suites.STIFF, *suites.EXTREME]
-    assert shown == {each.family: (each.axis, each.values[-1]) for each in stability.ladders(cases)}
+    assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in accuracy_tables.ladders(cases)}
 
 
 def test_readme_is_short_and_leads_to_every_page() -> None:

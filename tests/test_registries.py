@@ -74,8 +74,6 @@ import numpy as np
 
 from lcpcli.model.problem import Problem
 
-CLASS = "symmetric positive definite"
-
 
 def toy(n, _seed, *, load=1.0):
     return Problem(np.eye(n), np.full(n, -load), name=f"toy-{n}", solutions=[np.full(n, load)], source="this test")
@@ -105,23 +103,14 @@ def render(problem):
 PEER = '''
 """A solver that says 1."""
 
-import numpy as np
-
-from lcpcli.peers.registry import Claim
-
-PACKAGE = "toy"
+from lcpcli.peers.packages import Solver
 
 
-def version():
-    return "0"
+def says_one(numpy, problem, program, tol, time_limit):
+    return numpy.ones(problem.n), None, True, 1e-3, "one"
 
 
-def excludes(problem):
-    return ""
-
-
-def solve(problem, tol, time_limit):
-    return Claim(np.ones(problem.n), True, 1e-3, "one")
+toy = Solver("numpy", says_one, ())
 '''
 
 
@@ -151,7 +140,7 @@ def test_method_with_two_options(package: Path, lcp: Run) -> None:
 
 def test_family(package: Path, lcp: Run) -> None:
     (package / "gallery" / "toy.py").write_text(FAMILY)
-    register(package / "gallery" / "families.py", "FAMILIES", '"toy": "the identity"')
+    register(package / "gallery" / "families.py", "REGISTRY", '"toy": Entry("toy", "the identity", "P")')
     problem = json.loads(lcp("make", "toy", "-n", "3", "--set", "load=2"))
     assert (problem["name"], problem["q"]) == ("toy-3", [-2, -2, -2])
     assert "toy" in lcp("make", "--list")
@@ -167,7 +156,7 @@ def test_problem_format(package: Path, lcp: Run) -> None:
 
 def test_peer(package: Path, lcp: Run) -> None:
     (package / "peers" / "toy.py").write_text(PEER)
-    register(package / "peers" / "registry.py", "PEERS", '"toy": "says 1"')
+    register(package / "peers" / "registry.py", "REGISTRY", '"toy": ("toy", "says 1")')
     (package.parent / "problem.json").write_text('{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
     out = lcp("bench", "problem.json", "--method", "newton", "--peer", "toy", "--budget", "0", "--format", "json")
     rows = {row["solver"]: row for row in json.loads(out)["measurements"]}

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem
-from lcpcli.bench.answer import Method
+from lcpcli.bench import accuracy_tables
 from lcpcli.bench.check import Checker
 from lcpcli.bench.record import Machine, Measurement, Record, Settings
-from lcpcli.bench.report import stability
+from lcpcli.bench.runs import run_method
 from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
 from lcpcli.verify.sensitivity import sensitivity
 
@@ -24,7 +24,7 @@ CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
 @pytest.mark.parametrize("each", CASES, ids=lambda each: each.name)
 def test_auto_is_right_to_a_hundred_times_the_condition(each: Case) -> None:
     problem = prepare(each)
-    answer = Method("auto").solve(problem, 1e-10, 20.0, with_curve=False)
+    answer = run_method("auto", problem, 1e-10, 20.0, with_curve=False)
     check = Checker(problem, 1e-6).check(answer)
     assert not check.false_success
     if check.forward_error is not None:
@@ -72,7 +72,7 @@ def test_inverse_is_exact_where_doubles_are_not_enough() -> None:
 def test_inverse_beyond_the_range_of_doubles_has_no_sensitivity() -> None:
     problem = Problem([[1e-320]], [-1e-320], solutions=[[1.0]])
     assert sensitivity(problem, np.ones(1)) is None
-    assert Checker(problem, 1e-6).check(Method("auto").solve(problem, 1e-10, 5.0, with_curve=False)).success
+    assert Checker(problem, 1e-6).check(run_method("auto", problem, 1e-10, 5.0, with_curve=False)).success
 
 
 def test_singular_basis_has_no_sensitivity() -> None:
@@ -119,11 +119,11 @@ def record(*successes: bool) -> Record:
     ],
 )
 def test_ladder_is_climbed_up_to_the_first_failure(successes: tuple[bool, ...], cells: list[str]) -> None:
-    ((row,),) = stability.build(record(*successes)).groups
+    ((row,),) = accuracy_tables.stability(record(*successes)).groups
     assert row == ["diagonal", "decades", "auto", *cells]
 
 
 def test_stability_is_shown_only_of_suites_in_order_of_stiffness() -> None:
     held = record(True, True, True)
     held.suite = ["quick"]
-    assert not stability.build(held).groups
+    assert not any(accuracy_tables.stability(held).groups)

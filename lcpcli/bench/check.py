@@ -6,28 +6,37 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.bench.answer import NONE, SOLUTION, Answer
-from lcpcli.bench.optimality import optimality
+from lcpcli.bench.runs import NONE, SOLUTION, Answer, Curve
+from lcpcli.diagnosis.contraction import contraction, measured
 from lcpcli.linalg import products
-from lcpcli.linalg.doubles import EPS
-from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import EPS, are_moderate
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
+from lcpcli.model.reductions.program import Conditions, Program
+from lcpcli.report.numbers import finite
+from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.sensitivity import MOST_INVERTED, sensitivity
+
+ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
+LEAST_TERMS = 1e-6  # of the largest of the three: below that, terms are 0 but for rounding
+LARGEST_ERROR, SMALLEST_ERROR = 1e-2, 1e-9  # errors, relative to the solution, between which the rate is measured
+MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors are computed
 
 
 @dataclass(frozen=True)
 class Check:
     """success : claimed and accepted. false_success : claimed but wrong by every measure. Other claims are inexact.
 
-    residual, scaled_residual, error : as in `point.Point`, and from the reference; None without a z, or a reference.
-    condition, forward_error, optimality : as in `record.Measurement`.
+    The others are as in `record.Measurement`; `error` is that from the reference.
     """
 
     success: bool
     false_success: bool
-    residual: float | None
-    scaled_residual: float | None
-    error: float | None
+    residual: float | None = None
+    scaled_residual: float | None = None
+    error: float | None = None
     condition: float | None = None
     forward_error: float | None = None
     optimality: dict[str, float] | None = None
@@ -51,24 +60,105 @@ class Checker:
 
     @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
     def check(self, answer: Answer) -> Check:
-        hopeless = self._problem.verdict in WITHOUT_SOLUTION
+        """What is true of the answer; numbers that are not finite are None."""
+        problem, claimed = self._problem, answer.claim == SOLUTION
+        hopeless = problem.verdict in WITHOUT_SOLUTION
         if answer.claim == NONE or answer.z is None:
-            false = answer.claim == SOLUTION or (answer.claim == NONE and bool(self._problem.solutions))
-            nothing = optimality(self._problem, None)
-            return Check(answer.claim == NONE and hopeless, false, None, None, None, optimality=nothing)
+            false = claimed or (answer.claim == NONE and bool(problem.solutions))
+            return Check(answer.claim == NONE and hopeless, false, optimality=optimality(problem, None))
         z = np.asarray(answer.z, dtype=np.float64)
         point = Point(self._criterion, z, is_admissible=False)
-        claimed, scaled = answer.claim == SOLUTION, point.scaled_residual
-        residual, error = point.residual, self._problem.error(z)
-        success = claimed and scaled <= self._accept and not hopeless
-        terms = products.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
-        as_said = residual <= self._accept * float(terms.max()) < np.inf and not hopeless
+        terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+        success = claimed and point.scaled_residual <= self._accept and not hopeless
+        as_said = point.residual <= self._accept * float(terms.max()) < np.inf and not hopeless
+        error = problem.error(z)
+        numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": error}
+        if self._sensitivity and error is not None:
+            numbers["condition"] = self._sensitivity / problem.size_of_solutions
+            numbers["forward_error"] = error / EPS / self._sensitivity
+        finite_ones = {name: finite(value) for name, value in numbers.items()}
         false = claimed and not success and not as_said
-        stability, of_program = self._stability(error), optimality(self._problem, z)
-        return Check(success, false, residual, scaled, error, *stability, of_program)
+        return Check(success, false, optimality=optimality(problem, z), **finite_ones)
 
-    def _stability(self, error: float | None) -> tuple[float | None, float | None]:
-        """The condition of the solution, and the error in units of the effect of rounding the data."""
-        if not self._sensitivity or error is None:
-            return None, None
-        return self._sensitivity / self._problem.size_of_solutions, error / EPS / self._sensitivity
+
+@np.errstate(over="ignore", invalid="ignore")
+def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
+    """How well an answer satisfies the optimality conditions of the program that a problem was made of: the largest
+    violation of a constraint, component of the gradient of the Lagrangian, or duality gap, absolutely, and relative to
+    its own terms; and the natural residual relative to the terms of w. None if the problem is not made of a program,
+    and empty if there is no z, or numbers are out of range.
+
+    As qpbenchmark measures it (S. Caron et al., qpbenchmark: Benchmark for quadratic programming solvers available in
+    Python). z = (x, y, s), shape (n,). A multiplier of a bound is w if the bound is near; otherwise w is left over, as
+    a residual. w is rounded once, and the gap is the sum of the products of distances and multipliers, which is the
+    difference of the objectives without its cancellation.
+    """
+    if not isinstance(problem.origin, Program):
+        return None
+    if z is None or not np.isfinite(z).all():
+        return {}
+    given = conditions_of(problem)
+    M, q = given.M, given.q
+    terms = products.absolute_product(M, np.abs(z)) + np.abs(q)
+    moderate = all(map(are_moderate, (M.data if is_sparse(M) else M, q, z)))
+    w = accurate_residual(M, -z, q) if moderate else problem.w(z)
+    residuals, sizes = _residuals(problem.origin, given, z, w, terms)
+    floor = LEAST_TERMS * max(sizes)
+    found = {
+        ABSOLUTE: max(residuals),
+        RELATIVE: max(_over(residual, max(size, floor)) for residual, size in zip(residuals, sizes, strict=True)),
+        NATURAL: _over(_largest(problem.box.gaps(z, w)), float(terms.max()) or max(sizes)),
+    }
+    return found if np.isfinite(list(found.values())).all() else {}
+
+
+def _residuals(
+    origin: Program, given: Conditions, z: Vector, w: Vector, terms: Vector
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Primal and dual residual and duality gap, and the largest terms of each."""
+    M, q, lower, upper = given
+    outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
+    end = np.where(w > 0, lower, upper)
+    slack = np.where(np.isfinite(end), z - end, np.inf)
+    near = np.abs(slack) <= np.maximum(np.abs(z), 1.0)
+    left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
+    k = origin.variables
+    ranges = np.arange(z.size) >= z.size - origin.ranges
+    rows = (np.arange(z.size) >= k) & ~ranges
+    curvature = np.abs(z[:k]) @ products.absolute_product(M[:k, :k], np.abs(z[:k]))
+    residuals = (
+        _largest(outside[:k], left[rows], outside[ranges]),
+        _largest(left[:k], outside[rows]),
+        abs(float(w @ (z - end))),
+    )
+    sizes = (
+        _largest(terms[rows], z[:k], end[:k], outside[:k]),
+        _largest(terms[:k], z[rows]),
+        float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end))),
+    )
+    return residuals, sizes
+
+
+def _largest(*parts: Vector) -> float:
+    return max(float(np.abs(part).max(initial=0.0)) for part in parts)
+
+
+def _over(size: float, terms: float) -> float:
+    return 0.0 if size == 0 else size / terms if terms else np.inf
+
+
+def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
+    """The convergence factors of fixed-point: the measured one, the local one of theory if it exists, and the bound.
+
+    None if the run shows no rate, if several solutions are known, or beyond MOST_WITH_RATE unknowns.
+    """
+    if len(problem.solutions) != 1 or problem.n > MOST_WITH_RATE:
+        return None
+    size, z = problem.size_of_solutions, problem.solutions[0]
+    errors = [error if error is not None else 0.0 for _, _, error in curve]
+    factor = measured([k for k, _, _ in curve], errors, LARGEST_ERROR * size, SMALLEST_ERROR * size)
+    theory = contraction(problem, problem.box.x_of(z, problem.w(z))) if factor is not None else None
+    if factor is None or theory is None:
+        return None
+    local = {} if theory.local is None else {"local": theory.local}
+    return {"measured": factor, **local, "bound": theory.bound}

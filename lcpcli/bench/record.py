@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, is_dataclass
 from pathlib import Path
 from types import UnionType
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, cast, get_args, get_origin, get_type_hints
 
-from lcpcli.bench.environment import Machine
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 
 EXCLUDED = "excluded"
-ADDED = {"infinity"}  # fields that older records lack
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -27,6 +23,20 @@ class Settings:
     time_limit: float
     accept: float
     budget: float
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Processor, number of cores, memory in bytes and system; None for what the system does not report.
+
+    threads : for dense linear algebra; None if the BLAS decides.
+    """
+
+    processor: str
+    cores: int | None
+    memory: int | None
+    system: str
+    threads: int | None
 
 
 @dataclass(frozen=True)
@@ -45,7 +55,7 @@ class Measurement:
     forward_error : the error in units of eps times the sensitivity; None if one of them is unknown.
     rate : the convergence factor of fixed-point: "measured", and by `contraction` the "local" factor and its "bound";
         None if it was not measured.
-    optimality : of an answer to a program, as in `optimality`, empty without one; None for other problems.
+    optimality : of an answer to a program, as in `check.optimality`, empty without one; None for other problems.
     """
 
     problem: str
@@ -89,7 +99,7 @@ class Record:
     """A bench; `measurements` grows in the order of cases and solvers.
 
     suite : the suites and files requested. missing : peers requested but not installed.
-    machine, versions : from `environment`.
+    versions : of Python, of this program, of its numerical libraries, and of the peers.
     """
 
     suite: list[str]
@@ -125,6 +135,10 @@ def to_json(record: Record) -> str:
     return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
+def _text(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+
+
 def read(path: str) -> Record:
     """The record in a file. Raises OptionError if there is none."""
     try:
@@ -141,68 +155,36 @@ def read(path: str) -> Record:
 
 
 def parse(text: str) -> Record:
-    """The record written by `to_json`. Raises ValueError for any other text."""
-    return _record(json.loads(text, parse_constant=_refuse))
-
-
-def _text(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, ensure_ascii=False)
-
-
-def _refuse(constant: str) -> float:
-    raise ValueError(f"it contains {constant}")
-
-
-def _record(content: Any) -> Record:
-    held = dict(content) if isinstance(content, dict) else {}
-    for name, kind in (("cases", Case), ("measurements", Measurement)):
-        rows = held.get(name)
-        held[name] = [_made(kind, row) for row in rows] if isinstance(rows, list) else rows
-    for name, whole in (("options", Settings), ("machine", Machine)):
-        held[name] = _made(whole, held.get(name))
-    record = _made(Record, held)
+    """The record written by `to_json`. Raises ValueError, RecursionError or OverflowError for any other text."""
+    record: Record = _decoded("it", json.loads(text), Record)
     expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
-    for i, row in enumerate(record.measurements):
+    for row in record.measurements:
         if row.key not in expected:
             raise ValueError(f"{row.problem}, {row.solver}: not requested, or twice")
         expected.remove(row.key)
         if row.n < 1 or any(seconds < 0 for seconds in row.seconds) or (not row.excluded and not row.seconds):
             raise ValueError(f"{row.problem}, {row.solver}: n or seconds are inconsistent")
-        record.measurements[i] = _with_tuples(row)
     return record
 
 
-def _with_tuples(row: Measurement) -> Measurement:
-    """The measurement with tuples in place of the lists of JSON."""
-    curve = None if row.curve is None else [(k, seconds, error) for k, seconds, error in row.curve]
-    reached = None if row.milestones is None else [(level, k, seconds) for level, k, seconds in row.milestones]
-    return replace(row, curve=curve, milestones=reached)
-
-
-def _made(kind: Callable[..., T], held: Any) -> T:
-    """An instance of a dataclass from an object with its fields, without ADDED in an older record; ValueError for any
-    other."""
-    hints = get_type_hints(kind)
-    names = {each.name for each in fields(kind)}  # type: ignore[arg-type]
-    if not isinstance(held, dict) or not names - ADDED <= set(held) <= names:
-        raise ValueError("its fields are not those of a record")
-    for name, value in held.items():
-        if not _fits(value, hints[name]):
-            raise ValueError(f"{name} has the wrong type")
-    return kind(**held)
-
-
-def _fits(value: Any, hint: Any) -> bool:
-    origin, arguments = get_origin(hint), get_args(hint)
+def _decoded(name: str, value: Any, kind: Any) -> Any:
+    """A value of JSON as one of that type; what an older record lacks has its default. ValueError for any other."""
+    origin, parts = get_origin(kind), get_args(kind)
     if origin is UnionType:
-        return any(_fits(value, each) for each in arguments)
-    if origin is list:
-        return isinstance(value, list) and all(_fits(each, arguments[0]) for each in value)
-    if origin is tuple:
-        whole = isinstance(value, (list, tuple)) and len(value) == len(arguments)
-        return whole and all(map(_fits, value, arguments))
-    if origin is dict:
-        return isinstance(value, dict) and all(_fits(each, arguments[1]) for each in value.values())
-    if hint in (int, float):
-        return isinstance(value, (int, hint)) and not isinstance(value, bool) and math.isfinite(value)
-    return isinstance(value, hint)
+        return _decoded(name, value, type(value) if type(value) in parts else parts[0])
+    if origin is list and isinstance(value, list):
+        return [_decoded(name, each, parts[0]) for each in value]
+    if origin is tuple and isinstance(value, list) and len(value) == len(parts):
+        return tuple(_decoded(name, each, part) for each, part in zip(value, parts, strict=True))
+    if origin is dict and isinstance(value, dict):
+        return {key: _decoded(name, each, parts[1]) for key, each in value.items()}
+    if is_dataclass(kind) and isinstance(value, dict):
+        hints, make = get_type_hints(kind), cast(Any, kind)
+        try:
+            return make(**{key: _decoded(key, each, hints[key]) for key, each in value.items()})
+        except (KeyError, TypeError):
+            raise ValueError("its fields are not those of a record") from None
+    fits = type(value) is kind or (kind is float and type(value) is int)
+    if fits and (kind is not float or math.isfinite(value)):
+        return value
+    raise ValueError(f"{name} has the wrong type")

@@ -1,23 +1,30 @@
-"""A bench from the request to its record: the loop over cases and solvers."""
+"""A bench from the request to its record: the loop over cases and solvers, on this machine."""
 
 from __future__ import annotations
 
+import os
+import platform
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
 
-from lcpcli.bench import environment, rate, suites
-from lcpcli.bench.answer import Answer, Method, Peer, Solver
-from lcpcli.bench.check import Checker
-from lcpcli.bench.measure import measure, rest_before
-from lcpcli.bench.record import EXCLUDED, Measurement, Record, Settings
+from lcpcli import __version__
+from lcpcli.bench import suites
+from lcpcli.bench.check import Checker, rate_of_fixed_point
+from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
+from lcpcli.bench.runs import REST, Answer, measure, run_method, run_peer
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
+from lcpcli.linalg import threads
+from lcpcli.linalg.products import THREADED
 from lcpcli.model.problem import Problem
 from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers
 from lcpcli.report.numbers import finite
 
-Timing = Callable[[Callable[[bool], Answer], float, float], tuple[Answer, list[float]]]
+COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds", "milestones")  # of an answer
 
 
 def start(
@@ -31,19 +38,37 @@ def start(
     """An empty record; wanted peers are selected as by `peers.select`. Files are read once, so that errors in them are
     reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
     cases = suites.cases_of(asked, tell, infinity)
-    chosen = peers.select(wanted)
-    missing = [name for name in chosen if peers.load(name).version() is None]
-    present = [name for name in chosen if name not in missing]
-    return Record(
-        suite=list(asked),
-        cases=cases,
-        methods=list(dict.fromkeys(methods)),
-        peers=present,
-        missing=missing,
-        options=options,
-        machine=environment.machine(),
-        versions=environment.versions(present),
-    )
+    versions = {name: peers.load(name).version() for name in peers.select(wanted)}
+    present = [name for name in versions if versions[name] is not None]
+    missing = [name for name in versions if versions[name] is None]
+    solvers = list(dict.fromkeys(methods))
+    return Record(list(asked), cases, solvers, present, missing, options, machine(), software(present))
+
+
+def machine() -> Machine:
+    """This machine."""
+    try:
+        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        memory = None
+    system = f"{platform.system()} {platform.release()}"
+    return Machine(_processor(), os.cpu_count(), memory, system, threads.in_environment())
+
+
+def _processor() -> str:
+    """The processor's name; on Linux only this file has it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def software(names: Sequence[str]) -> dict[str, str | None]:
+    """The versions of Python, of this program, of its numerical libraries, and of the named peers."""
+    own = {"python": platform.python_version(), "lcpcli": __version__, "numpy": version("numpy")}
+    return {**own, "scipy": version("scipy"), **{name: peers.load(name).version() for name in names}}
 
 
 def refuse_elsewhere(record: Record) -> None:
@@ -52,7 +77,7 @@ def refuse_elsewhere(record: Record) -> None:
     for case, _ in record.pending():
         if case.file:
             suites.problem_of(case)
-    here = {**asdict(environment.machine()), **environment.versions(record.peers)}
+    here = {**asdict(machine()), **software(record.peers)}
     then = {**asdict(record.machine), **record.versions}
     for name in here | then:
         if here.get(name) != then.get(name):
@@ -60,7 +85,7 @@ def refuse_elsewhere(record: Record) -> None:
             raise OptionError("--resume", f"was measured with {name} {then.get(name)}, here is {here.get(name)}", hint)
 
 
-def run(record: Record, starting: Callable[[Case, str], None], timing: Timing = measure) -> Iterator[Measurement]:
+def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
     """Run the pending measurements; each is added to the record and yielded.
 
     starting : called with the case and the solver before each measurement.
@@ -71,26 +96,21 @@ def run(record: Record, starting: Callable[[Case, str], None], timing: Timing = 
         checker = Checker(problem, record.options.accept)
         for name in names:
             starting(case, name)
-            solver: Solver = Method(name) if name in record.methods else Peer(name)
-            measurement = _measured(case, problem, checker, solver, record, timing)
+            measurement = _measured(case, problem, checker, name, record)
             record.measurements.append(measurement)
             yield measurement
 
 
-def _measured(
-    case: Case, problem: Problem, checker: Checker, solver: Solver, record: Record, timing: Timing
-) -> Measurement:
+def _measured(case: Case, problem: Problem, checker: Checker, solver: str, record: Record) -> Measurement:
     options, seconds = record.options, list[float]()
-    reason = solver.excludes(problem)
+    kind = "method" if solver in record.methods else "peer"
+    reason = peers.load(solver).excludes(problem) if kind == "peer" else ""
     if reason:
         answer = Answer(None, "", EXCLUDED, reason, 0.0)
     else:
-        answer, seconds = timing(
-            lambda with_curve: solver.solve(problem, options.tol, options.time_limit, with_curve),
-            options.budget,
-            rest_before(problem.n, record.machine.threads),
-        )
-    check = checker.check(answer)
+        solve = partial(run_peer if kind == "peer" else run_method, solver, problem, options.tol, options.time_limit)
+        rest = REST if problem.n >= THREADED and record.machine.threads != 1 else 0.0
+        answer, seconds = measure(solve, options.budget, rest)
     curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None
     return Measurement(
         problem=case.name,
@@ -98,25 +118,13 @@ def _measured(
         n=problem.n,
         seed=None if case.file else case.seed,
         parameters=case.parameters,
-        solver=solver.name,
-        kind=solver.kind,
-        status=answer.status,
-        statement=answer.statement,
+        solver=solver,
+        kind=kind,
         claimed=bool(answer.claim),
-        success=check.success,
-        false_success=check.false_success,
-        residual=finite(check.residual),
-        scaled_residual=finite(check.scaled_residual),
-        error=finite(check.error),
-        iterations=answer.iterations,
-        evaluations=answer.evaluations,
         seconds=seconds,
-        setup_seconds=answer.setup_seconds,
         curve_of=("error" if problem.solutions else "residual") if curve else None,
         curve=curve,
-        milestones=answer.milestones,
-        condition=finite(check.condition),
-        forward_error=finite(check.forward_error),
-        optimality=check.optimality,
-        rate=rate.of(problem, curve) if solver.name == rate.METHOD and curve else None,
+        rate=rate_of_fixed_point(problem, curve) if solver == "fixed-point" and curve else None,
+        **{name: getattr(answer, name) for name in COPIED},
+        **vars(checker.check(answer)),
     )

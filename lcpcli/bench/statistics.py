@@ -1,4 +1,4 @@
-"""Statistics of run times, as pure functions.
+"""Statistics of run times, as pure functions, and those of a bench, which its tables and its figure show.
 
 The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles, Math.
 Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics, 3rd ed., Wiley
@@ -11,6 +11,10 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.suites import series
+from lcpcli.report.figures.data import Growth, GrowthPanel, Power
 
 CONFIDENCE = 0.95
 SHIFT = 1e-3  # seconds
@@ -34,16 +38,13 @@ class Summary:
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Power):
     """seconds = coefficient n^exponent, by least squares on the logarithms.
 
     margin : of the exponent: the interval exponent +- margin has CONFIDENCE, for independent normal errors in the
         logarithms. r_squared : the fraction of the variance explained by the fit. sizes : the number of different n.
     """
 
-    exponent: float
-    coefficient: float
-    margin: float
     r_squared: float
     sizes: int
 
@@ -105,9 +106,45 @@ def growth(points: Sequence[tuple[int, float]]) -> Fit | None:
     x = [math.log(n) for n, _ in points]
     y = [math.log(max(seconds, RESOLUTION)) for _, seconds in points]
     exponent, intercept = statistics.linear_regression(x, y)
-    mean_x, mean_y = statistics.fmean(x), statistics.fmean(y)
     unexplained = math.fsum((b - intercept - exponent * a) ** 2 for a, b in zip(x, y, strict=True))
-    total = math.fsum((b - mean_y) ** 2 for b in y)
-    error = math.sqrt(unexplained / (len(x) - 2) / math.fsum((a - mean_x) ** 2 for a in x))
-    margin = float(stdtrit(len(x) - 2, (1 + CONFIDENCE) / 2)) * error
-    return Fit(exponent, math.exp(intercept), margin, 1 - unexplained / total if total > 0 else 1.0, sizes)
+    total, freedom = statistics.variance(y) * (len(y) - 1), len(x) - 2
+    error = math.sqrt(unexplained / freedom / statistics.variance(x) / (len(x) - 1))
+    margin = float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) * error
+    return Fit(exponent, margin, math.exp(intercept), 1 - unexplained / total if total > 0 else 1.0, sizes)
+
+
+def times(record: Record) -> dict[str, dict[str, float]]:
+    """The median seconds of each solver on each problem that it accepts; infinity if it failed."""
+    medians: dict[str, dict[str, float]] = {solver: {} for solver in record.solvers}
+    for row in record.measurements:
+        if not row.excluded:
+            medians[row.solver][row.problem] = summary(row.seconds).median if row.success else math.inf
+    return medians
+
+
+def growths(record: Record) -> list[GrowthPanel]:
+    """The growth of the time of each solver on each series in which it solved two sizes or more; its fit is a `Fit`."""
+    solved: dict[str, dict[str, list[Measurement]]] = {}
+    for row in record.measurements:
+        if row.family and row.success:
+            solved.setdefault(series(row.family, row.parameters), {}).setdefault(row.solver, []).append(row)
+    panels = [GrowthPanel(name, _growths(record.solvers, own)) for name, own in solved.items()]
+    return [panel for panel in panels if panel.growths]
+
+
+def _growths(solvers: Sequence[str], solved: Mapping[str, Sequence[Measurement]]) -> list[Growth]:
+    found = []
+    for solver in solvers:
+        rows = sorted(solved.get(solver, []), key=lambda row: row.n)
+        n, own = [row.n for row in rows], [summary(row.seconds) for row in rows]
+        if len(set(n)) > 1:
+            medians = [each.median for each in own]
+            quartiles = [each.lower for each in own], [each.upper for each in own]
+            fit = growth(list(zip(n, medians, strict=True)))
+            found.append(Growth(method_of(solver), solver, n, medians, *quartiles, fit))
+    return found
+
+
+def method_of(solver: str) -> str:
+    """The method of a solver, which decides how it is drawn: shi of shi:p=10."""
+    return solver.partition(":")[0]

@@ -54,19 +54,16 @@ class Suite:
     ladders: bool = False
 
 
-def _words(parameters: dict[str, Any]) -> list[str]:
-    return [name if value is True else f"{name}={value}" for name, value in parameters.items()]
-
-
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
     """A case of the gallery, named after its arguments."""
-    words = [family, str(n), *_words(parameters), *([f"seed={seed}"] if seed else [])]
-    return Case(" ".join(words), family, n, seed, parameters)
+    name = series(f"{family} {n}", {**parameters, **({"seed": seed} if seed else {})})
+    return Case(name, family, n, seed, parameters)
 
 
 def series(family: str, parameters: dict[str, Any]) -> str:
     """The common name of cases that differ only in size and seed."""
-    return " ".join([family, *_words(parameters)])
+    words = (name if value is True else f"{name}={value}" for name, value in parameters.items())
+    return " ".join([family, *words])
 
 
 def sizes(family: str, *ns: int, **parameters: Any) -> tuple[Case, ...]:
@@ -187,20 +184,17 @@ def cases_of(
 
     Raises OptionError for a name that is neither, ProblemError for a file that cannot be read.
     """
-    asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
-    cases, left = list[Case](), asked
+    left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
+    cases = list[Case]()
     while left:
-        name, used = left[0], 1
-        if name == ALL:
-            cases += [each for suite in SUITES.values() for each in suite.cases]
-        elif name in SUITES:
-            cases += SUITES[name].cases
+        files: Sequence[str] = left[:1]
+        if left[0] in (*SUITES, ALL):
+            cases += [each for name, suite in SUITES.items() if left[0] in (name, ALL) for each in suite.cases]
         else:
             files = _files(left, tell, infinity)
-            used = len(files)
             title = " ".join(_name_of(path, asked) for path in files)
-            cases.append(Case(title, file=name, q_file="".join(files[1:]), infinity=infinity))
-        left = left[used:]
+            cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
+        left = left[len(files) :]
     if infinity is not None and all(each.infinity is None for each in cases):
         raise OptionError("--infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
     return list({each.name: each for each in cases}.values())
@@ -212,19 +206,29 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
     from lcpcli.model import far_bounds
     from lcpcli.verify.known import without_wrong_solutions
 
-    _existing(asked[0])
+    path, known = asked[0], (*SUITES, ALL)
+    if path == "-":
+        raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
+    is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix  # reading reports what is wrong with it
+    if not is_file and path not in shipped.problems():
+        hint = likely(path, (*known, *shipped.problems()), f"choose one of {', '.join(known)}, or name a file")
+        raise OptionError(path, "is neither a suite nor a file", hint)
     problem, files = reading.read_next(asked, infinity or math.inf)
-    remarks = without_wrong_solutions(problem)[1]
-    if infinity is None and (far := far_bounds.remark(problem)):
-        remarks.append(far)
-    for remark in remarks:
-        tell(f"{asked[0]}: {remark}")
+    far = far_bounds.remark(problem) if infinity is None else ""
+    for remark in filter(None, [*without_wrong_solutions(problem)[1], far]):
+        tell(f"{path}: {remark}")
     return files
+
+
+def _name_of(path: str, asked: Sequence[str]) -> str:
+    """A file's name without its folder, unless that would be ambiguous."""
+    alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}  # noqa: PTH100
+    return Path(path).name if len(alike) == 1 else path
 
 
 def budget_of(asked: Sequence[str]) -> float:
     """The default seconds for a measurement."""
-    return max(SUITES[name].budget if name in SUITES else Suite("", ()).budget for name in asked)
+    return max(SUITES[name].budget if name in SUITES else Suite.budget for name in asked)
 
 
 def problem_of(case: Case) -> Problem:
@@ -248,25 +252,5 @@ def prepare(case: Case) -> Problem:
     from lcpcli.solving.reference import with_reference
 
     problem = problem_of(case)
-    if case.file and problem.verdict:
-        referred = with_reference(replace(problem, verdict=""))
-        return referred if referred.solutions else problem
-    return with_reference(problem)
-
-
-def _existing(path: str) -> None:
-    if path == "-":
-        raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
-    if os.path.lexists(path) or os.sep in path or Path(path).suffix:  # reading the file reports what is wrong with it
-        return
-    problems, known = shipped.problems(), (*SUITES, ALL)
-    if path in problems:
-        return
-    hint = likely(path, (*known, *problems), f"choose one of {', '.join(known)}, or name a file")
-    raise OptionError(path, "is neither a suite nor a file", hint)
-
-
-def _name_of(path: str, asked: Sequence[str]) -> str:
-    """A file's name without its folder, unless that would be ambiguous."""
-    alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}  # noqa: PTH100
-    return Path(path).name if len(alike) == 1 else path
+    referred = with_reference(replace(problem, verdict="") if case.file and problem.verdict else problem)
+    return referred if referred.solutions else problem

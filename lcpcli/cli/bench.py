@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from lcpcli.bench.report.formats import FORMATS
+from lcpcli.bench.formats import FORMATS
 from lcpcli.bench.suites import ALL, SUITES
 from lcpcli.cli import candidates, threads
 from lcpcli.cli.command import Command, argument, option

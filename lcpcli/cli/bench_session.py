@@ -10,12 +10,11 @@ from typing import Any
 import click
 
 from lcpcli import options
+from lcpcli.bench import figure, suites
 from lcpcli.bench import record as records
 from lcpcli.bench import session as benching
-from lcpcli.bench import suites
+from lcpcli.bench.formats import render
 from lcpcli.bench.record import Record, Settings
-from lcpcli.bench.report import plot
-from lcpcli.bench.report.render import render
 from lcpcli.cli import problems
 from lcpcli.cli.exit_codes import INTERRUPTED
 from lcpcli.cli.methods import chosen_variants
@@ -66,7 +65,7 @@ def _run(given: dict[str, Any], output: str | None, kept: dict[str, str], start:
     interrupted = _measure(record, kept, given["quiet"])
     _keep(record, kept)
     if given["plot"] is not None and record.measurements:
-        write_whole(given["plot"], plot.draw(record, figures.form_of(given["plot"])))
+        write_whole(given["plot"], figure.draw(record, figures.form_of(given["plot"])))
     if not given["quiet"]:
         width, color = terminal()
         emit(render(record, given["form"], width, color), color)

@@ -1,9 +1,8 @@
-"""Families of problems by name, imported on demand. A family `f` is the function f in the module f.
+"""Families of problems by name, imported on demand.
 
-A family is a function (n, seed, *, parameters) -> Problem of about n unknowns: the same numbers for the same arguments
-on any machine (up to rounding, where a product of matrices is not of integers). Its keyword-only parameters have
-defaults; a family without random entries calls its second argument _seed. Its module opens with the source, repeated
-in SOURCE; CLASS is the class of its matrices, and SIZE the number of unknowns if it is fixed.
+A family `f` is a function f(n, seed, *, parameters) -> Problem of about n unknowns, in the file of its theme: the same
+numbers for the same arguments on any machine (up to rounding, where a product of matrices is not of integers). Its
+keyword-only parameters have defaults; a family without random entries calls its second argument _seed.
 """
 
 from __future__ import annotations
@@ -11,72 +10,87 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from importlib import import_module
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import OptionError, likely, quoted
+from lcpcli.errors import SHOWN, OptionError, likely, quoted
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
 
-FAMILIES = {
-    "harker-pang": "random, dense (Harker and Pang 1990)",
-    "ill-scaled": "harker-pang, badly scaled",
-    "tridiagonal": "tridiag(-1, 4, -1), random q",
-    "dominant": "random, ten entries per row",
-    "obstacle": "membrane over an obstacle on a square grid",
-    "two-obstacles": "membrane between two obstacles, with bounds",
-    "torsion": "elastic-plastic torsion of a bar, with bounds",
-    "journal-bearing": "oil film with cavitation (Cryer 1971)",
-    "american-put": "option pricing, one implicit time step",
-    "contact": "rigid bodies with Coulomb friction",
-    "bimatrix": "random two-player game",
-    "circuit": "bridge rectifiers with ideal diodes, free potentials",
-    "relays": "switching system, with bounds",
-    "spatial-prices": "trade between regions, free prices, flows with capacities",
-    "boxes": "random, with bounds of every kind",
-    "lp": "random linear program and its dual",
-    "qp": "random convex quadratic program",
-    "portfolio": "least variance with a factor model, a program",
-    "control": "masses and springs under bounded forces, a program",
-    "transport": "least cost from plants to markets, a linear program",
-    "murty": "exponential for least-index pivoting (Murty 1978)",
-    "fathi": "exponential for Lemke's method (Fathi 1979)",
-    "ben-gharbia-gilbert": "plain Newton-min cycles (2012)",
-    "curtis-han-robinson": "plain active-set method cycles (2015)",
-    "kostreva": "Lemke's method cycles without a tie-breaking rule (1979)",
-    "growth": "solution 1, 2, 4, ..., 2^(n-1)",
-    "hilbert": "Hilbert matrix, scaled to integers up to n = 18",
-    "diagonal": "diagonal matrix with entries over many decades",
-    "near-singular": "smallest eigenvalue epsilon",
-    "degenerate": "z_i = w_i = 0 for half of the indices",
-    "near-degenerate": "max(z_i, w_i) = epsilon for half of the indices",
-    "infeasible": "no z >= 0 with Mz + q >= 0",
-    "unsolvable": "feasible, no solution",
-    "ray": "solvable, Lemke's method ends on a ray",
-}
 DEFAULT_SIZE = 10
 LARGEST_SIZE = 10**8
+
+
+class Entry(NamedTuple):
+    """A family: its file, its meaning, the class of its matrices, and its number of unknowns if that is fixed."""
+
+    file: str
+    meaning: str
+    matrices: str
+    size: int | None = None
+
+
+SPD = "symmetric positive definite"
+REGISTRY = {
+    "harker-pang": Entry("random_matrices", "random, dense (Harker and Pang 1990)", "positive definite"),
+    "ill-scaled": Entry("random_matrices", "harker-pang, badly scaled", "P"),
+    "tridiagonal": Entry("random_matrices", "tridiag(-1, 4, -1), random q", f"{SPD}, M"),
+    "dominant": Entry("random_matrices", "random, ten entries per row", "H+"),
+    "obstacle": Entry("differences", "membrane over an obstacle on a square grid", f"{SPD}, M"),
+    "two-obstacles": Entry("differences", "membrane between two obstacles, with bounds", f"{SPD}, M"),
+    "torsion": Entry("differences", "elastic-plastic torsion of a bar, with bounds", f"{SPD}, M"),
+    "journal-bearing": Entry("differences", "oil film with cavitation (Cryer 1971)", f"{SPD}, M"),
+    "american-put": Entry("differences", "option pricing, one implicit time step", f"{SPD}, M"),
+    "contact": Entry("systems", "rigid bodies with Coulomb friction", "copositive"),
+    "bimatrix": Entry("systems", "random two-player game", "copositive"),
+    "circuit": Entry("systems", "bridge rectifiers with ideal diodes, free potentials", "positive semidefinite"),
+    "relays": Entry("systems", "switching system, with bounds", "positive semidefinite"),
+    "spatial-prices": Entry(
+        "systems", "trade between regions, free prices, flows with capacities", "positive semidefinite"
+    ),
+    "boxes": Entry("known", "random, with bounds of every kind", SPD),
+    "lp": Entry("programs", "random linear program and its dual", "skew-symmetric"),
+    "qp": Entry("programs", "random convex quadratic program", "positive semidefinite"),
+    "portfolio": Entry("programs", "least variance with a factor model, a program", "positive semidefinite"),
+    "control": Entry("programs", "masses and springs under bounded forces, a program", "positive semidefinite"),
+    "transport": Entry("programs", "least cost from plants to markets, a linear program", "positive semidefinite"),
+    "murty": Entry("literature", "exponential for least-index pivoting (Murty 1978)", "P, positive semidefinite"),
+    "fathi": Entry("literature", "exponential for Lemke's method (Fathi 1979)", SPD),
+    "ben-gharbia-gilbert": Entry("literature", "plain Newton-min cycles (2012)", "P"),
+    "curtis-han-robinson": Entry("literature", "plain active-set method cycles (2015)", SPD, 3),
+    "kostreva": Entry(
+        "literature", "Lemke's method cycles without a tie-breaking rule (1979)", "P, not positive definite"
+    ),
+    "growth": Entry("literature", "solution 1, 2, 4, ..., 2^(n-1)", "M"),
+    "hilbert": Entry("literature", "Hilbert matrix, scaled to integers up to n = 18", SPD),
+    "diagonal": Entry("known", "diagonal matrix with entries over many decades", f"{SPD}, M"),
+    "near-singular": Entry("random_matrices", "smallest eigenvalue epsilon", SPD),
+    "degenerate": Entry("known", "z_i = w_i = 0 for half of the indices", SPD),
+    "near-degenerate": Entry("known", "max(z_i, w_i) = epsilon for half of the indices", SPD),
+    "infeasible": Entry("known", "no z >= 0 with Mz + q >= 0", "none"),
+    "unsolvable": Entry("known", "feasible, no solution", "none"),
+    "ray": Entry("known", "solvable, Lemke's method ends on a ray", "copositive"),
+}
+FAMILIES = {name: entry.meaning for name, entry in REGISTRY.items()}
 
 Family = Callable[..., "Problem"]
 
 
 def load(name: str) -> Family:
     """The family of that name."""
-    family: Family = getattr(_module(name), name.replace("-", "_"))
+    family: Family = getattr(import_module(f"lcpcli.gallery.{_entry(name).file}"), name.replace("-", "_"))
     return family
 
 
 def class_of(name: str) -> str:
     """The class of the matrices of a family, in words."""
-    words: str = _module(name).CLASS
-    return words
+    return _entry(name).matrices
 
 
-def fixed_size(name: str) -> int | None:
-    """The number of unknowns of a family of fixed size, else None."""
-    size: int | None = getattr(_module(name), "SIZE", None)
-    return size
+def _entry(name: str) -> Entry:
+    if name not in REGISTRY:
+        raise OptionError("family", f"{quoted(name)} is unknown", likely(name, FAMILIES))
+    return REGISTRY[name]
 
 
 def is_random(name: str) -> bool:
@@ -97,7 +111,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     """
     for parameter in parameters:
         refuse_unknown(name, parameter)
-    size = fixed_size(name)
+    size = _entry(name).size
     if n is None:
         n = size or DEFAULT_SIZE
     if not 1 <= n <= LARGEST_SIZE:
@@ -117,7 +131,7 @@ def refuse_unknown(name: str, parameter: str) -> None:
         raise OptionError("parameter", f"{name} has no {quoted(parameter)}", hint)
 
 
-def _module(name: str) -> ModuleType:
-    if name not in FAMILIES:
-        raise OptionError("family", f"{quoted(name)} is unknown", likely(name, FAMILIES))
-    return import_module(f"lcpcli.gallery.{name.replace('-', '_')}")
+def require(parameter: str, value: float, fits: bool, admissible: str) -> None:
+    """Raise OptionError for the parameter unless its value fits; `admissible` is the range as shown to the user."""
+    if not fits:
+        raise OptionError(parameter, f"{str(value)[:SHOWN]} is out of range", f"it must be: {admissible}")

@@ -1,1 +1,1 @@
-"""Other solvers, one module each; lcpcli.peers.registry says what such a module provides."""
+"""Other solvers, which lcpcli.peers.registry lists; it says what a peer provides."""

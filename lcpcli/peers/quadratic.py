@@ -1,34 +1,53 @@
-"""The problem as a convex quadratic program: minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; or the program
-that it comes from, whose rows the solvers get as rows.
+"""What other solvers take: the problem as a convex quadratic program, and matrices in their storage.
 
-If M is symmetric, the optimality conditions are the problem; if M is positive semidefinite too, they are sufficient:
-R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem (1992), section 1.2.
-
-Differs from qpsolvers in: DAQP's z and status and HiGHS's status are kept on failure; conversion and setup are timed.
+The program is: minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; or the one that the problem comes from, whose
+rows the solvers get as rows. If M is symmetric, its optimality conditions are the problem; if M is positive
+semidefinite too, they are sufficient: R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem
+(1992), section 1.2.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.reductions.program import Program, ProgramData
-from lcpcli.typing import Vector
+from lcpcli.typing import Matrix
 
+CONVERTED = 2000  # largest n at which a matrix is converted; beyond it, the benchmark would misuse the peer
 _semidefinite: WeakKeyDictionary[Problem, bool] = WeakKeyDictionary()
+
+
+def bounded(problem: Problem) -> str:
+    """Why a peer for z >= 0 cannot be given the problem, as a clause; "" if it can."""
+    return "takes no bounds but z >= 0" if problem.is_mixed else ""
 
 
 def not_convex(problem: Problem) -> str:
     """Why the problem is not a convex quadratic program, as a clause; "" if it is."""
     if isinstance(problem.origin, Program):
         return "" if is_monotone(problem) else "needs a convex program"
-    convex = matrices.is_symmetric(problem.M) and is_monotone(problem)
+    convex = is_symmetric(problem.M) and is_monotone(problem)
     return "" if convex else "needs a symmetric positive semidefinite M"
+
+
+def not_monotone(problem: Problem) -> str:
+    """Why the problem is not a monotone variational inequality, as a clause; "" if it is."""
+    return "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"
+
+
+def is_monotone(problem: Problem) -> bool:
+    """Whether v'Mv >= 0 for all v, up to rounding. Cached for each problem, as it may take a factorization."""
+    if problem not in _semidefinite:
+        M = problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q
+        _semidefinite[problem] = is_semidefinite(M if is_symmetric(M) else (M + M.T) / 2)
+    return _semidefinite[problem]
 
 
 def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
@@ -42,16 +61,22 @@ def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
     return data._replace(**{name: np.clip(end, -infinite, infinite) for name, end in ends.items()})
 
 
-def z_of(problem: Problem, x: Any, y: Any) -> Vector:
-    """z of a minimizer and the multipliers of the rows: the derivatives of the minimum with respect to their bounds."""
-    if not isinstance(problem.origin, Program):
-        return np.array(x)
-    return problem.origin.z_of(np.array(x), np.array(y), program_of(problem))
+def _not_stored(kind: str, problem: Problem) -> str:
+    """Why a peer for dense or for sparse matrices cannot be given M, as a clause; "" if it can."""
+    fits = problem.n <= CONVERTED or is_sparse(problem.M) is (kind == "sparse")
+    return "" if fits else f"takes {kind} matrices only; others are converted up to n = {CONVERTED}"
 
 
-def is_monotone(problem: Problem) -> bool:
-    """Whether v'Mv >= 0 for all v, up to rounding. Cached for each problem, as it may take a factorization."""
-    if problem not in _semidefinite:
-        M = problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q
-        _semidefinite[problem] = is_semidefinite(M if matrices.is_symmetric(M) else (M + M.T) / 2)
-    return _semidefinite[problem]
+not_dense, not_sparse = partial(_not_stored, "dense"), partial(_not_stored, "sparse")
+
+
+def dense(M: Matrix) -> Any:
+    """A copy of M as a dense row-major array, which the peer may overwrite."""
+    return M.toarray() if is_sparse(M) else np.array(M, order="C")
+
+
+def columns(*blocks: Any) -> Any:
+    """Blocks one below the other, in compressed sparse columns, as a csc_matrix, which all peers accept."""
+    from scipy.sparse import csc_matrix, vstack
+
+    return csc_matrix(vstack([csc_matrix(block) for block in blocks]) if len(blocks) > 1 else blocks[0])

@@ -1,19 +1,11 @@
-"""Other solvers by name, imported on demand. The peer `p` is the module p of this package (with _ for -).
-
-A peer's docstring says what the solver is and what the tolerance means to it. Its module provides
-
-    version() -> str | None : the installed version, None if it is not installed.
-    excludes(problem) -> str : why it cannot be given this problem, as a clause; "" if it can.
-    solve(problem, tol, time_limit) -> Claim : its answer to the problem, with tol as its own tolerance and at most
-        time_limit seconds, if it has such settings. OptionError if it is not installed.
-"""
+"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 from lcpcli.errors import OptionError, likely, quoted
 
@@ -21,17 +13,20 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.typing import Vector
 
-PEERS = {
-    "quantecon": "Lemke's method with the lexicographic rule, compiled (QuantEcon.py)",
-    "piqp": "proximal interior-point method for quadratic programs (PIQP)",
-    "clarabel": "interior-point method for conic programs (Clarabel)",
-    "osqp": "operator splitting for quadratic programs (OSQP)",
-    "daqp": "dual active-set method for quadratic programs and affine variational inequalities (DAQP)",
-    "highs": "active-set method for quadratic programs (HiGHS)",
-    "siconos-newton": "Newton's method on the minimum function, with a line search (Siconos)",
-    "siconos-pgs": "projected Gauss-Seidel (Siconos)",
-    "siconos-lemke": "Lemke's method with the lexicographic rule (Siconos)",
+
+# the file of each peer, and its meaning
+REGISTRY = {
+    "quantecon": ("packages", "Lemke's method with the lexicographic rule, compiled (QuantEcon.py)"),
+    "piqp": ("packages", "proximal interior-point method for quadratic programs (PIQP)"),
+    "clarabel": ("packages", "interior-point method for conic programs (Clarabel)"),
+    "osqp": ("packages", "operator splitting for quadratic programs (OSQP)"),
+    "daqp": ("packages", "dual active-set method for quadratic programs and affine variational inequalities (DAQP)"),
+    "highs": ("packages", "active-set method for quadratic programs (HiGHS)"),
+    "siconos-newton": ("siconos", "Newton's method on the minimum function, with a line search (Siconos)"),
+    "siconos-pgs": ("siconos", "projected Gauss-Seidel (Siconos)"),
+    "siconos-lemke": ("siconos", "Lemke's method with the lexicographic rule (Siconos)"),
 }
+PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,18 +46,26 @@ class Claim:
 
 
 class Peer(Protocol):
-    def version(self) -> str | None: ...
+    """Another solver."""
 
-    def excludes(self, problem: Problem) -> str: ...
+    def version(self) -> str | None:
+        """The installed version, None if it is not installed."""
 
-    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim: ...
+    def excludes(self, problem: Problem) -> str:
+        """Why it cannot be given this problem, as a clause; "" if it can."""
+
+    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
+        """Its answer, with tol as its own tolerance and at most time_limit seconds, if it has such settings.
+
+        Raises OptionError if it is not installed.
+        """
 
 
 def load(name: str) -> Peer:
     """The peer of that name."""
-    if name not in PEERS:
+    if name not in REGISTRY:
         raise _unknown(name)
-    return cast(Peer, import_module(f"lcpcli.peers.{name.replace('-', '_')}"))
+    return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")))
 
 
 def select(names: Iterable[str]) -> list[str]:
@@ -72,39 +75,12 @@ def select(names: Iterable[str]) -> list[str]:
     """
     selected: dict[str, None] = {}
     for name in names:
-        meant = [peer for peer in PEERS if peer == name or peer.startswith(f"{name}-")]
+        meant = [peer for peer in REGISTRY if peer == name or peer.startswith(f"{name}-")]
         if not meant:
             raise _unknown(name)
         selected |= dict.fromkeys(meant)
     return list(selected)
 
 
-def installed() -> list[str]:
-    """The peers that are installed."""
-    return [name for name in PEERS if load(name).version() is not None]
-
-
-def distribution_version(package: str) -> str | None:
-    """The version of a distribution, found without importing it; None if it is not installed."""
-    from importlib.metadata import PackageNotFoundError
-    from importlib.metadata import version as version_of
-
-    try:
-        return version_of(package)
-    except PackageNotFoundError:
-        return None
-
-
-def library(module: str) -> Any:
-    """A solver's Python package, imported. OptionError if it is not installed."""
-    try:
-        return import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name != module.partition(".")[0]:
-            raise
-        hint = "pip install 'linear-complementarity[peers]'"
-        raise OptionError("--peer", f"{error.name} is not installed", hint) from None
-
-
 def _unknown(name: str) -> OptionError:
-    return OptionError("--peer", f"{quoted(name)} is unknown", likely(name, PEERS))
+    return OptionError("--peer", f"{quoted(name)} is unknown", likely(name, REGISTRY))

@@ -14,8 +14,8 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
-from functools import cache, partial
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ import numpy as np
 from lcpcli import clock
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
-from lcpcli.peers import storage
+from lcpcli.peers.quadratic import bounded, dense, not_dense
 from lcpcli.peers.registry import Claim
 
 PYTHON = "LCP_SICONOS_PYTHON"
@@ -50,35 +50,36 @@ np.savez(result_file, seconds=time.perf_counter() - began, z=z, info=info)
 """
 
 
-def version() -> str | None:
-    return _version(_python())
+@dataclass
+class Siconos:
+    """One of Siconos' solvers: its constant in siconos.numerics, and the iteration limit; 0 keeps the solver's own."""
 
+    solver: str
+    iterations: int = 0
 
-def excludes(problem: Problem) -> str:
-    return storage.bounded(problem) or storage.not_dense(problem)
+    @property
+    def python(self) -> str:
+        return os.environ.get(PYTHON, sys.executable)
 
+    def version(self) -> str | None:
+        return _version(self.python)
 
-def solver(name: str, iterations: int = 0) -> Callable[[Problem, float, float], Claim]:
-    """`solve` for a peer that is one of Siconos' solvers.
+    def excludes(self, problem: Problem) -> str:
+        return bounded(problem) or not_dense(problem)
 
-    name : its constant in siconos.numerics. iterations : the iteration limit; 0 keeps the solver's own.
-    """
-    return partial(_solve, name, iterations)
-
-
-def _solve(solver: str, iterations: int, problem: Problem, tol: float, time_limit: float) -> Claim:
-    if version() is None:
-        raise OptionError("--peer", "Siconos is not installed", f"set {PYTHON} to a Python interpreter that has it")
-    with tempfile.TemporaryDirectory() as folder:
-        problem_file, result_file = str(Path(folder) / "problem.npz"), str(Path(folder) / "result.npz")
-        np.savez(problem_file, M=storage.dense(problem.M), q=problem.q)
-        arguments = [_python(), "-c", SOLVE, problem_file, result_file, solver, str(tol), str(iterations)]
-        ending, seconds = _run(arguments, time_limit)
-        if ending:
-            return Claim(None, False, seconds, ending)
-        with np.load(result_file) as result:
-            info = int(result["info"])
-            return Claim(result["z"], info == 0, float(result["seconds"]), f"info {info}")
+    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
+        if self.version() is None:
+            raise OptionError("--peer", "Siconos is not installed", f"set {PYTHON} to a Python interpreter that has it")
+        with tempfile.TemporaryDirectory() as folder:
+            problem_file, result_file = str(Path(folder) / "problem.npz"), str(Path(folder) / "result.npz")
+            np.savez(problem_file, M=dense(problem.M), q=problem.q)
+            arguments = [problem_file, result_file, self.solver, str(tol), str(self.iterations)]
+            ending, seconds = _run([self.python, "-c", SOLVE, *arguments], time_limit)
+            if ending:
+                return Claim(None, False, seconds, ending)
+            with np.load(result_file) as result:
+                info = int(result["info"])
+                return Claim(result["z"], info == 0, float(result["seconds"]), f"info {info}")
 
 
 def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
@@ -99,10 +100,6 @@ def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
     return f"failed with exit code {code}" if code else "", seconds
 
 
-def _python() -> str:
-    return os.environ.get(PYTHON, sys.executable)
-
-
 @cache
 def _version(python: str) -> str | None:
     try:
@@ -110,3 +107,12 @@ def _version(python: str) -> str | None:
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() or None if done.returncode == 0 else None
+
+
+# a generalized Newton method on min(z, Mz + q), with a line search on the Fischer-Burmeister function
+siconos_newton = Siconos("SICONOS_LCP_NEWTON_MIN_FBLSA")
+# C. W. Cryer, The solution of a quadratic programming problem using systematic overrelaxation, SIAM J. Control 9 (1971)
+# 385-392; its own limit of 1000 sweeps is too small for the tolerances used here
+siconos_pgs = Siconos("SICONOS_LCP_PGS", iterations=10**9)
+# the lexicographic minimum ratio test; it has no tolerance, but the driver's check of its answer has
+siconos_lemke = Siconos("SICONOS_LCP_LEMKE")

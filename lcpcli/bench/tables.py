@@ -1,16 +1,16 @@
-"""The results of a bench, as tables of cells of text. The formats differ only in how they typeset them."""
+"""The report on a bench as tables of cells of text. The formats differ only in how they typeset them."""
 
 from __future__ import annotations
 
+import math
 import re
-from dataclasses import dataclass
+from collections import Counter
 from itertools import groupby
 
-from lcpcli.bench import scores
+from lcpcli.bench import accuracy_tables
+from lcpcli.bench.accuracy_tables import Sheet
 from lcpcli.bench.record import Measurement, Record
-from lcpcli.bench.report import convergence, optimality, stability
-from lcpcli.bench.report.sheet import Sheet
-from lcpcli.bench.statistics import SHIFT, Fit, summary
+from lcpcli.bench.statistics import SHIFT, Fit, growths, performance_ratios, shifted_geometric_mean, summary, times
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import numbers
@@ -21,30 +21,25 @@ TIMES = "Median±half the interquartile range; the median alone for a single run
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
-@dataclass(frozen=True)
-class Report:
-    """The report on a bench: a title, lines on the conditions of measurement, and the nonempty tables."""
-
-    title: str
-    lines: list[str]
-    sheets: list[Sheet]
-
-
-def build(record: Record, width: int | None) -> Report:
-    """The report on a bench, in so many columns of text; None sets no limit."""
-    sheets = [_solvers(record), _times(record, width), convergence.reached(record), convergence.firsts(record)]
-    sheets += [
-        convergence.rates(record),
-        stability.build(record),
-        optimality.build(record),
+def sheets(record: Record, width: int | None) -> list[Sheet]:
+    """The nonempty tables, in so many columns of text; None sets no limit."""
+    candidates = [
+        _solvers(record),
+        _times(record, width),
+        accuracy_tables.reached(record),
+        accuracy_tables.firsts(record),
+        accuracy_tables.rates(record),
+        accuracy_tables.stability(record),
+        accuracy_tables.optimality(record),
         _failures(record, width),
         _exclusions(record),
         _growth(record),
     ]
-    return Report(_title(record), conditions(record), [sheet for sheet in sheets if sheet.groups])
+    return [sheet for sheet in candidates if any(sheet.groups)]
 
 
-def _title(record: Record) -> str:
+def title(record: Record) -> str:
+    """What was measured, and how much of it."""
     measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
     progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
     files = {file for case in record.cases for file in (case.file, case.q_file)}
@@ -66,31 +61,26 @@ def conditions(record: Record) -> list[str]:
 
 
 def _solvers(record: Record) -> Sheet:
-    header = ["solver", "solved", "of", "false", "mean time", "fastest"]
-    rows = [
-        [
-            score.solver,
-            str(score.solved),
-            str(score.applicable),
-            str(score.false),
-            "" if score.mean is None else numbers.duration(score.mean),
-            str(score.fastest),
-        ]
-        for score in scores.scores(record)
-    ]
+    medians, limit = times(record), record.options.time_limit
+    ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
+    rows = []
+    for solver, own in medians.items() if record.measurements else ():
+        counts = sum(seconds < math.inf for seconds in own.values()), len(own), false[solver]
+        charged = [seconds if seconds < math.inf else limit for seconds in own.values()]
+        mean = numbers.duration(shifted_geometric_mean(charged)) if charged else ""
+        rows.append([solver, *map(str, counts), mean, str(ratios[solver].count(1.0))])
     notes = [
         "false: claimed but wrong by every measure. mean time: geometric mean, shifted by "
-        f"{numbers.duration(SHIFT)}; a failure counts as the time limit, {numbers.duration(record.options.time_limit)}."
+        f"{numbers.duration(SHIFT)}; a failure counts as the time limit, {numbers.duration(limit)}."
     ]
-    return Sheet("Solvers", header, [rows] if record.measurements else [], notes)
+    return Sheet("Solvers", ["solver", "solved", "of", "false", "mean time", "fastest"], [rows], notes)
 
 
 def _times(record: Record, width: int | None) -> Sheet:
     """One row per problem if that fits, else one row per problem and solver."""
     side_by_side = _side_by_side(record)
-    if width is None:
-        return side_by_side if len(record.solvers) <= MOST_SOLVERS else _one_below_another(record)
-    return side_by_side if _width(side_by_side) <= width else _one_below_another(record)
+    fits = len(record.solvers) <= MOST_SOLVERS if width is None else _width(side_by_side) <= width
+    return side_by_side if fits else _one_below_another(record)
 
 
 def _width(sheet: Sheet) -> int:
@@ -102,12 +92,12 @@ def _width(sheet: Sheet) -> int:
 def _side_by_side(record: Record) -> Sheet:
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
-        held = {row.solver: row for row in group}
-        fastest = min((summary(row.seconds).median for row in held.values() if row.success), default=0.0)
-        length, unit = numbers.unit(fastest)
-        cells = [_time(held[s], length) if s in held else "" for s in record.solvers]
-        rows.append([name, unit if any(row.success for row in held.values()) else "", *cells])
-    return Sheet("Times", ["problem", "in", *record.solvers], [rows] if rows else [], [TIMES])
+        own = {row.solver: row for row in group}
+        successes = [summary(row.seconds).median for row in own.values() if row.success]
+        length, unit = numbers.unit(min(successes, default=0.0))
+        cells = [_time(own[solver], length) if solver in own else "" for solver in record.solvers]
+        rows.append([name, unit if successes else "", *cells])
+    return Sheet("Times", ["problem", "in", *record.solvers], [rows], [TIMES])
 
 
 def _one_below_another(record: Record) -> Sheet:
@@ -128,21 +118,28 @@ def _time(row: Measurement, length: float) -> str:
     if row.excluded:
         return EXCLUDED
     if not row.success:
-        return WRONG if row.false_success else INEXACT if row.claimed else FAILED
-    times = summary(row.seconds)
-    digits = numbers.digits(times.median / length)
-    return digits if times.spread is None else f"{digits}±{100 * times.spread:.0f}%"
+        return _failure(row)
+    own = summary(row.seconds)
+    digits = numbers.digits(own.median / length)
+    return digits if own.spread is None else f"{digits}±{100 * own.spread:.0f}%"
+
+
+def _failure(row: Measurement) -> str:
+    return WRONG if row.false_success else INEXACT if row.claimed else FAILED
 
 
 def _failures(record: Record, width: int | None) -> Sheet:
-    failed = [row for row in record.measurements if not row.success and not row.excluded]
     header = ["problem", "solver", "residual", "how it ended"]
-    rows = [[row.problem, row.solver, numbers.short(row.scaled_residual), _ending(row)] for row in failed]
+    rows = []
+    for row in record.measurements:
+        if not row.success and not row.excluded:
+            ending = " ".join([f"{_failure(row)}:"] * row.claimed + row.statement.split())
+            rows.append([row.problem, row.solver, numbers.short(row.scaled_residual), ending])
     if rows and width is not None:
         room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST)
-        for row in rows:
-            row[-1] = _shortened(row[-1], room)
-    return Sheet("Not solved", header, [rows] if rows else [])
+        for cells in rows:
+            cells[-1] = _shortened(cells[-1], room)
+    return Sheet("Not solved", header, [rows])
 
 
 def _shortened(said: str, room: int) -> str:
@@ -156,38 +153,22 @@ def _shortened(said: str, room: int) -> str:
     return short if len(short) <= room else short[: room - 3] + "..."
 
 
-def _ending(row: Measurement) -> str:
-    said = " ".join(row.statement.split())
-    if not row.claimed:
-        return said
-    return f"{WRONG if row.false_success else INEXACT}: {said}"
-
-
 def _exclusions(record: Record) -> Sheet:
-    reasons: dict[tuple[str, str], int] = {}
-    for row in record.measurements:
-        if row.excluded:
-            reasons[row.solver, row.statement] = reasons.get((row.solver, row.statement), 0) + 1
-    rows = [[solver, str(count), reason] for (solver, reason), count in reasons.items()]
-    return Sheet("Excluded", ["solver", "problems", "why"], [rows] if rows else [])
+    reasons = Counter((row.solver, row.statement) for row in record.measurements if row.excluded)
+    rows = [[solver, str(problems), reason] for (solver, reason), problems in reasons.items()]
+    return Sheet("Excluded", ["solver", "problems", "why"], [rows])
 
 
 def _growth(record: Record) -> Sheet:
     header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
-    groups: list[list[list[str]]] = []
-    for _, own in groupby(scores.growths(record), key=lambda growth: growth.series):
+    groups = []
+    for panel in growths(record):
         rows: list[list[str]] = []
-        for growth in own:
-            fit = growth.fit
-            if fit is None:
-                continue
-            sizes = f"{growth.points[0][0]}-{growth.points[-1][0]}"
-            name = "" if rows else growth.series
-            figures = [f"{fit.exponent:.2f}", _interval(fit), f"{fit.r_squared:.3f}"]
-            rows.append([name, growth.solver, sizes, *figures])
+        for growth in panel.growths:
+            if isinstance(growth.fit, Fit):
+                low, high = growth.fit.exponent - growth.fit.margin, growth.fit.exponent + growth.fit.margin
+                figures = [f"{growth.fit.exponent:.2f}", f"{low:.2f} to {high:.2f}", f"{growth.fit.r_squared:.3f}"]
+                sizes = f"{growth.n[0]}-{growth.n[-1]}"
+                rows.append(["" if rows else panel.title, growth.label, sizes, *figures])
         groups += [rows] * bool(rows)
     return Sheet("Growth of the time with n: n^exponent", header, groups)
-
-
-def _interval(fit: Fit) -> str:
-    return f"{fit.exponent - fit.margin:.2f} to {fit.exponent + fit.margin:.2f}"

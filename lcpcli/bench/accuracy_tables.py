@@ -1,0 +1,176 @@
+"""Tables of a bench on how accurate its solvers are: how fast errors fall, up to what stiffness solvers succeed, and
+how well programs are solved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby
+
+from lcpcli.bench.check import ABSOLUTE, NATURAL, RELATIVE
+from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.statistics import shifted_geometric_mean, summary
+from lcpcli.bench.suites import ALL, SUITES, Case
+from lcpcli.errors import count
+from lcpcli.model.problem import WITHOUT_SOLUTION
+from lcpcli.report import numbers
+from lcpcli.report.formats import LEVELS
+
+NOWHERE = "-"
+SHOWN = LEVELS[1]  # the level of error whose times are listed
+ALIKE = 1.02  # times within this factor count as equal
+COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
+NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
+COUNTED = 1e-6  # relative residual of a program up to which a time counts
+SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems of a few unknowns
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """One table: its title, the names of its columns, groups of rows of cells, and notes below it.
+
+    One without any row is not shown.
+    """
+
+    title: str
+    header: list[str]
+    groups: list[list[list[str]]]
+    notes: list[str] = field(default_factory=list)
+
+
+def reached(record: Record) -> Sheet:
+    """The time of each method to an error of SHOWN on each problem."""
+    rows = []
+    for name, own in _competing(record):
+        times = [_seconds(own[method], SHOWN) if method in own else None for method in record.methods]
+        known = [seconds for seconds in times if seconds is not None]
+        length, unit = numbers.unit(min(known, default=0.0))
+        cells = [NOWHERE if seconds is None else numbers.digits(seconds / length) for seconds in times]
+        rows.append([name, unit if known else "", *cells])
+    title = f"Time to an error of {numbers.level(SHOWN)} relative to the solution's largest component"
+    return Sheet(title, ["problem", "in", *record.methods], [rows])
+
+
+def firsts(record: Record) -> Sheet:
+    """On how many of these problems each method was the first to each level of error."""
+    problems = [own for _, own in _competing(record)]
+    winners = [[name for own in problems for name in _first(own, level)] for level in LEVELS]
+    rows = [[method, *(str(names.count(method)) for names in winners)] for method in record.methods if problems]
+    header = ["solver", *(f"to {numbers.level(level)}" for level in LEVELS)]
+    notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
+    return Sheet(f"How often first to an error, on {count(len(problems), 'problem')}", header, [rows], notes)
+
+
+def _competing(record: Record) -> Iterator[tuple[str, dict[str, Measurement]]]:
+    """The problems with a known solution on which at least two methods ran: the name, and the methods' measurements."""
+    for name, group in groupby(record.measurements, key=lambda row: row.problem):
+        own = {row.solver: row for row in group if row.milestones is not None}
+        if len(own) >= 2:
+            yield name, own
+
+
+def _seconds(row: Measurement, level: float) -> float | None:
+    return next((seconds for at, _, seconds in row.milestones or () if at == level), None)
+
+
+def _first(own: dict[str, Measurement], level: float) -> list[str]:
+    """The methods that are first to a level, more than one for equal times."""
+    times = {method: seconds for method, row in own.items() if (seconds := _seconds(row, level)) is not None}
+    return [method for method, seconds in times.items() if seconds <= ALIKE * min(times.values())]
+
+
+def rates(record: Record) -> Sheet:
+    """The convergence factor of fixed-point, measured and from theory."""
+    factors = ("measured", "local", "bound")
+    rows = []
+    for row in record.measurements:
+        if row.rate is not None:
+            cells = [f"{row.rate[name]:.4f}" if name in row.rate else "" for name in factors]
+            rows.append([row.problem, str(row.iterations), *cells])
+    notes = [
+        "measured: least-squares fit to the logarithms of the errors. local: the spectral radius of the iteration at a "
+        "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - lambda| / |1 + lambda| for symmetric M."
+    ]
+    title = "Linear convergence of fixed-point: factor per iteration"
+    return Sheet(title, ["problem", "iterations", *factors], [rows], notes)
+
+
+def stability(record: Record) -> Sheet:
+    """One row per family and solver; nothing unless the suite is in order of stiffness."""
+    ordered = any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
+    groups = [_climbed(record, *ladder) for ladder in ladders(record.cases)] if ordered else []
+    header = ["family", "up", "solver", "to", "error", "cond.", "then"]
+    notes = [
+        "to: the last value up to which all are solved, by recomputed residuals. error: the largest one on "
+        "these, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
+        "cond.: the largest condition of the solution on these. then: how the next one ends."
+    ]
+    return Sheet("Stability", header, [group for group in groups if group], notes)
+
+
+def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
+    """The families of the cases, the parameter that varies in each, and its values by case, in order of stiffness; a
+    problem in a file belongs to none."""
+    families: dict[tuple[str, ...], list[Case]] = {}
+    for case in cases:
+        if case.family:
+            families.setdefault((case.family, *case.parameters), []).append(case)
+    found = []
+    for (family, *parameters), own in families.items():
+        axis = next((name for name in parameters if len({str(case.parameters[name]) for case in own}) > 1), "n")
+        values = {case.name: str(case.parameters[axis] if axis in parameters else case.n) for case in own}
+        found.append((family, axis, values))
+    return found
+
+
+def _climbed(record: Record, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
+    """How far each solver gets on a ladder that it was measured on, and what is next."""
+    group: list[list[str]] = []
+    for solver in record.solvers:
+        rows = {row.problem: row for row in record.measurements if row.solver == solver}
+        own = [rows[problem] for problem in values if problem in rows]
+        if len(own) < len(values) or any(row.excluded for row in own):
+            continue
+        good = next((i for i, row in enumerate(own) if not row.success), len(own))
+        cells, then = [NOWHERE, "", ""], "all"
+        if good:
+            measures = ([row.forward_error for row in own[:good]], [row.condition for row in own[:good]])
+            largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
+            cells = [values[own[good - 1].problem], *map(numbers.short, largest)]
+        if good < len(own):
+            row = own[good]
+            said = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
+            then = f"{values[row.problem]}: {'wrong' if row.false_success else said}"
+        group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
+    return group
+
+
+def optimality(record: Record) -> Sheet:
+    """How many programs each solver solved, by three measures of accuracy, and the mean time of that; nothing unless
+    there are programs with a solution."""
+    proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
+    programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
+    rows = [_solved_programs(record, solver, programs) for solver in record.solvers if programs]
+    header = ["solver", "of", *(f"{NAMES[measure]} {numbers.level(level)}" for measure, level in COLUMNS), "mean time"]
+    notes = [
+        "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
+        "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
+        "relative to the terms of w. "
+        f"mean time: of those solved to a relative {COUNTED:g}, a geometric mean shifted by {numbers.duration(SHIFT)}; "
+        "the others count as the time limit.",
+    ]
+    return Sheet("Optimality", header, [rows], notes)
+
+
+def _solved_programs(record: Record, solver: str, programs: set[str]) -> list[str]:
+    own = [row for row in record.measurements if row.solver == solver and row.problem in programs and not row.excluded]
+    counts = [sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS]
+    limit = record.options.time_limit
+    times = [summary(row.seconds).median if _within(row, RELATIVE, COUNTED) else limit for row in own]
+    mean = numbers.duration(shifted_geometric_mean(times, SHIFT)) if times else ""
+    return [solver, str(len(own)), *map(str, counts), mean]
+
+
+def _within(row: Measurement, measure: str, level: float) -> bool:
+    return row.claimed and (row.optimality or {}).get(measure, math.inf) <= level

@@ -1,0 +1,159 @@
+"""Runs of a method or of a peer on a problem, repeated until their time is known accurately enough."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lcpcli.bench.statistics import median_interval, summary
+from lcpcli.clock import least_steps, seconds
+from lcpcli.interrupts import hides_interrupt
+from lcpcli.methods import variants
+from lcpcli.model.problem import Problem
+from lcpcli.options import Limits
+from lcpcli.peers import registry as peers
+from lcpcli.report.formats import LEVELS
+from lcpcli.solving import driver as driver
+from lcpcli.solving.trace import Trace
+from lcpcli.typing import Vector
+
+SOLUTION, NONE = "solution", "none"  # possible claims: z is a solution, or there is none
+MOST_POINTS = 200
+LEAST, MOST = 3, 25  # repeats
+NARROW = 0.05  # half-width of the median's interval, relative to the median, at which it counts as known
+WARM_UP = 0.02  # seconds of untimed runs before brief ones are measured
+CURVES = 5  # runs of which each step of the curve has the least time
+REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
+
+Curve = list[tuple[int, float, float | None]]
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """The outcome of one run, in the same terms for methods and peers, and not yet verified.
+
+    z : shape (n,), or None.
+    claim : SOLUTION, NONE, or "" if nothing is claimed.
+    status, statement : how it ended, in a word and in a sentence.
+    seconds : from the arrays of the problem to the answer; of methods, verified. setup_seconds : of that, until the
+        first iterate; None if unknown.
+    iterations, evaluations : as in `result.Result`; None if unknown.
+    curve : (k, seconds, error) of the iterates or of a selection of them, with the residual for the error if no
+        solution is known; empty if there are none.
+    milestones : (level, k, seconds) of the first iterate with an error of each of LEVELS; None without a solution.
+    """
+
+    z: Vector | None
+    claim: str
+    status: str
+    statement: str
+    seconds: float
+    setup_seconds: float | None = None
+    iterations: int | None = None
+    evaluations: int | None = None
+    curve: Curve | None = None
+    milestones: list[tuple[float, int, float]] | None = None
+
+
+def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:
+    """A run of one of METHODS, with its default options but for those in its name, as in shi:p=10.
+
+    Raises KeyboardInterrupt if the run was interrupted.
+    """
+    nothing = np.array([], dtype=np.intp)
+    known = bool(problem.solutions)
+    levels = LEVELS if known else ()
+    trace = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
+    variant, limits = variants.parse(name), Limits(tol, time_limit=time_limit)
+    options, began = variant.options, seconds()
+    kept = {field: getattr(problem, field) for field in ("x0", "x1", "solutions", "lower", "upper")}
+    anew = Problem(problem.M, problem.q, **kept)
+    result = driver.run(anew, variant.method, limits=limits, curve=trace, conclude=False, began=began, **options)
+    if result.interrupted:
+        raise KeyboardInterrupt
+    rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())
+    return Answer(
+        z=result.z,
+        claim={0: SOLUTION, 3: NONE}.get(result.status.exit_code, ""),
+        status=result.status.word,
+        statement=result.message,
+        seconds=result.seconds,
+        setup_seconds=result.setup_seconds,
+        iterations=result.iterations,
+        evaluations=result.evaluations,
+        curve=[(row.k, row.seconds, row.error if known else row.residual) for row in rows],
+        milestones=[(m.level, m.k, m.seconds) for m in milestones] if with_curve and known else None,
+    )
+
+
+def run_peer(name: str, problem: Problem, tol: float, time_limit: float, _with_curve: bool = False) -> Answer:
+    """A run of one of PEERS, of which there is no curve. Raises KeyboardInterrupt if it was interrupted."""
+    try:
+        claim = peers.load(name).solve(problem, tol, time_limit)
+    except (ImportError, SystemError) as error:
+        if hides_interrupt(error):
+            raise KeyboardInterrupt from None
+        raise
+    status = "solved" if claim.solved else "unsolved"
+    return Answer(claim.z, SOLUTION if claim.solved else "", status, claim.statement, claim.seconds)
+
+
+def is_stable(times: Sequence[float]) -> bool:
+    """Whether the median of the times is known to within NARROW."""
+    low, high = median_interval(times)
+    return (high - low) / 2 <= NARROW * summary(times).median
+
+
+def measure(
+    solve: Callable[[bool], Answer],
+    budget: float,
+    rest: float,
+    clock: Callable[[], float] = time.perf_counter,
+    sleep: Callable[[float], None] = time.sleep,
+) -> tuple[Answer, list[float]]:
+    """An answer with its error curve, and the seconds of each repeat.
+
+    The first run provides the curve and is an untimed warm-up, unless it claims nothing: as times of failures are not
+    used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least LEAST repeats; they
+    end when their median is known, after MOST of them, or when the budget of wall-clock time is spent; a repeat longer
+    than the whole budget is always the last. Otherwise the curve is recorded again, with the least time of each step in
+    CURVES warm runs, as by `clock.least_steps`.
+
+    solve : makes one run; its argument is whether to record the error curve.
+    budget : seconds for the repeats.
+    rest : seconds to sleep before each run.
+    """
+    sleep(rest)
+    first = solve(True)
+    if not first.claim:
+        return first, [first.seconds]
+    for _ in range(int(WARM_UP / first.seconds) if first.seconds else 0):
+        solve(False)
+    began = clock()
+    times: list[float] = []
+    while len(times) < MOST:
+        sleep(rest)
+        times.append(solve(False).seconds)
+        if times[-1] > budget:
+            return first, times
+        if len(times) >= LEAST and (is_stable(times) or clock() - began >= budget):
+            break
+    if not first.curve:
+        return first, times
+    runs = []
+    for _ in range(CURVES):
+        sleep(rest)
+        runs.append(solve(True))
+    return _with_least_times(runs), times
+
+
+def _with_least_times(runs: Sequence[Answer]) -> Answer:
+    """The first of several equal runs, each step of whose curve has the least time that it took in one of them."""
+    points = [[*(run.curve or ()), *((k, at, level) for level, k, at in run.milestones or ())] for run in runs]
+    least = least_steps([{k: at for k, at, _ in own} for own in points])
+    curve = [(k, least[k], error) for k, _, error in runs[0].curve or ()]
+    milestones = runs[0].milestones and [(level, k, least[k]) for level, k, _ in runs[0].milestones]
+    return replace(runs[0], curve=curve, milestones=milestones)

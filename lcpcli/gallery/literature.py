@@ -1,0 +1,133 @@
+"""Examples of the literature, constructed to defeat a method."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lcpcli.gallery.families import require
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+
+LARGEST_POWER = 1023  # of two in double precision
+EXACT = 18  # the largest Hilbert matrix for which all numbers are integers representable in double precision
+
+
+def murty(n: int, _seed: int) -> Problem:
+    """M = U with 1 on the diagonal and 2 above it, q = -e; the solution is e_n.
+
+    K. G. Murty, Computational complexity of complementary pivot methods, Math. Programming Study 7 (1978) 61-73.
+    """
+    z = np.zeros(n)
+    z[-1] = 1
+    note = f"Pivoting on the least index needs 2^{n} - 1 steps from z = 0."
+    return Problem(_triangle(n), -np.ones(n), name=f"murty-{n}", solutions=[z], source="Murty 1978", note=note)
+
+
+def fathi(n: int, _seed: int) -> Problem:
+    """M = U'U with 1 on the diagonal of U and 2 above it, q = -e; the solution is e_1.
+
+    Y. Fathi, Computational complexity of LCPs associated with positive definite symmetric matrices, Math. Programming
+    17 (1979) 335-344.
+    """
+    U = _triangle(n)
+    z = np.zeros(n)
+    z[0] = 1
+    note = f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4."
+    return Problem(U.T @ U, -np.ones(n), name=f"fathi-{n}", solutions=[z], source="Fathi 1979", note=note)
+
+
+def _triangle(n: int) -> Vector:
+    """U, of shape (n, n): 1 on the diagonal, 2 above it."""
+    U: Vector = np.triu(np.full((n, n), 2.0), 1)
+    np.fill_diagonal(U, 1)
+    return U
+
+
+def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
+    """M = I + alpha C with the cyclic down-shift C, q = e; the solution is 0; the iteration cycles from x0 = 2 e_1 - e.
+
+    n is rounded up to an odd number >= 3; for an even one M would not be a P-matrix.
+    I. Ben Gharbia, J. C. Gilbert, Nonconvergence of the plain Newton-min algorithm for linear complementarity problems
+    with a P-matrix, Math. Programming 134 (2012) 349-364.
+
+    alpha : 1 < alpha <= 1e6.
+    """
+    require("alpha", alpha, 1 < alpha <= 1e6, "1 < alpha <= 1e6")
+    unit = np.eye(_odd(n))
+    return Problem(
+        unit + alpha * np.roll(unit, 1, axis=0),
+        np.ones(len(unit)),
+        name=f"ben-gharbia-gilbert-{len(unit)}",
+        x0=2 * unit[0] - 1,
+        solutions=[np.zeros(len(unit))],
+        source="Ben Gharbia and Gilbert 2012",
+        note=f"The Newton iteration without safeguards returns to the active set of x0 after {len(unit)} steps.",
+    )
+
+
+def kostreva(n: int, _seed: int) -> Problem:
+    """M = I + 2 C with the cyclic up-shift C, q = -e; the solution is e/3. n is rounded up to an odd number >= 3.
+
+    M. M. Kostreva, Cycling in linear complementarity problems, Math. Programming 16 (1979) 127-130, for n = 3.
+    """
+    n = _odd(n)
+    M = np.eye(n) + 2 * np.roll(np.eye(n), -1, axis=0)
+    z = np.full(n, 1 / 3)
+    note = "For n = 3 Lemke's method cycles if ties are broken by the smallest index."
+    return Problem(M, -np.ones(n), name=f"kostreva-{n}", solutions=[z], source="Kostreva 1979", note=note)
+
+
+def _odd(n: int) -> int:
+    return max(3, n + 1 - n % 2)
+
+
+def curtis_han_robinson(_n: int, _seed: int) -> Problem:
+    """Three unknowns, the solution (0, 4/19, 11/19), and an x0 from which plain active-set exchanges cycle.
+
+    F. E. Curtis, Z. Han, D. P. Robinson, A globally convergent primal-dual active-set framework for large-scale convex
+    quadratic optimization, Comput. Optim. Appl. 60 (2015) 311-341.
+    """
+    return Problem(
+        [[4, 5, -5], [5, 9, -5], [-5, -5, 7]],
+        [2, 1, -3],
+        name="curtis-han-robinson",
+        x0=[-1, 1, -1],
+        solutions=[[0, 4 / 19, 11 / 19]],
+        source="Curtis, Han and Robinson 2015",
+        note="The Newton iteration without safeguards cycles from x0, although M is symmetric positive definite.",
+    )
+
+
+def growth(n: int, _seed: int) -> Problem:
+    """M with 1 on the diagonal and -1 below it, q = -e; the solution is z_i = 2^(i-1). n is at most 1024.
+
+    The solution grows as the pivots of a matrix of J. H. Wilkinson do (Error analysis of direct methods of matrix
+    inversion, J. ACM 8 (1961) 281-330).
+    """
+    n = min(n, LARGEST_POWER + 1)
+    M = 2 * np.eye(n) - np.tril(np.ones((n, n)))
+    note = "The components of the solution grow by the factor 2 from one to the next."
+    z = np.exp2(np.arange(n))
+    return Problem(M, -np.ones(n), name=f"growth-{n}", solutions=[z], source="after Wilkinson 1961", note=note)
+
+
+def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
+    """M is the Hilbert matrix, with the entries 1 / (i + j - 1), and q = -M z for z = e.
+
+    Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1: all data are integers, and z is the
+    exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as the condition makes the solution of the
+    rounded data differ from z, none is given.
+    D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159.
+
+    degenerate : z = (1, 0, 1, 0, ...) instead, still with w = 0.
+    """
+    denominators = np.arange(1, n + 1)[:, None] + np.arange(n)
+    factor = math.lcm(*range(1, 2 * n)) if n <= EXACT else 1
+    M, z = factor / denominators, np.ones(n)
+    if degenerate:
+        z[1::2] = 0
+    known, source = [z] if n <= EXACT else [], "the Hilbert matrix (Hilbert 1894)"
+    note = f"The Hilbert matrix times {factor}; its condition grows like exp(3.5 n)."
+    return Problem(M, -M @ z, name=f"hilbert-{n}", solutions=known, source=source, note=note)

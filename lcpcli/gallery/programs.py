@@ -1,0 +1,187 @@
+"""Linear and quadratic programs with random data, by their optimality conditions."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from lcpcli.gallery.families import require
+from lcpcli.gallery.known import complementary, integer_matrix
+from lcpcli.model.from_program import from_qp
+from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.program import bordered
+from lcpcli.typing import Vector
+
+A_ROW = 10  # entries of the constraints of lp and qp
+DENSE = 200  # unknowns up to which M of lp is dense
+DENSITY = 0.5  # of the loadings of portfolio
+STEP = 0.25  # seconds between the inputs of control
+
+
+def lp(n: int, seed: int) -> Problem:
+    """min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
+
+    n // 2 constraints with integer data, up to ten entries per row; M is sparse above n = 200. x and y are known at a
+    strictly complementary vertex, so the solution is unique, and exact.
+    G. B. Dantzig, R. W. Cottle, Positive (semi-)definite programming, in: Nonlinear Programming, North-Holland (1967)
+    55-73. The random data are original to lcp.
+    """
+    random = np.random.default_rng([seed, max(2, n)])
+    A = _constraints(random, max(2, n))
+    z, q = _solution(random, A, None)
+    source = "Dantzig and Cottle 1967, random program"
+    note = "The diagonal of M is zero; x solves the program and y its dual."
+    M = bordered(None, A, sparse=n > DENSE)
+    return Problem(M, q, name=f"lp-{q.size}", solutions=[z], source=source, note=note)
+
+
+def qp(n: int, seed: int) -> Problem:
+    """min x'Qx / 2 + c'x, Ax >= b, x >= 0: M = [Q -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
+
+    n // 2 constraints, integer data, Q positive definite, M dense. The known solution is strictly complementary with
+    independent active constraints, hence unique, and exact.
+    R. W. Cottle, G. B. Dantzig, Complementary pivot theory of mathematical programming, Linear Algebra Appl. 1 (1968)
+    103-125. The random data are original to lcp.
+    """
+    random = np.random.default_rng([seed, max(2, n)])
+    A = _constraints(random, max(2, n))
+    Q = integer_matrix(random, A.shape[1])
+    z, q = _solution(random, A, Q)
+    source = "Cottle and Dantzig 1968, random program"
+    note = "x solves the program, and y holds the multipliers of its constraints."
+    return Problem(bordered(Q, A), q, name=f"qp-{q.size}", solutions=[z], source=source, note=note)
+
+
+def _constraints(random: Generator, n: int) -> Any:
+    """A of n // 2 rows and the rest of n as columns, sparse, of integers, up to ten per row; its leading square is
+    diagonally dominant."""
+    from scipy.sparse import csr_array
+
+    m, k = n // 2, n - n // 2
+    count = min(A_ROW, k) - 1
+    rows, columns = np.repeat(np.arange(m), count), random.integers(0, k, m * count)
+    values = random.integers(-2, 3, m * count).astype(np.float64)
+    sums = np.bincount(rows, abs(values), m) + 1
+    corner = np.arange(m)
+    A = csr_array((np.concatenate((values, sums)), (np.concatenate((rows, corner)), np.concatenate((columns, corner)))))
+    A.resize(m, k)
+    return A
+
+
+def _solution(random: Generator, A: Any, Q: Vector | None) -> tuple[Vector, Vector]:
+    """A random z = (x, y) of integers, of which (m + 1) // 2 each are positive, and the q that it solves."""
+    m, k = A.shape
+    (x, r), (y, s) = (
+        complementary(random.integers(1, 10, length).astype(np.float64), np.arange(length) < (m + 1) // 2)
+        for length in (k, m)
+    )
+    c = A.T @ y + r
+    return np.concatenate((x, y)), np.concatenate((c if Q is None else c - Q @ x, s - A @ x))
+
+
+def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
+    """The portfolio of k assets and k // 10 + 1 factors, about n unknowns with the multipliers of the rows.
+
+    Minimize x'Dx + y'y subject to y = F'x, shares x that add up to 1, 0 <= x <= most, and an expected return from 3 %
+    on and up to 12 %. The numbers are random.
+    H. Markowitz, Portfolio selection, J. Finance 7 (1952) 77-91; with a factor model of the covariance as in B.
+    Stellato et al., OSQP, Math. Program. Comput. 12 (2020) 637-672, appendix A.4.
+
+    most : the largest share, 0 < most <= 1; at least 2 / k of it are needed.
+    """
+    require("most", most, 0 < most <= 1, "0 < most <= 1")
+    from scipy.sparse import csr_array, diags_array, random_array, vstack
+
+    k = max(3, round((n - 5) / 1.2))
+    factors = k // 10 + 1
+    random = np.random.default_rng([seed, k])
+    F = random_array((k, factors), density=DENSITY, rng=random, data_sampler=random.standard_normal)
+    risk = random.uniform(0.0, np.sqrt(factors), k)
+    returns = random.integers(0, 16, k) / 100
+    returns[:2] = 0.03, 0.12  # so that there is a portfolio with any return between
+    none, share = np.zeros(factors), max(most, 2.0 / k)
+    sums = np.stack([np.concatenate((np.ones(k), none)), np.concatenate((returns, none))])
+    return from_qp(
+        2.0 * diags_array(np.concatenate((risk, np.ones(factors)))),
+        np.zeros(k + factors),
+        vstack([csr_array(sums), csr_array(np.block([[F.T.toarray(), -np.eye(factors)]]))]),
+        row_lower=np.concatenate(([1.0, 0.03], none)),
+        row_upper=np.concatenate(([1.0, 0.12], none)),
+        lower=np.concatenate((np.zeros(k), none - np.inf)),
+        upper=np.concatenate((np.full(k, share), none + np.inf)),
+        name=f"portfolio-{k + 2 * factors + 3}",
+        source="Markowitz 1952, random factor model",
+        note=f"{k} assets, {factors} factors, at most {share:g} in one asset.",
+    )
+
+
+def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
+    """Inputs that bring a chain of masses and springs to rest, over as many steps as give about n unknowns with the
+    multipliers.
+
+    x holds the states and inputs of one step after another. A state is the positions and velocities of the masses,
+    each next one an equation (by the symplectic Euler method); minimize half the sum of their squares and of 0.1 times
+    those of the inputs, forces on the masses of at most `strength`. The start is random.
+    F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
+
+    masses : from 1 to 100. strength : positive, up to 1e6.
+    """
+    require("masses", masses, 1 <= masses <= 100, "1 <= masses <= 100")
+    require("strength", strength, 0 < strength <= 1e6, "0 < strength <= 1e6")
+    from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron
+
+    steps = max(1, round(n / (5 * masses)))
+    size = 2 * masses
+    random = np.random.default_rng([seed, steps, masses])
+    start = np.concatenate((random.uniform(-2.0, 2.0, masses), np.zeros(masses)))
+    springs = diags_array([np.ones(masses - 1), np.full(masses, -2.0), np.ones(masses - 1)], offsets=[-1, 0, 1])
+    one = eye_array(masses)
+    drift = block_array([[one + STEP**2 * springs, STEP * one], [STEP * springs, one]])  # of a state over one step
+    push = block_array([[STEP**2 * one], [STEP * one]])
+    now, before = eye_array(steps), diags_array([np.ones(steps - 1)], offsets=[-1], shape=(steps, steps))
+    state = kron(now, hstack([eye_array(size), -push])) - kron(before, hstack([drift, csr_array((size, masses))]))
+    first = np.zeros(steps * size)
+    first[:size] = drift @ start
+    bound = np.tile(np.concatenate((np.full(size, np.inf), np.full(masses, strength))), steps)
+    weights = np.tile(np.concatenate((np.ones(size), np.full(masses, 0.1))), steps)
+    return from_qp(
+        diags_array(weights),
+        np.zeros(weights.size),
+        state,
+        row_lower=first,
+        row_upper=first,
+        lower=-bound,
+        upper=bound,
+        name=f"control-{weights.size + size * steps}",
+        source="chain of masses and springs, Borrelli, Bemporad and Morari 2017, chapter 11",
+        note=f"{masses} masses, {steps} steps of {STEP} s, forces up to {strength:g}.",
+    )
+
+
+def transport(n: int, seed: int) -> Problem:
+    """The linear program of m plants and m markets, m^2 flows and 2 m multipliers, about n unknowns.
+
+    The supplies, whole numbers from 10 to 20, are enough for the demands from 5 to 10, at costs from 1 to 100 a unit.
+    F. L. Hitchcock, The distribution of a product from several sources to numerous localities, J. Math. Phys. 20 (1941)
+    224-230. The numbers are random.
+    """
+    from scipy.sparse import eye_array, kron, vstack
+
+    m = max(1, round(math.sqrt(n + 1) - 1))
+    random = np.random.default_rng([seed, m])
+    supply, demand = random.integers(10, 21, m).astype(float), random.integers(5, 11, m).astype(float)
+    costs = random.integers(1, 101, m * m).astype(float)
+    one, ones, none = eye_array(m), np.ones((1, m)), np.full(m, np.inf)
+    return from_qp(
+        None,
+        costs,
+        vstack((kron(one, ones), kron(ones, one))),
+        row_lower=np.concatenate((-none, demand)),
+        row_upper=np.concatenate((supply, none)),
+        name=f"transport-{m * m + 2 * m}",
+        source="Hitchcock 1941, random integers",
+        note=f"{m} plants, {m} markets.",
+    )

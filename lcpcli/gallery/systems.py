@@ -1,0 +1,174 @@
+"""Switching systems of mechanics and electronics, games and markets."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from lcpcli.errors import count
+from lcpcli.gallery.families import require
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Vector
+
+UNITS = 16  # random numbers are multiples of 1/16, so that their sums and products are free of rounding
+NODES, DIODES = 4, ((0, 2), (1, 2), (3, 0), (3, 1))  # of a bridge: two poles of its source, then plus and minus
+INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5  # conductances
+
+
+def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0) -> Problem:
+    """The impulses in k = n / 4 contacts, rounded, between (k + 1) // 2 bodies in the plane and the ground.
+
+    z = (normal impulses, tangential impulses in both directions, sliding speeds), of lengths k, 2k and k. With the
+    rows N and T = (t, -t) of the contacts, unit masses, the velocity v before, and E that sums both directions,
+    M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0).
+    One time step of rigid bodies: D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme for rigid body
+    dynamics with inelastic collisions and Coulomb friction, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691. With
+    compliance as in A. M. Al-Fahed, G. E. Stavroulakis, P. D. Panagiotopoulos, Hard and soft fingered robot grippers:
+    the linear complementarity approach, Z. angew. Math. Mech. 71 (1991) 257-265.
+
+    friction : Coulomb's coefficient, 0 <= friction <= 10.
+    compliance : added to the diagonal of NN' and TT'; 0 for rigid bodies; at most 10.
+    """
+    require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
+    require("compliance", compliance, 0 <= compliance <= 10, "0 <= compliance <= 10")
+    k = max(1, round(n / 4))
+    random = np.random.default_rng([seed, k])
+    normal, tangential = _rows(random, k)
+    rows = np.concatenate((normal, tangential, -tangential))
+    velocity = np.rint(UNITS * random.standard_normal(rows.shape[1])) / UNITS
+    E = np.hstack((np.eye(k), np.eye(k)))
+    M = np.zeros((4 * k, 4 * k))
+    M[: 3 * k, : 3 * k] = rows @ rows.T + compliance * np.eye(3 * k)
+    M[k : 3 * k, 3 * k :] = E.T
+    M[3 * k :, : 3 * k] = np.hstack((friction * np.eye(k), -E))
+    q = np.concatenate((rows @ velocity, np.zeros(k)))
+    source = "Stewart and Trinkle 1996, random contacts in the plane"
+    law = f"{count(k, 'contact')}, friction {friction:g}, compliance {compliance:g}"
+    note = f"{law}. In theory Lemke's method finds a solution."
+    return Problem(M, q, name=f"contact-{4 * k}", source=source, note=note)
+
+
+def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
+    """Normal and tangential rows of k contacts, each between random bodies or a random body and the ground."""
+    bodies = (k + 1) // 2
+    normal, tangential = np.zeros((2, k, 3 * bodies))
+    for i in range(k):
+        pair = random.permutation(bodies + 1)[:2]
+        angle, arms = random.uniform(0, 2 * np.pi), random.uniform(-1, 1, (2, 2))
+        for body, sign, (x, y) in zip(pair, (1, -1), arms, strict=True):
+            if body < bodies:
+                place, c, s = slice(3 * body, 3 * body + 3), sign * np.cos(angle), sign * np.sin(angle)
+                normal[i, place] = c, s, x * s - y * c
+                tangential[i, place] = -s, c, x * c + y * s
+    return np.rint(UNITS * normal) / UNITS, np.rint(UNITS * tangential) / UNITS
+
+
+def circuit(n: int, _seed: int) -> Problem:
+    """A row of k = n / 8 bridge rectifiers, rounded: 4 k free potentials v, then 4 k diode currents i >= 0.
+
+    Kirchhoff's law G v + D i = s at each node is an equation; the voltage -D'v that a diode blocks is not negative, and
+    0 where it conducts: M = [G D; -D' 0], q = (-s, 0). Each bridge has a current source with an inner conductance, a
+    load, and leaks to the ground; its plus is connected to the next one's. The network and its values are original.
+    V. Acary, O. Bonnefon, B. Brogliato, Nonsmooth Modeling and Simulation for Switched Circuits, Springer (2011).
+    """
+    from scipy.sparse import block_array, csr_array, diags_array, eye_array
+
+    k = max(1, round(n / 8))
+    size, nodes = NODES * k, NODES * np.arange(k)
+    first = np.concatenate((nodes, nodes + 2, nodes[:-1] + 2))
+    second = np.concatenate((nodes + 1, nodes + 3, nodes[1:] + 2))
+    conductances = np.concatenate((np.full(k, INNER), np.full(k, LOAD), np.full(k - 1, COUPLING)))
+    branches = _incidence(size, first, second)
+    D = _incidence(size, *(np.concatenate([nodes + diode[end] for diode in DIODES]) for end in (0, 1)))
+    G = branches @ diags_array(conductances) @ branches.T + LEAK * eye_array(size)
+    M = csr_array(block_array([[G, D], [-D.T, None]]))
+    current = (7 * np.arange(k) % 11) - 5.5
+    q = np.zeros(2 * size)
+    q[nodes], q[nodes + 1] = -current, current
+    lower = np.where(np.arange(q.size) < size, -np.inf, 0.0)
+    source = "Acary, Bonnefon and Brogliato 2011, nodal analysis with ideal diodes"
+    note = f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes."
+    return Problem(M, q, name=f"circuit-{q.size}", source=source, note=note, lower=lower)
+
+
+def _incidence(nodes: int, first: Indices, second: Indices) -> Any:
+    """A column for each branch of a network, 1 at its first node and -1 at its second one."""
+    from scipy.sparse import csr_array
+
+    one = np.ones(first.size)
+    places = np.concatenate((first, second)), np.tile(np.arange(first.size), 2)
+    return csr_array((np.concatenate((one, -one)), places), shape=(nodes, first.size))
+
+
+def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
+    """The outputs -1 <= z_i <= 1 of n relays, z_i = 1 where w_i < 0 and -1 where w_i > 0, that drive x' = A x + C'z.
+
+    w = C x at the end of an implicit Euler step h: M = h C (I - h A)^-1 C' and q = C (I - h A)^-1 x_0, with A = S - I
+    for a random skew-symmetric S.
+    V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008).
+
+    step : h, 0 < h <= 1e3.
+    """
+    require("step", step, 0 < step <= 1e3, "0 < step <= 1e3")
+    random = np.random.default_rng([seed, n])
+    S, C = np.rint(UNITS * random.standard_normal((2, n, n))) / UNITS
+    A = S - S.T - np.eye(n)
+    state = np.rint(UNITS * random.standard_normal(n)) / UNITS
+    inverse = np.linalg.inv(np.eye(n) - step * A)
+    M, q, end = step * (C @ inverse @ C.T), C @ (inverse @ state), np.ones(n)
+    source = "Acary and Brogliato 2008, random systems"
+    note = f"Step {step:g}. Relays with -1 < z < 1 slide."
+    return Problem(M, q, name=f"relays-{n}", source=source, note=note, lower=-end, upper=end)
+
+
+def bimatrix(n: int, seed: int) -> Problem:
+    """M = [0 A; B' 0] and q = -e with costs A and B of shape (n // 2, n - n // 2), uniform in (1, 2). n is at least 2.
+
+    z = (x, y) solves it if x and y, each divided by its sum, are an equilibrium of the game.
+    C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423.
+    """
+    n = max(2, n)
+    m = n // 2
+    A, B = np.random.default_rng([seed, n]).uniform(1, 2, (2, m, n - m))
+    M = np.zeros((n, n))
+    M[:m, m:], M[m:, :m] = A, B.T
+    note = "Lemke's method from e ends on a ray at its first pivot, although every game has an equilibrium."
+    return Problem(M, -np.ones(n), name=f"bimatrix-{n}", source="Lemke and Howson 1964, random costs", note=note)
+
+
+def spatial_prices(n: int, seed: int, *, capacity: float = 3.0) -> Problem:
+    """Prices of one good in m regions that supply and m that demand it, and the flows, 2 m + m^2 unknowns, about n.
+
+    z = (supply prices, demand prices, flows by region of supply); prices are free. Region i supplies s_i = b_i (p_i -
+    a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij - r_j, what it
+    loses a unit; at its capacity it may gain. They are named supply1, demand1, flow1-1 and so on. Numbers are random.
+    T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971); P. T. Harker,
+    Alternative models of spatial competition, Operations Research 34 (1986) 410-425.
+
+    capacity : of each flow, 0 < capacity <= 1e6.
+    """
+    require("capacity", capacity, 0 < capacity <= 1e6, "0 < capacity <= 1e6")
+    from scipy.sparse import block_array, csr_array, diags_array, eye_array, kron, vstack
+
+    m = max(1, round(math.sqrt(n + 1) - 1))
+    random = np.random.default_rng([seed, m])
+    a, b, d, e = (random.integers(low, high, m).astype(float) for low, high in ((1, 6), (1, 4), (10, 21), (1, 4)))
+    costs = random.integers(1, 10, m * m).astype(float)
+    one, ones = eye_array(m), np.ones((1, m))
+    sums = vstack((-kron(one, ones), kron(ones, one)))  # minus what leaves a region, plus what arrives
+    slopes = diags_array(np.concatenate((b, e)))
+    prices, regions = np.full(2 * m, np.inf), range(1, m + 1)
+    flows = [f"flow{i}-{j}" for i in regions for j in regions]
+    return Problem(
+        csr_array(block_array([[slopes, sums], [-sums.T, None]])),
+        np.concatenate((-a * b, -d * e, costs)),
+        name=f"spatial-prices-{2 * m + m * m}",
+        source="Takayama and Judge 1971, random linear functions",
+        note=f"{m} regions of supply, {m} of demand, capacity {capacity:g}.",
+        lower=np.concatenate((-prices, np.zeros(m * m))),
+        upper=np.concatenate((prices, np.full(m * m, capacity))),
+        names=[*(f"supply{i}" for i in regions), *(f"demand{j}" for j in regions), *flows],
+    )

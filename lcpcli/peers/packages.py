@@ -1,0 +1,275 @@
+"""Solvers in Python packages: QuantEcon.py, and five of convex quadratic programs.
+
+Differs from qpsolvers in: DAQP's z and status and HiGHS's status are kept on failure; conversion and setup are timed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module, metadata
+from typing import Any
+
+import numpy as np
+
+from lcpcli import clock
+from lcpcli.errors import OptionError
+from lcpcli.interrupts import silence
+from lcpcli.linalg.matrices import is_sparse, is_symmetric
+from lcpcli.model.problem import Problem
+from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.peers.quadratic import bounded, columns, dense, not_convex, not_dense, not_monotone, not_sparse, program_of
+from lcpcli.peers.registry import Claim
+
+Ending = tuple[Any, Any, bool, float, str]
+"""x and y, and the rest of a `Claim`. x is the minimizer of the program, None if there is none; y are the multipliers
+of its rows, the derivatives of the minimum with respect to their bounds; without them x is z."""
+
+
+@dataclass
+class Solver:
+    """A `registry.Peer`.
+
+    module : what is imported, of the distribution of its first name.
+    call : of the module, with the problem, its program, the tolerance and the time limit.
+    refusals : each says why a problem is excluded.
+    infinite : its infinity.
+    """
+
+    module: str
+    call: Callable[[Any, Problem, ProgramData, float, float], Ending]
+    refusals: tuple[Callable[[Problem], str], ...]
+    infinite: float = np.inf
+
+    def version(self) -> str | None:
+        try:
+            return metadata.version(self.module.partition(".")[0])
+        except metadata.PackageNotFoundError:
+            return None
+
+    def excludes(self, problem: Problem) -> str:
+        return next(filter(None, (refusal(problem) for refusal in self.refusals)), "")
+
+    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
+        module, program = self._imported(), program_of(problem, self.infinite)
+        with silence():  # OSQP prints a message when a factorization fails
+            x, y, solved, seconds, statement = self.call(module, problem, program, tol, time_limit)
+        z = None if x is None else np.array(x)
+        if z is not None and y is not None and isinstance(problem.origin, Program):
+            z = problem.origin.z_of(z, np.array(y), program_of(problem))
+        return Claim(z, solved, seconds, statement)
+
+    def _imported(self) -> Any:
+        """The module. OptionError if it is not installed."""
+        try:
+            return import_module(self.module)
+        except ModuleNotFoundError as error:
+            if error.name != self.module.partition(".")[0]:
+                raise
+            hint = "pip install 'linear-complementarity[peers]'"
+            raise OptionError("--peer", f"{error.name} is not installed", hint) from None
+
+
+QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
+
+
+def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
+    """QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba.
+
+    It has no tolerance and no time limit.
+    """
+    # a first call compiles it for writable arrays in row-major order, as M and q are
+    optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6)
+    began = clock.seconds()
+    M, q = dense(problem.M), problem.q.copy()
+    result = optimize.lcp_lemke(M, q, max_iter=10**6)
+    seconds = clock.seconds() - began
+    return result.z, None, bool(result.success), seconds, QUANTECON_STATUS.get(result.status, f"status {result.status}")
+
+
+quantecon = Solver("quantecon.optimize", _quantecon, (bounded, not_dense))
+
+
+def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+    """Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic
+    objectives, arXiv:2405.12762 (2024).
+
+    The tolerance applies to feasibility and to the duality gap, absolute and relative. "AlmostSolved", which refers to
+    looser tolerances of its own, does not count as solved.
+    """
+    from scipy.sparse import eye, triu
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.time_limit = time_limit
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
+    began, one = clock.seconds(), eye(program.c.size).tocsr()
+    low, high = np.isfinite(program.lower), np.isfinite(program.upper)
+    equal = program.row_lower == program.row_upper
+    below, above = np.isfinite(program.row_lower) & ~equal, np.isfinite(program.row_upper) & ~equal
+    A = columns(program.A[equal], -program.A[below], program.A[above], -one[low], one[high])
+    ends = -program.row_lower[below], program.row_upper[above], -program.lower[low], program.upper[high]
+    b = np.concatenate((program.row_lower[equal], *ends))
+    cones = [clarabel.ZeroConeT(int(equal.sum()))] if equal.any() else []
+    cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
+    P, q = columns(triu(program.Q)), program.c.copy()
+    solution = clarabel.DefaultSolver(P, q, A, b, cones, settings).solve()
+    seconds = clock.seconds() - began
+    y, dual = np.zeros(equal.size), np.split(np.array(solution.z), np.cumsum([equal.sum(), below.sum(), above.sum()]))
+    y[equal] = -dual[0]
+    y[below] += dual[1]
+    y[above] -= dual[2]
+    return solution.x, y, solution.status == clarabel.SolverStatus.Solved, seconds, str(solution.status)
+
+
+clarabel = Solver("clarabel", _clarabel, (not_sparse, not_convex))
+
+INFINITE_TO_DAQP = 1e30
+EQUATION = 5  # the sense of a row that is always active
+DAQP_STATUS = {
+    2: "soft optimal",
+    1: "optimal",
+    -1: "infeasible",
+    -2: "cycling",
+    -3: "unbounded",
+    -4: "iteration limit",
+    -5: "not convex",
+    -6: "initial working set overdetermined",
+    -7: "time limit",
+}
+
+
+def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+    """DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming using
+    recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
+
+    A nonsymmetric M is treated as an affine variational inequality, provided that v'Mv >= 0 for all v. The tolerance is
+    the primal one; the dual tolerance stays at 1e-12.
+    """
+    limit = min(time_limit, INFINITE_TO_DAQP)
+    settings = {"is_avi": not is_symmetric(program.Q), "primal_tol": tol, "time_limit": limit}
+    began, k = clock.seconds(), program.c.size
+    Q, c, A = dense(program.Q), program.c.copy(), dense(program.A)
+    lower = np.concatenate((program.lower, program.row_lower))
+    upper = np.concatenate((program.upper, program.row_upper))
+    sense = np.where((lower == upper) & (np.arange(lower.size) >= k), EQUATION, 0).astype(np.int32)
+    x, _, flag, more = daqp.solve(Q, c, A, upper, lower, sense, **settings)
+    seconds = clock.seconds() - began
+    return x, -np.array(more["lam"])[k:], flag == 1, seconds, DAQP_STATUS.get(flag, f"exit flag {flag}")
+
+
+daqp = Solver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)
+
+SMALLEST_TOLERANCE = 1e-10  # of HiGHS
+
+
+def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+    """HiGHS, the simplex method for linear and an active-set method for convex quadratic programs: Q. Huangfu and
+    J. A. J. Hall, Parallelizing the dual revised simplex method, Math. Program. Comput. 10 (2018) 119-142;
+    https://highs.dev.
+
+    The tolerance applies to all its optimality conditions; HiGHS accepts none below 1e-10. Its regularization, which
+    adds 1e-7 to the diagonal of M, is switched off, since with it no smaller tolerance could be met. A program without
+    any row gets the bounds of x_1 as one, as HiGHS 1.15.1 may otherwise stop at a point that is not optimal and call it
+    optimal, even for a small positive definite Q.
+    """
+    from scipy.sparse import tril
+
+    highs = highspy.Highs()
+    highs.setOptionValue("output_flag", False)
+    highs.setOptionValue("time_limit", time_limit)
+    highs.setOptionValue("kkt_tolerance", max(tol, SMALLEST_TOLERANCE))
+    highs.setOptionValue("qp_regularization_value", 0.0)
+    began, k, m = clock.seconds(), program.c.size, program.row_lower.size
+    model = highspy.HighsModel()
+    lp, hessian = model.lp_, model.hessian_
+    rows = columns(program.A if m else np.eye(1, k))
+    lp.num_col_, lp.num_row_ = k, rows.shape[0]
+    lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.c, program.lower, program.upper
+    lp.row_lower_ = program.row_lower if m else program.lower[:1]
+    lp.row_upper_ = program.row_upper if m else program.upper[:1]
+    lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = rows.indptr, rows.indices, rows.data
+    if (program.Q != 0).sum():
+        triangle = columns(tril(program.Q))
+        hessian.dim_, hessian.format_ = k, highspy.HessianFormat.kTriangular
+        hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
+    accepted = highs.passModel(model) != highspy.HighsStatus.kError
+    if accepted:
+        highs.run()
+    seconds = clock.seconds() - began
+    if not accepted:
+        return None, None, False, seconds, "refused the model"
+    status, solution = highs.getModelStatus(), highs.getSolution()
+    x = solution.col_value if solution.value_valid else None
+    y = solution.row_dual[:m]
+    return x, y, status == highspy.HighsModelStatus.kOptimal, seconds, highs.modelStatusToString(status)
+
+
+highs = Solver("highspy", _highs, (not_sparse, not_convex))
+
+NO_LIMIT = 2 * 10**9  # of the iterations of OSQP
+LONGEST = 1e10  # seconds; its own default
+
+
+def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+    """OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for
+    quadratic programs, Math. Program. Comput. 12 (2020) 637-672.
+
+    The tolerance applies to its primal and dual residuals, absolute and relative. Only time limits it, not iterations.
+    """
+    from scipy.sparse import eye, triu
+
+    solver, known = osqp.OSQP(), osqp.SolverStatus
+    limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, LONGEST)}
+    began = clock.seconds()
+    P, q = columns(triu(program.Q)), program.c.copy()
+    A = columns(program.A, eye(q.size))
+    lower = np.concatenate((program.row_lower, program.lower))
+    upper = np.concatenate((program.row_upper, program.upper))
+    try:
+        solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
+        result = solver.solve(raise_error=False)
+    except osqp.OSQPException as error:
+        return None, None, False, clock.seconds() - began, f"refused the problem with error {error}"
+    seconds, status = clock.seconds() - began, result.info.status_val
+    if status == known.OSQP_SIGINT:
+        raise KeyboardInterrupt  # Ctrl-C, which OSQP has intercepted
+    limited = known.OSQP_MAX_ITER_REACHED, known.OSQP_TIME_LIMIT_REACHED
+    x = result.x if status in (known.OSQP_SOLVED, known.OSQP_SOLVED_INACCURATE, *limited) else None
+    y = -np.array(result.y)[: program.row_lower.size]
+    return x, y, status == known.OSQP_SOLVED, seconds, result.info.status
+
+
+osqp = Solver("osqp", _osqp, (not_sparse, not_convex))
+
+
+def _piqp(piqp: Any, problem: Problem, program: ProgramData, tol: float, _: float) -> Ending:
+    """PIQP: R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming solver,
+    62nd IEEE Conference on Decision and Control (2023) 1088-1093.
+
+    The tolerance applies to its residuals and to the duality gap: relative, and absolute in units of the largest |q_i|.
+    It has no time limit, but stops after 250 iterations.
+    """
+    sparse = is_sparse(problem.M)
+    solver, stored = (piqp.SparseSolver(), columns) if sparse else (piqp.DenseSolver(), dense)
+    settings = solver.settings
+    settings.eps_rel = settings.eps_duality_gap_rel = tol
+    settings.eps_abs = settings.eps_duality_gap_abs = tol * (float(np.abs(problem.q).max()) or 1.0)
+    began = clock.seconds()
+    bounds = {"x_l": program.lower} | ({"x_u": program.upper} if np.isfinite(program.upper).any() else {})
+    equal = program.row_lower == program.row_upper
+    if equal.any():
+        bounds |= {"A": stored(program.A[equal]), "b": program.row_lower[equal]}
+    if not equal.all():
+        others = program.row_lower[~equal], program.row_upper[~equal]
+        bounds |= {"G": stored(program.A[~equal]), "h_l": others[0], "h_u": others[1]}
+    solver.setup(stored(program.Q), program.c.copy(), **bounds)
+    status = solver.solve()
+    seconds = clock.seconds() - began
+    result, y = solver.result, np.zeros(equal.size)
+    y[equal], y[~equal] = -np.array(result.y), np.array(result.z_l) - np.array(result.z_u)
+    return result.x, y, status == piqp.PIQP_SOLVED, seconds, status.name
+
+
+piqp = Solver("piqp", _piqp, (not_convex,))
