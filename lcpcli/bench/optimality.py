@@ -14,7 +14,7 @@ from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import are_moderate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.reductions.program import Conditions, Program
+from lcpcli.model.program import Conditions, Program
 from lcpcli.typing import Vector
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lcpcli.bench.answer import Curve
-from lcpcli.diagnosis.contraction import contraction, measured
+from lcpcli.inspection.theory import contraction, measured
 from lcpcli.model.problem import Problem
 
 METHOD = "fixed-point"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.program import bordered
+from lcpcli.model.program import bordered
 from lcpcli.typing import Vector
 
 CLASS = "skew-symmetric"

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.gallery.ranges import require
-from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions import from_qp
 
 CLASS = "positive semidefinite"
 SOURCE = "Markowitz 1952, random factor model"

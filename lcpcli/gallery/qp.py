@@ -9,7 +9,7 @@ import numpy as np
 from lcpcli.gallery.degenerate import integer_matrix
 from lcpcli.gallery.lp import constraints, pairs
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.program import bordered
+from lcpcli.model.program import bordered
 
 CLASS = "positive semidefinite"
 SOURCE = "Cottle and Dantzig 1968, random program"

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions import from_qp
 
 CLASS = "positive semidefinite"
 SOURCE = "Hitchcock 1941, random integers"

@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.errors import count
 from lcpcli.model.arrays import NO_BOUND, as_intervals
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.reductions.program import Conditions, Program
+from lcpcli.model.program import Conditions, Program
 from lcpcli.typing import Mask, Vector
 
 Sides = tuple[Mask, Mask, Mask]

@@ -18,15 +18,14 @@ from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate, is_finite, la
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.linalg.units import Units, units
-from lcpcli.model.array_likes import plain
+from lcpcli.model.array_likes import by_label, plain
 from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
 from lcpcli.model.box import ORTHANT, Box
-from lcpcli.model.labels import by_label
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
-    from lcpcli.model.reductions.kinds import Origin
-    from lcpcli.model.reductions.program import Conditions
+    from lcpcli.model.origins import Origin
+    from lcpcli.model.program import Conditions
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
@@ -283,8 +282,7 @@ def _solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
 
 
 def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None:
-    from lcpcli.model.reductions.kinds import as_origin
-    from lcpcli.model.reductions.own_names import own_names
+    from lcpcli.model.origins import as_origin, own_names
 
     origin = None if given is None else as_origin(given, conditions_of(problem))
     return own_names(names, problem.n, origin) if len(names) else origin
@@ -292,7 +290,7 @@ def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None
 
 def conditions_of(problem: Problem) -> Conditions:
     """The problem with every bound in a vector."""
-    from lcpcli.model.reductions.program import Conditions
+    from lcpcli.model.program import Conditions
 
     bounds = (np.full(problem.n, bound, dtype=float) for bound in (problem.lower, problem.upper))
     return Conditions(problem.M, problem.q, *bounds)

@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.program import ProgramData
+from lcpcli.model.program import ProgramData
 from lcpcli.peers import quadratic, storage
 from lcpcli.peers.registry import Claim, distribution_version, library
 

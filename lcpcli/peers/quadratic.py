@@ -17,7 +17,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.model.program import Program, ProgramData
 from lcpcli.typing import Vector
 
 _semidefinite: WeakKeyDictionary[Problem, bool] = WeakKeyDictionary()

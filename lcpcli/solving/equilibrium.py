@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 from lcpcli.solving.answer import Equilibrium
 from lcpcli.solving.result import Result
 from lcpcli.verify.equilibrium import Strategies, allowance

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lcpcli.model.reductions.game import Game
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.origins import Game
+from lcpcli.model.program import Program
 from lcpcli.solving.answer import Answer
 from lcpcli.solving.equilibrium import equilibrium
 from lcpcli.solving.minimum import minima

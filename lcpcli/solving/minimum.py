@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.classes.classify import classify
-from lcpcli.classes.verdict import NO, YES
+from lcpcli.inspection.classify import classify
+from lcpcli.inspection.verdict import NO, YES
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.reductions.program import SENSES, Program, ProgramData
+from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Minimum
 from lcpcli.solving.no_minimum import without_minimum
 from lcpcli.solving.other_minimum import has_other_minimum

@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
-from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.model.program import Program, ProgramData
 from lcpcli.solving.result import Result
 from lcpcli.typing import Mask, Vector
 from lcpcli.verify.point import Criterion, Point
