@@ -1,4 +1,5 @@
-"""What has numbers without being an array or a list: data frames, tensors, buffers, sequences."""
+"""What has numbers without being an array or a list: tensors, buffers, sequences, and data frames, which are put into
+one order by their labels. pandas is not imported."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from lcpcli.errors import ProblemError, kind
 from lcpcli.linalg.matrices import is_sparse
 
 TEXTS = (str, bytes, bytearray)
+UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
@@ -35,15 +37,13 @@ def plain(field: str, values: Any, expected: str) -> Any:
         raise ProblemError(field, f"is {kind(values)}, and gives no array", f"give {expected}") from None
 
 
-Labels = list[Any]
-UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
-
-
-def by_label(M: Any, /, **fields: Any) -> list[Any]:
-    """The values of fields with their rows in the order of the columns of M, if these have labels; else as they are."""
-    if not (hasattr(M, "columns") and _has_index(M)):
+def by_label(table: Any, /, of: str = "the columns of M", **fields: Any) -> list[Any]:
+    """The values of fields with their rows in the order of the columns, or the rows, of a table, if these have labels;
+    else as they are."""
+    if not _is_table(table):
         return list(fields.values())
-    return [_in_order(field, values, list(M.columns)) for field, values in fields.items()]
+    labels = list(table.index if of.startswith("the rows") else table.columns)
+    return [_in_order(field, values, labels, of) for field, values in fields.items()]
 
 
 def program_by_label(
@@ -51,23 +51,18 @@ def program_by_label(
 ) -> tuple[Any, ...]:
     """The arguments of `from_qp` with variables in the order of the columns of Q, or else of A, and what belongs to
     rows in the order of those of A, where these have labels."""
-    if hasattr(A, "columns") and _has_index(A):
-        ends = {"b": b, "row_lower": row_lower, "row_upper": row_upper}
-        labels = list(A.index)
-        b, row_lower, row_upper = (_in_order(field, end, labels, "the rows of A") for field, end in ends.items())
-    name, of = ("Q", Q) if hasattr(Q, "columns") else ("A", A)
-    if hasattr(of, "columns") and _has_index(of):
-        labels, told = list(of.columns), f"the columns of {name}"
-        if hasattr(A, "columns") and (places := _places("A", list(A.columns), labels, told)) is not None:
-            A = A.to_numpy()[:, places]
-        of_variables = {"Q": Q, "c": c, "lower": lower, "upper": upper}
-        Q, c, lower, upper = (_in_order(field, values, labels, told) for field, values in of_variables.items())
-    return Q, c, A, b, row_lower, row_upper, lower, upper
+    ends = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
+    name, table = ("Q", Q) if hasattr(Q, "columns") else ("A", A)
+    of = f"the columns of {name}"
+    if _is_table(table) and hasattr(A, "columns"):
+        A = _in_order("A", A, list(table.columns), of, "columns")
+    Q, c, *bounds = by_label(table, of, Q=Q, c=c, lower=lower, upper=upper)
+    return Q, c, A, *ends, *bounds
 
 
 def payoffs_by_label(A: Any, B: Any) -> Any:
     """B with its strategies in the order of those of A, where both have labels."""
-    if not all(hasattr(each, "columns") and _has_index(each) for each in (A, B)):
+    if not (_is_table(A) and _is_table(B)):
         return B
     columns = _places("B", list(B.columns), list(A.columns), "the columns of A")
     rows = _in_order("B", B, list(A.index), "the rows of A")
@@ -80,13 +75,13 @@ def texts(labels: Any) -> tuple[str, ...]:
     return tuple(own) if all(isinstance(label, str) for label in own) and len(set(own)) == len(own) else ()
 
 
-def _in_order(field: str, values: Any, labels: Labels, of: str = "the columns of M") -> Any:
-    """Values with rows in the order of these labels, as `_places` has it."""
-    places = _places(field, list(values.index), labels, of) if _has_index(values) else None
-    return values if places is None else values.to_numpy()[places]
+def _in_order(field: str, values: Any, labels: list[Any], of: str, axis: str = "index") -> Any:
+    """Values with rows, or columns, in the order of these labels, as `_places` has it."""
+    places = _places(field, list(getattr(values, axis)), labels, of) if _has_index(values) else None
+    return values if places is None else np.take(values.to_numpy(), places, axis=("index", "columns").index(axis))
 
 
-def _places(field: str, own: Labels, labels: Labels, of: str) -> list[int] | None:
+def _places(field: str, own: list[Any], labels: list[Any], of: str) -> list[int] | None:
     """The places of labels among the own ones of a field if they are the same, in another order; None, for by position,
     if they are in the same one, or others and one of the two only counts from 0; else a ProblemError."""
     if own == labels:
@@ -94,7 +89,8 @@ def _places(field: str, own: Labels, labels: Labels, of: str) -> list[int] | Non
     if len(own) == len(labels) == len(set(own)) and set(own) == set(labels):
         places = {label: i for i, label in enumerate(own)}
         return [places[label] for label in labels]
-    if len(own) != len(labels) or _only_count(own) or _only_count(labels):
+    counted = list(range(len(own)))
+    if len(own) != len(labels) or counted in (own, labels):
         return None
     raise ProblemError(field, f"has an index with other labels than {of}", UNLABELLED)
 
@@ -103,5 +99,5 @@ def _has_index(values: Any) -> bool:
     return hasattr(values, "to_numpy") and hasattr(values, "index")
 
 
-def _only_count(labels: Sequence[Any]) -> bool:
-    return list(labels) == list(range(len(labels)))
+def _is_table(values: Any) -> bool:
+    return hasattr(values, "columns") and _has_index(values)
