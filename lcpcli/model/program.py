@@ -53,12 +53,10 @@ class ProgramData(NamedTuple):
 
     def with_infinity(self, infinity: float) -> ProgramData:
         """The program without bounds, and sides of rows, of at least that size; or a ProblemError."""
-        names = (("row_lower", "row_upper", "row"), ("lower", "upper", "variable"))
-        ends = dict[str, Vector]()
-        for below, above, of in names:
-            low, high = getattr(self, below), getattr(self, above)
-            ends |= zip((below, above), as_intervals((below, above), low, high, low.size, of, infinity), strict=True)
-        return self._replace(**ends)
+        row_ends, ends = (self.row_lower, self.row_upper), (self.lower, self.upper)
+        row_ends = as_intervals(("row_lower", "row_upper"), *row_ends, self.row_lower.size, "row", infinity)
+        ends = as_intervals(("lower", "upper"), *ends, self.c.size, "variable", infinity)
+        return ProgramData(self.Q, self.c, self.A, *row_ends, *ends)
 
     def conditions(self) -> Conditions:
         """The first-order conditions in z = (x, y, s).

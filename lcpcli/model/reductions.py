@@ -1,4 +1,4 @@
-"""Reduction of a linear or quadratic program to the complementarity problem of its first-order conditions."""
+"""Linear and quadratic programs, and bimatrix games, as complementarity problems."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def from_qp(
     ([1.0, 0.0], [-1.0], -2.0)
     """
     Q, c, A, b, row_lower, row_upper, lower, upper = program_by_label(Q, c, A, b, row_lower, row_upper, lower, upper)
-    linear, sign = _objective("c", c), SENSES[sense_of(sense)]
-    k = linear.size
+    quadratic, linear = _objective("Q", Q, "c", c)
+    k, sign = linear.size, SENSES[sense_of(sense)]
     bounds = _bounds(lower, upper, free, k, infinity)
     if b is not None and row_lower is not None:
         raise ProblemError("b", "is short for row_lower, which is given too", "leave one out")
@@ -74,9 +74,9 @@ def from_qp(
     matrix = _rows("A", A, k, {field: row_low, "row_upper": row_upper})
     m = matrix.shape[0]
     ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row", infinity)
-    data = _program(_symmetric("Q", Q, k, "c"), linear, matrix, ends, bounds, sign)
     names = names_of("rows", rows, m, "row"), names_of("columns", columns, k, "variable")
-    return _problem(data, Program(k, int(data.ranges.sum()), sense, constant_of(constant), *names), texts)
+    data = _program(quadratic, linear, matrix, ends, bounds, sign)
+    return _problem(data, texts, sense, constant_of(constant), *names)
 
 
 def from_qpsolvers(
@@ -109,8 +109,7 @@ def from_qpsolvers(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
-    data = qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity)
-    return _problem(data, Program(data.c.size), texts)
+    return _problem(qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity), texts)
 
 
 def from_osqp(
@@ -138,20 +137,18 @@ def from_osqp(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
-    linear = _objective("q", q)
+    quadratic, linear = _objective("P", P, "q", q, may_be_triangle=True)
     k = linear.size
     matrix = _rows("A", A, k, {"l": l, "u": u})
     ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
-    quadratic = None if P is None else _symmetric("P", _from_triangle("P", P, k, "q"), k, "q")
-    data = _program(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf)))
-    return _problem(data, Program(k, int(data.ranges.sum())), texts)
+    return _problem(_program(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf))), texts)
 
 
 def qpsolvers_program(
     P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any, infinity: float = math.inf
 ) -> ProgramData:
     """The program with the arguments of `from_qpsolvers`."""
-    linear = _objective("q", q)
+    quadratic, linear = _objective("P", P, "q", q)
     k = linear.size
     bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
     below, equal = _rows("G", G, k, {"h": h}), _rows("A", A, k, {"b": b})
@@ -160,7 +157,7 @@ def qpsolvers_program(
     if is_sparse(equal):
         below = compressed(below)
     ends = np.concatenate((least, value)), np.concatenate((most, value))
-    return _program(_symmetric("P", P, k, "q"), linear, stack([[below], [equal]]), ends, bounds)
+    return _program(quadratic, linear, stack([[below], [equal]]), ends, bounds)
 
 
 def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:
@@ -184,34 +181,32 @@ def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Inter
     return low, high
 
 
-def _objective(field: str, given: VectorLike) -> Vector:
-    linear = as_vector(field, given)
-    if not linear.size:
-        raise ProblemError(field, "is empty", "give a program with at least one variable")
-    return linear
+def _objective(
+    field: str, quadratic: Any, other: str, linear: Any, may_be_triangle: bool = False
+) -> tuple[Matrix | None, Vector]:
+    """The matrix of the objective, symmetric and of shape (k, k), or None, and its vector, of shape (k,).
 
-
-def _symmetric(field: str, given: Any, k: int, other: str) -> Matrix | None:
-    """The matrix of the objective, of shape (k, k), if there is one."""
-    if given is None:
-        return None
-    quadratic, _ = as_square(field, given, k, other)
-    rows, columns = (quadratic != quadratic.T).nonzero()
+    may_be_triangle : whether an upper triangle stands for a symmetric matrix.
+    """
+    vector = as_vector(other, linear)
+    if not vector.size:
+        raise ProblemError(other, "is empty", "give a program with at least one variable")
+    if quadratic is None:
+        return None, vector
+    matrix, _ = as_square(field, quadratic, vector.size, other)
+    if may_be_triangle:
+        if is_sparse(matrix):
+            from scipy.sparse import triu
+        else:
+            triu = np.triu
+        if not (triu(matrix.T, 1) != 0).sum():
+            matrix = matrix + triu(matrix, 1).T
+    rows, columns = (matrix != matrix.T).nonzero()
     if rows.size:
         place = f"{field}[{rows[0]}][{columns[0]}]"
         hint = f"give ({field} + {field}') / 2, the same program {FROM_0}"
         raise ProblemError(place, f"makes {field} unsymmetric", hint)
-    return quadratic
-
-
-def _from_triangle(field: str, given: Any, k: int, other: str) -> Matrix:
-    """A matrix of shape (k, k), with its upper triangle repeated below if there is nothing."""
-    matrix, _ = as_square(field, given, k, other)
-    if is_sparse(matrix):
-        from scipy.sparse import tril, triu
-    else:
-        tril, triu = np.tril, np.triu
-    return matrix if (tril(matrix, -1) != 0).sum() else matrix + triu(matrix, 1).T
+    return matrix, vector
 
 
 def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
@@ -243,10 +238,12 @@ def _program(
     return ProgramData(sign * Q, sign * c, A, *ends, *bounds)
 
 
-def _problem(data: ProgramData, program: Program, texts: Mapping[str, Any]) -> Problem:
+def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Problem:
+    """The problem of a program, whose sense, constant and names are as given."""
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
-    vars(problem)["origin"] = program  # which fits, as it has just made them: `Problem` would check that
+    # `Problem` would check whether the origin fits, but it has just made them
+    vars(problem)["origin"] = Program(data.c.size, int(data.ranges.sum()), *named)
     return problem
 
 
