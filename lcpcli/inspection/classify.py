@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.inspection.copositive import copositive, copositive_plus, strictly_copositive
 from lcpcli.inspection.definite import positive_definite, positive_semidefinite
 from lcpcli.inspection.dominance import h_plus, m_matrix
 from lcpcli.inspection.minors import column_sufficient, p0_matrix, p_matrix, row_sufficient
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Late, Verdict, entry, signs
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Late, Verdict, entry, signs, time_check
 from lcpcli.linalg import matrices
 from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.typing import Matrix
@@ -93,7 +92,7 @@ def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> 
         progress is not interrupted.
     last : the class after which to stop; "" for none.
     """
-    context = Context(M, clock.seconds() + seconds)
+    context = Context(M, time_check(seconds))
     for name, test in CLASSES.items():
         try:
             context.verdicts[name] = test(context)

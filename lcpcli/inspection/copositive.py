@@ -17,7 +17,6 @@ import numpy as np
 
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, index_sets, shown
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import linear
 from lcpcli.rational.elimination import Rows
 from lcpcli.typing import Vector
@@ -32,7 +31,7 @@ def copositive(context: Context) -> Verdict:
     found = context.implied("positive_semidefinite")
     if found is not None:
         return found
-    if _smallest(context) >= 0:
+    if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative")
     v = _simple(context)
     if v is not None:
@@ -51,7 +50,7 @@ def strictly_copositive(context: Context) -> Verdict:
     found = context.implied("positive_definite") or context.low_diagonal() or _not_copositive(context)
     if found is not None:
         return found
-    if _smallest(context) >= 0:
+    if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative, and its diagonal is positive")
     if context.n > EXACT or not context.yes("copositive"):
         return _undecided(context)
@@ -95,23 +94,12 @@ def _excluded(context: Context, P: tuple[int, ...], u: Entries, claim: str) -> V
     return Verdict(NO, f"{claim} for v = {shown(v)} >= 0", P, v)
 
 
-def _smallest(context: Context) -> float:
-    """The smallest entry of M + M', whose sign is exact."""
-    S = context.symmetric_part
-    return float((S.data if is_sparse(S) else S).min(initial=0.0))
-
-
 def _simple(context: Context) -> Vector | None:
     """v >= 0 with v'Mv < 0 among e, unit vectors and sums of two unit vectors."""
     S, n = context.symmetric_part, context.n
     candidates = [np.ones(n), np.zeros(n), np.zeros(n)]
     candidates[1][int(context.diagonal.argmin())] = 1.0
-    if is_sparse(S):
-        coordinates = S.tocoo()
-        k = int(coordinates.data.argmin())
-        candidates[2][[coordinates.row[k], coordinates.col[k]]] = 1.0
-    else:
-        candidates[2][list(np.unravel_index(int(S.argmin()), S.shape))] = 1.0
+    candidates[2][list(np.unravel_index(int(S.argmin()), S.shape))] = 1.0
     return next((v for v in candidates if context.form_is_low(v, strict=False)), None)
 
 

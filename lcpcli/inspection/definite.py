@@ -93,7 +93,7 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
         return Verdict(YES, "it is symmetric and an H+-matrix")
     context.check()
     S = context.symmetric_part
-    if not np.isfinite(S.data if is_sparse(S) else S).all():
+    if not np.isfinite(abs(S).max()):
         return Verdict(UNDECIDED, "M + M' overflows")
     if is_sparse(S) and _is_exact(context, S) and scaled_dominance(S, context.check).word == YES:
         return Verdict(YES, "M + M' is an H+-matrix: its diagonal is positive and dominant after scaling the columns")
@@ -119,11 +119,11 @@ def _by_support(context: Context) -> Verdict | None:
     beside another entry."""
     S = context.symmetric_part
     support = np.flatnonzero(abs(S).sum(axis=1))
-    loose = support[np.asarray(S.diagonal())[support] == 0]
+    loose = support[S.diagonal()[support] == 0]
     if loose.size:
         return _indefinite(context, S, int(loose[0]))
     if support.size < context.n:
-        part = Context(context.M[support][:, support], context.deadline)
+        part = Context(context.M[support][:, support], context.check)
         if positive_definite(part).word == YES:
             zero_rows = f"M + M' has {context.n - support.size} zero rows"
             return Verdict(YES, f"{zero_rows}, and is positive definite without them")
@@ -171,7 +171,7 @@ def _definite(S: Matrix) -> Proof:
 
     S is first scaled by powers of two to a diagonal near 1, which does not affect the result.
     """
-    power = -np.rint(0.5 * np.log2(np.asarray(S.diagonal())))
+    power = -np.rint(0.5 * np.log2(S.diagonal()))
     if np.abs(power).max() > WIDEST:
         return False, None
     D = np.exp2(power)

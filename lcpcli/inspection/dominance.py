@@ -79,7 +79,7 @@ def _scalings(C: Matrix, check: Check) -> Iterator[Vector]:
 
     D is the diagonal. Solved by a factorization if that is certainly affordable.
     """
-    diagonal = np.asarray(C.diagonal())
+    diagonal = C.diagonal()
     everything = np.arange(diagonal.size)
     direct = affordable(C)
     for slack in (0.0, SLACK):
@@ -112,7 +112,7 @@ def _krylov(C: Matrix, diagonal: Vector, check: Check) -> Vector:
 
 def _perron(C: Matrix, check: Check) -> Vector:
     """Approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J; D v can be less than |off| v."""
-    diagonal = np.asarray(C.diagonal())
+    diagonal = C.diagonal()
     v = np.ones(diagonal.size)
     for _ in range(STEPS):
         check()

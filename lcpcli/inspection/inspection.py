@@ -8,12 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.inspection import difficulty, theory
 from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import Factorization, Spectrum, Spread, factorization
 from lcpcli.inspection.theory import Guarantee, guarantees
-from lcpcli.inspection.verdict import NO, YES, Check, Late, Verdict
+from lcpcli.inspection.verdict import NO, YES, Check, Late, Verdict, time_check
 from lcpcli.linalg.band import affordable
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
@@ -79,12 +78,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     ('yes', 'yes')
     """
     as_problem(problem)
-    deadline = clock.seconds() + time_limit
-
-    def check() -> None:
-        if clock.seconds() > deadline:
-            raise Late
-
+    check = time_check(time_limit)
     found = classify(problem.M, time_limit)
     definite = found["symmetric"].word == found["positive_definite"].word == YES
     before, after, scaled = difficulty.spreads(problem)
@@ -100,10 +94,8 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
             spectrum = difficulty.eigenvalues(problem.M, definite)
         check()
         published, best = theory.rates(problem.M, spectrum if definite else None)
-    hints = [far] if (far := far_bounds.remark(problem)) else []
-    with suppress(Late):
-        hints += _hints(problem, found, (before, after), equilibrated, spectrum, check)
-    return Inspection(
+    far = far_bounds.remark(problem)
+    inspection = Inspection(
         problem=problem,
         nonzeros=difficulty.nonzeros(problem.M),
         classes=found,
@@ -119,8 +111,11 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         smoothing=theory.smoothing(problem),
         guarantees=guarantees(found, problem),
         obvious=_obvious(problem, found),
-        hints=hints,
+        hints=[far] if far else [],
     )
+    with suppress(Late):
+        inspection.hints.extend(_hints(inspection, check))
+    return inspection
 
 
 def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
@@ -146,41 +141,35 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     return f"q{i} < 0 and no entry of row {i} of M is positive: there is no solution, as w{i} < 0 for every z >= 0"
 
 
-def _hints(
-    problem: Problem,
-    classes: dict[str, Verdict],
-    spread: tuple[Spread, Spread],
-    condition: float | None,
-    ends: Spectrum | None,
-    check: Check,
-) -> list[str]:
+def _hints(own: Inspection, check: Check) -> list[str]:
     """Possible mistakes in the data, and advice on them; only with evidence. `check` may raise Late."""
     found = []
-    before, after = spread
-    if before.largest > BAD_SPREAD and after.largest < before.largest - 1:
+    before, after = own.spread.largest, own.equilibrated_spread.largest
+    condition, ends = own.equilibrated_condition, own.spectrum
+    if before > BAD_SPREAD and after < before - 1:
         found.append(
-            f"badly scaled: the largest entries of rows or columns vary by {before.largest:.1f} decades, "
-            f"by {after.largest:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
+            f"badly scaled: the largest entries of rows or columns vary by {before:.1f} decades, "
+            f"by {after:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
         )
     if condition is not None and BAD_CONDITION < condition < math.inf:
         digits = min(math.log10(condition), 16.0)
         found.append(f"ill-conditioned, even after equilibration: about {digits:.0f} digits of z may be lost")
-    rounding = ends is not None and abs(ends.smallest) <= 4 * problem.n * EPS * ends.largest
-    if rounding and classes["positive_semidefinite"].word == NO:
+    rounding = ends is not None and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
+    if rounding and own.classes["positive_semidefinite"].word == NO:
         found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")
-    if classes["symmetric"].word == NO:
-        found += _transposed(problem, classes, check)
+    if own.classes["symmetric"].word == NO:
+        found += _transposed(own, check)
     return found
 
 
-def _transposed(problem: Problem, classes: dict[str, Verdict], check: Check) -> list[str]:
+def _transposed(own: Inspection, check: Check) -> list[str]:
     """Whether M looks like the transpose of the intended matrix, or is symmetric up to rounding."""
-    M = problem.M
+    M = own.problem.M
     with np.errstate(over="ignore"):
         difference = abs(M - M.T).max()
     if difference <= NEARLY * abs(M).max():
         return ["M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
     transpose = M.T.tocsr() if is_sparse(M) else np.ascontiguousarray(M.T)
-    if classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:
+    if own.classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:
         return ["strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed"]
     return []

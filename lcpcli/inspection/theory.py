@@ -34,7 +34,6 @@ from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
 from lcpcli.methods.shi import default_p
 from lcpcli.methods.smoothing import error as smoothing_error
-from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.shifted import shifted
 from lcpcli.options import TOL
@@ -94,7 +93,10 @@ def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
 
 
 def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
-    n, largest = _unknowns(problem), float(problem.M.diagonal().max())
+    kinds, largest = problem.box.kinds, float(problem.M.diagonal().max())
+    n = (
+        problem.n - kinds.get("fixed", 0) + kinds.get("boxed", 0) + ("free" in kinds)
+    )  # with bounds, of the standard form
     if method.max_unknowns is not None and n > method.max_unknowns:
         form = f", and the standard form has {n}" * (n != problem.n)
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns{form}")
@@ -107,12 +109,6 @@ def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
             return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
         return Guarantee(NO, f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry")
     return _by_class(classes, _kept(method, problem))
-
-
-def _unknowns(problem: Problem) -> int:
-    """How many the problem has, with bounds its standard form."""
-    kinds = problem.box.kinds
-    return problem.n - kinds.get("fixed", 0) + kinds.get("boxed", 0) + ("free" in kinds)
 
 
 def _kept(method: Method, problem: Problem) -> Mapping[str, str]:
@@ -179,19 +175,15 @@ def smoothing(problem: Problem) -> Smoothing:
 def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
     """The theoretical factors at the solution x = (z - w) / 2, shape (n,), in units of z, by the eigenvalues and the
     singular values of an n-by-n matrix; None if omega I + M is singular."""
+    box = problem.box
+    kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
+    S = np.where(box.basis_of(x).basic, 1.0, -1.0)
     try:
         T = _iteration_matrix(problem.M, omega)
-        signs = _signs(problem.box, x)
-        local = float(np.abs(np.linalg.eigvals(T * signs)).max()) if signs.all() else None
+        local = None if kinks.any() else float(np.abs(np.linalg.eigvals(T * S)).max())
         return Contraction(float(np.linalg.norm(T, 2)), local)
     except np.linalg.LinAlgError:
         return None
-
-
-def _signs(box: Box, x: Vector) -> Vector:
-    """The diagonal of S, 0 at kinks."""
-    kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
-    return np.where(kinks, 0.0, np.where(box.basis_of(x).basic, 1.0, -1.0))
 
 
 def _iteration_matrix(M: Matrix, omega: float) -> Vector:

@@ -56,6 +56,17 @@ class Late(Exception):
     """The time for the tests is used up."""
 
 
+def time_check(seconds: float) -> Check:
+    """A check that raises Late after so many seconds."""
+    deadline = clock.seconds() + seconds
+
+    def check() -> None:
+        if clock.seconds() > deadline:
+            raise Late
+
+    return check
+
+
 def shown(numbers: Sequence[float] | Vector) -> str:
     """A vector or index set for a sentence: complete if it is short, else its beginning."""
     texts = [f"{number:.6g}" for number in numbers[:SHOWN]]
@@ -83,10 +94,10 @@ def index_sets(n: int) -> Iterator[tuple[int, ...]]:
 
 
 class Context:
-    """M, dense or sparse of shape (n, n), the verdicts so far, and a deadline by `clock.seconds`."""
+    """M, dense or sparse of shape (n, n), the verdicts so far, and a check of the time."""
 
-    def __init__(self, M: Matrix, deadline: float) -> None:
-        self.M, self.n, self.deadline = M, int(M.shape[0]), deadline
+    def __init__(self, M: Matrix, check: Check) -> None:
+        self.M, self.n, self.check = M, int(M.shape[0]), check
         self.verdicts: dict[str, Verdict] = {}
 
     def yes(self, *names: str) -> bool:
@@ -113,11 +124,6 @@ class Context:
             return None
         i, size = int(low[0]), "not positive" if strict else "negative"
         return Verdict(NO, f"{entry(i, i)} = {self.diagonal[i]:.6g} is {size}", (i,))
-
-    def check(self) -> None:
-        """Raise Late if the time is used up."""
-        if clock.seconds() > self.deadline:
-            raise Late
 
     @cached_property
     def diagonal(self) -> Vector:
