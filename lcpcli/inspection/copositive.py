@@ -52,31 +52,16 @@ def strictly_copositive(context: Context) -> Verdict:
         return found
     if context.symmetric_part.min() >= 0:
         return Verdict(YES, "no entry of M + M' is negative, and its diagonal is positive")
-    if context.n > EXACT or not context.yes("copositive"):
-        return _undecided(context)
-    for P, u in _zeros(context):
-        return _excluded(context, P, u, "v'Mv = 0")
-    return Verdict(YES, "it is copositive, and v'Mv = 0 for v >= 0 only if v = 0, in exact arithmetic")
+    return _by_zeros(context, plus=False)
 
 
 def copositive_plus(context: Context) -> Verdict:
     """Copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
     found = context.implied("positive_semidefinite", "strictly_copositive") or _not_copositive(context)
-    found = found or _by_zero_on_diagonal(context)
-    if found is not None:
-        return found
-    if context.n > EXACT or not context.yes("copositive"):
-        return _undecided(context)
-    S = context.whole_symmetric_part()
-    for P, u in _zeros(context):
-        if any(sum(row[i] * value for i, value in zip(P, u, strict=True)) for row in S):
-            return _excluded(context, P, u, "v'Mv = 0 but (M + M')v is not")
-    return Verdict(YES, "it is copositive, and (M + M')v = 0 whenever v'Mv = 0 and v >= 0, in exact arithmetic")
+    return found or _by_zero_on_diagonal(context) or _by_zeros(context, plus=True)
 
 
 def _undecided(context: Context) -> Verdict:
-    if context.n <= EXACT:
-        return Verdict(UNDECIDED, "copositivity is not decided")
     sets = f"2^{context.n} - 1 index sets"
     return Verdict(UNDECIDED, f"{sets} are too many; no sufficient condition or counterexample was found")
 
@@ -123,11 +108,24 @@ def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:
         yield P, block(S, P)
 
 
-def _zeros(context: Context) -> Iterator[tuple[tuple[int, ...], Entries]]:
-    """The zeros v >= 0 of minimal support of a copositive form: P and v_P > 0, which spans the null space of S_PP."""
+def _by_zeros(context: Context, plus: bool) -> Verdict:
+    """Whether a copositive M is strictly so, or copositive-plus: by the zeros v >= 0 of minimal support of its form,
+    those with a v_P > 0 that spans the null space of S_PP."""
+    if context.n > EXACT:
+        return _undecided(context)
+    if not context.yes("copositive"):
+        return Verdict(UNDECIDED, "copositivity is not decided")
+    whole = context.whole_symmetric_part()
     for P, S in _blocks(context):
         _, free = linear.solve(S, [0] * len(P))
-        if len(free) == 1:
-            u = free[0] if sum(free[0]) > 0 else [-value for value in free[0]]
-            if min(u) > 0:
-                yield P, u
+        if len(free) != 1:
+            continue
+        u = free[0] if sum(free[0]) > 0 else [-value for value in free[0]]
+        if min(u) <= 0:
+            continue
+        if not plus:
+            return _excluded(context, P, u, "v'Mv = 0")
+        if any(sum(row[i] * value for i, value in zip(P, u, strict=True)) for row in whole):
+            return _excluded(context, P, u, "v'Mv = 0 but (M + M')v is not")
+    zero = "(M + M')v = 0 whenever v'Mv = 0 and v >= 0" if plus else "v'Mv = 0 for v >= 0 only if v = 0"
+    return Verdict(YES, f"it is copositive, and {zero}, in exact arithmetic")

@@ -12,7 +12,6 @@ from lcpcli import clock
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import factors, matrices, spectrum
 from lcpcli.linalg.band import Band, affordable
-from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.fill import fill
 from lcpcli.linalg.matrices import is_sparse
@@ -20,7 +19,7 @@ from lcpcli.linalg.shifted_systems import DECIDED, sparse_systems
 from lcpcli.methods.interior.scaling import Scaled, scaled
 from lcpcli.methods.interior.systems import Regularization
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Matrix
 
 EIGEN = 500  # n up to which all eigenvalues are computed
 MOST = 5_000_000  # entries of L that are affordable where a band is not
@@ -32,11 +31,6 @@ class Spread:
 
     rows: float
     columns: float
-
-    @property
-    def largest(self) -> float:
-        """The larger of the two."""
-        return max(self.rows, self.columns)
 
 
 @dataclass(frozen=True)
@@ -92,20 +86,10 @@ def nonzeros(M: Matrix) -> int:
     return int(np.count_nonzero(M.data if is_sparse(M) else M))
 
 
-def spreads(problem: Problem) -> tuple[Spread, Spread, Matrix]:
-    """The spread of M, that of M equilibrated, and the equilibrated M itself."""
-    M, ones = problem.M, np.ones(problem.n)
-    R, C = equilibrate(M, problem.q)
-    return _spread(M, ones, ones), _spread(M, R, C), matrices.scaled(M, R, C)
-
-
-def _spread(M: Matrix, R: Vector, C: Vector) -> Spread:
-    return Spread(*map(_decades, matrices.row_and_column_maxima(M, R, C)))
-
-
-def _decades(sizes: Vector) -> float:
-    used = sizes[sizes > 0]
-    return float(np.log10(used.max()) - np.log10(used.min())) if used.size else 0.0
+def spread(M: Matrix) -> Spread:
+    """The spread of M."""
+    used = [sizes[sizes > 0] for sizes in (matrices.row_maxima(M), matrices.column_maxima(M))]
+    return Spread(*(float(np.log10(sizes.max()) - np.log10(sizes.min())) if sizes.size else 0.0 for sizes in used))
 
 
 def condition(M: Matrix) -> float:

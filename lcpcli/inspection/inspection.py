@@ -13,8 +13,10 @@ from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import Factorization, Spectrum, Spread, factorization
 from lcpcli.inspection.theory import Guarantee, guarantees
 from lcpcli.inspection.verdict import NO, YES, Check, Late, Verdict, time_check
+from lcpcli.linalg import matrices
 from lcpcli.linalg.band import affordable
 from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import far_bounds
 from lcpcli.model.problem import Problem, as_problem
@@ -81,7 +83,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     check = time_check(time_limit)
     found = classify(problem.M, time_limit)
     definite = found["symmetric"].word == found["positive_definite"].word == YES
-    before, after, scaled = difficulty.spreads(problem)
+    scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
     condition = equilibrated = spectrum = published = best = None
     with suppress(Late):
         if affordable(problem.M):
@@ -99,8 +101,8 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         problem=problem,
         nonzeros=difficulty.nonzeros(problem.M),
         classes=found,
-        spread=before,
-        equilibrated_spread=after,
+        spread=difficulty.spread(problem.M),
+        equilibrated_spread=difficulty.spread(scaled),
         condition=condition,
         equilibrated_condition=equilibrated,
         spectrum=spectrum,
@@ -144,7 +146,7 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 def _hints(own: Inspection, check: Check) -> list[str]:
     """Possible mistakes in the data, and advice on them; only with evidence. `check` may raise Late."""
     found = []
-    before, after = own.spread.largest, own.equilibrated_spread.largest
+    before, after = (max(spread.rows, spread.columns) for spread in (own.spread, own.equilibrated_spread))
     condition, ends = own.equilibrated_condition, own.spectrum
     if before > BAD_SPREAD and after < before - 1:
         found.append(

@@ -155,16 +155,22 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
     """[Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E the columns of the identity that
     `ranges`, of shape (m,), selects; as a sparse or a dense matrix."""
     m, k = A.shape
-    zeros = matrices.compressed if sparse else np.zeros
-    A = matrices.compressed(A) if sparse else matrices.dense(A)
+    selected = np.zeros(0, dtype=np.intp) if ranges is None else np.flatnonzero(ranges)
+    n = k + m + selected.size
+    if not sparse:
+        M = np.zeros((n, n))
+        if Q is not None:
+            M[:k, :k] = Q
+        A, rows, columns = matrices.dense(A), k + selected, range(k + m, n)
+        M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
+        M[rows, columns], M[columns, rows] = -1.0, 1.0
+        return M + 0.0  # no -0
+    zeros = matrices.compressed
     blocks = [[zeros((k, k)) if Q is None else Q, -A.T], [A, zeros((m, m))]]
-    if ranges is not None and ranges.any():
-        E = unit_columns(m, np.flatnonzero(ranges), sparse)
-        r = E.shape[1]
+    if selected.size:
+        E, r = unit_columns(m, selected, sparse), selected.size
         blocks = [[*blocks[0], zeros((k, r))], [*blocks[1], -E], [zeros((r, k)), E.T, zeros((r, r))]]
     M = matrices.stack(blocks)
-    if not sparse:
-        return M + 0.0  # no -0
     M.eliminate_zeros()
     return M
 
