@@ -14,6 +14,7 @@ from lcpcli.inspection.dominance import h_plus, m_matrix
 from lcpcli.inspection.minors import column_sufficient, p0_matrix, p_matrix, row_sufficient
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Late, Verdict, entry, signs, time_check
 from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.typing import Matrix
 
@@ -31,10 +32,10 @@ def skew_symmetric(context: Context) -> Verdict:
 
 def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
     """No, by the first pair of entries of M with a difference that is not 0."""
-    rows, columns = difference.nonzero()
-    if not rows.size:
+    place = _first(difference)
+    if place is None:
         return None
-    i, j = int(rows[0]), int(columns[0])
+    i, j = place
     own = f"{entry(i, j)} = {context.M[i, j]:.6g}"
     if i == j:
         return Verdict(NO, f"{own} is not 0", (i,))
@@ -43,12 +44,19 @@ def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
 
 def z_matrix(context: Context) -> Verdict:
     """No positive entry off the diagonal."""
-    rows, columns = (context.M > 0).nonzero()
-    off = np.flatnonzero(rows != columns)
-    if not off.size:
+    place = _first(matrices.comparison(context.M) < context.M)
+    if place is None:
         return Verdict(YES, "no entry off the diagonal is positive")
-    i, j = int(rows[off[0]]), int(columns[off[0]])
-    return Verdict(NO, f"{entry(i, j)} = {context.M[i, j]:.6g} is positive", (i, j))
+    return Verdict(NO, f"{entry(*place)} = {context.M[place]:.6g} is positive", place)
+
+
+def _first(A: Matrix) -> tuple[int, int] | None:
+    """Row and column of the first entry that is not 0; None if there is none."""
+    if is_sparse(A):
+        rows, columns = A.nonzero()
+        return (int(rows[0]), int(columns[0])) if rows.size else None
+    i, j = divmod(int((A != 0).argmax()), A.shape[1])
+    return (i, j) if A[i, j] else None
 
 
 def strictly_diagonally_dominant(context: Context) -> Verdict:
