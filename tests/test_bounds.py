@@ -167,7 +167,7 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
     h_plus = error_theorems.h_plus_theorem(problem)
     assert h_plus is not None
     assert h_plus(z, w) == pytest.approx(0.5 / 3, rel=1e-6)
-    assert 0.1 <= error_theorems.definite_theorems(problem)["definite"](z, w) <= np.sqrt(0.05) + 1e-12
+    assert 0.1 <= error_theorems.definite_theorems(problem)[error_theorems.DEFINITE](z, w) <= np.sqrt(0.05) + 1e-12
 
 
 @pytest.mark.parametrize("n", [3, 10, 30, 100, 300])

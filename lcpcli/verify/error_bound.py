@@ -20,6 +20,7 @@ from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.error_theorems import (
+    H_PLUS,
     LARGEST_ENTRY,
     SMALLEST_ENTRY,
     Theorem,
@@ -31,11 +32,6 @@ from lcpcli.verify.error_theorems import (
 )
 
 REFINEMENTS = 3
-SOURCES = {
-    "comparison": "Chen and Xiang 2006, M is H+",
-    "definite": "Mathias and Pang 1990, M is positive definite",
-    "symmetrised": "Mathias and Pang 1990, M is positive definite after row scaling",
-}
 
 
 @dataclass(frozen=True)
@@ -98,7 +94,7 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     theorems = definite_theorems(problem)
     h_plus = h_plus_theorem(problem)
     if h_plus is not None:
-        theorems["comparison"] = h_plus
+        theorems[H_PLUS] = h_plus
     if not theorems:
         return None
     y = _neighbour(problem, given)
@@ -112,11 +108,11 @@ def _claim(problem: Problem, theorems: dict[str, Theorem], z: Vector, y: Vector)
     w = residual(problem, y)
     if w is None:
         return None
-    values = {name: theorem(y, w) for name, theorem in theorems.items()}
-    best = min(values, key=lambda name: values[name] if values[name] < LARGEST_ENTRY else math.inf)
+    values = {source: theorem(y, w) for source, theorem in theorems.items()}
+    best = min(values, key=lambda source: values[source] if values[source] < LARGEST_ENTRY else math.inf)
     way = float(np.abs(z - y).max())
     value = values[best] if way == 0 else (way + values[best]) * (1 + 4 * EPS)
-    return Bound(value, SOURCES[best]) if value < LARGEST_ENTRY else None
+    return Bound(value, best) if value < LARGEST_ENTRY else None
 
 
 def _neighbour(problem: Problem, z: Vector) -> Vector | None:

@@ -57,6 +57,7 @@ from lcpcli.typing import Matrix, Vector
 Theorem = Callable[[Vector, Vector], float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
 
+H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is positive definite"
 LARGEST_ENTRY = 2.0**450
 SMALLEST_ENTRY = 2.0**-450
 LARGEST_DENSE = 2000  # n up to which a sparse M is converted to dense
@@ -181,18 +182,19 @@ def solver(A: Matrix) -> Solve:
 
 
 def definite_theorems(problem: Problem) -> dict[str, Theorem]:
-    """Bounds on |z - z*|_inf, for M in range with positive diagonal: with T = I and with T that makes T M symmetric.
+    """Bounds on |z - z*|_inf, for M in range with positive diagonal: with T = I and with T that makes T M symmetric,
+    by their sources.
 
     Empty if M is not proved to be positive definite, or is sparse with more than LARGEST_DENSE unknowns.
     """
     if is_sparse(problem.M) and problem.n > LARGEST_DENSE:
         return {}
     M = matrices.dense(problem.M)
-    scales = {"definite": np.ones(problem.n)}
+    scales = {DEFINITE: np.ones(problem.n)}
     if not matrices.is_symmetric(M):
-        scales["symmetrised"] = _symmetrising(M)
-    found = {name: _definite_theorem(M, T, problem.box) for name, T in scales.items()}
-    return {name: theorem for name, theorem in found.items() if theorem is not None}
+        scales[f"{DEFINITE} after row scaling"] = _symmetrising(M)
+    found = {source: _definite_theorem(M, T, problem.box) for source, T in scales.items()}
+    return {source: theorem for source, theorem in found.items() if theorem is not None}
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
