@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.inspection.copositive import copositive, copositive_plus, strictly_copositive
 from lcpcli.inspection.definite import positive_definite, positive_semidefinite
 from lcpcli.inspection.dominance import h_plus, m_matrix
 from lcpcli.inspection.minors import column_sufficient, p0_matrix, p_matrix, row_sufficient
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Late, Verdict, entry, signs, time_check
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, entry, signs
+from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import INSPECTION_SECONDS
@@ -68,7 +70,7 @@ def strictly_diagonally_dominant(context: Context) -> Verdict:
 
 
 def weak_row(M: Matrix, check: Check) -> int | None:
-    """The first row that is not strictly diagonally dominant; None if there is none. `check` may raise Late."""
+    """The first row that is not strictly diagonally dominant; None if there is none. `check` may raise TimeIsUp."""
     weak = np.flatnonzero(signs(matrices.comparison(M), np.ones(M.shape[0]), check) <= 0)
     return int(weak[0]) if weak.size else None
 
@@ -100,11 +102,11 @@ def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> 
         progress is not interrupted.
     last : the class after which to stop; "" for none.
     """
-    context = Context(M, time_check(seconds))
+    context = Context(M, alarm(clock.seconds() + seconds))
     for name, test in CLASSES.items():
         try:
             context.verdicts[name] = test(context)
-        except Late:
+        except TimeIsUp:
             context.verdicts[name] = Verdict(UNDECIDED, f"the time of {seconds:g} s was used up")
         if name == last:
             break

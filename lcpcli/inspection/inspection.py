@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.inspection import difficulty, theory
 from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import Factorization, Spectrum, Spread, factorization
 from lcpcli.inspection.theory import Guarantee, guarantees
-from lcpcli.inspection.verdict import NO, YES, Check, Late, Verdict, time_check
+from lcpcli.inspection.verdict import NO, YES, Check, Verdict
+from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
 from lcpcli.linalg.band import affordable
 from lcpcli.linalg.doubles import EPS
@@ -80,12 +82,12 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     ('yes', 'yes')
     """
     as_problem(problem)
-    check = time_check(time_limit)
+    check = alarm(clock.seconds() + time_limit)
     found = classify(problem.M, time_limit)
     definite = found["symmetric"].word == found["positive_definite"].word == YES
     scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
     condition = equilibrated = spectrum = published = best = None
-    with suppress(Late):
+    with suppress(TimeIsUp):
         if affordable(problem.M):
             check()
             condition = difficulty.condition(problem.M)
@@ -115,7 +117,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         obvious=_obvious(problem, found),
         hints=[far] if far else [],
     )
-    with suppress(Late):
+    with suppress(TimeIsUp):
         inspection.hints.extend(_hints(inspection, check))
     return inspection
 
@@ -144,7 +146,7 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 
 
 def _hints(own: Inspection, check: Check) -> list[str]:
-    """Possible mistakes in the data, and advice on them; only with evidence. `check` may raise Late."""
+    """Possible mistakes in the data, and advice on them; only with evidence. `check` may raise TimeIsUp."""
     found = []
     before, after = (max(spread.rows, spread.columns) for spread in (own.spread, own.equilibrated_spread))
     condition, ends = own.equilibrated_condition, own.spectrum

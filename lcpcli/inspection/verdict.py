@@ -10,7 +10,6 @@ from itertools import combinations
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
@@ -33,7 +32,7 @@ CALLED = {
 }
 
 Check = Callable[[], None]
-"""It raises Late if the time is used up."""
+"""It raises TimeIsUp if the time is used up, as `interrupts.alarm` does."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,21 +49,6 @@ class Verdict:
     evidence: str
     indices: tuple[int, ...] | None = None
     vector: Vector | None = None
-
-
-class Late(Exception):
-    """The time for the tests is used up."""
-
-
-def time_check(seconds: float) -> Check:
-    """A check that raises Late after so many seconds."""
-    deadline = clock.seconds() + seconds
-
-    def check() -> None:
-        if clock.seconds() > deadline:
-            raise Late
-
-    return check
 
 
 def shown(numbers: Sequence[float] | Vector) -> str:
@@ -148,7 +132,7 @@ class Context:
 
     @cached_property
     def definiteness(self) -> elimination.Definiteness:
-        """What exact elimination of M + M' shows, for a small M. May raise Late."""
+        """What exact elimination of M + M' shows, for a small M. May raise TimeIsUp."""
         return elimination.definiteness(self.whole_symmetric_part(), self.check)
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
