@@ -21,19 +21,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.inspection.verdict import (
-    CALLED,
-    NO,
-    UNDECIDED,
-    YES,
-    Context,
-    Verdict,
-    block,
-    index_set,
-    index_sets,
-    shown,
-    signs,
-)
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, index_set, index_sets, shown, signs
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import elimination, linear, sums
@@ -61,7 +49,7 @@ def p0_matrix(context: Context) -> Verdict:
 
 def _by_symmetry(context: Context, name: str) -> Verdict | None:
     """A symmetric matrix is P exactly if it is definite, and P0 exactly if it is semidefinite."""
-    return context.excluded(name, f"it is symmetric and not {CALLED[name]}") if context.yes("symmetric") else None
+    return context.excluded(name, "it is symmetric and not") if context.yes("symmetric") else None
 
 
 def _by_minors(context: Context, strict: bool) -> Verdict:
@@ -144,8 +132,7 @@ def row_sufficient(context: Context) -> Verdict:
 
 
 def _sufficient(context: Context, product: str) -> Verdict:
-    found = context.implied("p_matrix", "positive_semidefinite")
-    found = found or context.excluded("p0_matrix", "it is not a P0-matrix")
+    found = context.implied("p_matrix", "positive_semidefinite") or context.excluded("p0_matrix")
     if found is not None:
         return found
     if context.n > ALL_PAIRS:

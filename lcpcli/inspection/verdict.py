@@ -24,6 +24,7 @@ EXACT_SUPPORT = 500  # nonzeros of v up to which the sign of v'Mv is determined 
 CALLED = {
     "h_plus": "an H+-matrix",
     "p_matrix": "a P-matrix",
+    "p0_matrix": "a P0-matrix",
     "positive_definite": "positive definite",
     "positive_semidefinite": "positive semidefinite",
     "row_sufficient": "row sufficient",
@@ -96,10 +97,11 @@ class Context:
         """Yes, by the first of these smaller classes that M is known to belong to."""
         return next((Verdict(YES, f"it is {CALLED[name]}") for name in names if self.yes(name)), None)
 
-    def excluded(self, name: str, because: str) -> Verdict | None:
+    def excluded(self, name: str, because: str = "it is not") -> Verdict | None:
         """No, with the evidence for a larger class that M is known not to belong to."""
         witness = self.verdicts[name]
-        return Verdict(NO, because, witness.indices, witness.vector) if witness.word == NO else None
+        no = Verdict(NO, f"{because} {CALLED[name]}", witness.indices, witness.vector)
+        return no if witness.word == NO else None
 
     def low_diagonal(self, strict: bool = True) -> Verdict | None:
         """No, by the first diagonal entry that is negative, or if strict not positive."""

@@ -19,17 +19,7 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector, VectorLike
-from lcpcli.verify.error_theorems import (
-    H_PLUS,
-    LARGEST_ENTRY,
-    SMALLEST_ENTRY,
-    Theorem,
-    definite_theorems,
-    h_plus_theorem,
-    in_range,
-    residual,
-    solver,
-)
+from lcpcli.verify.error_theorems import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_range, residual, solver, theorems
 
 REFINEMENTS = 3
 
@@ -91,24 +81,21 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
         return None
     if sizes(np.concatenate(problem.box.vectors(problem.n)))[0] < SMALLEST_ENTRY:
         return None  # products with distances from the bounds may underflow
-    theorems = definite_theorems(problem)
-    h_plus = h_plus_theorem(problem)
-    if h_plus is not None:
-        theorems[H_PLUS] = h_plus
-    if not theorems:
+    known = theorems(problem)
+    if not known:
         return None
     y = _neighbour(problem, given)
-    claims = [_claim(problem, theorems, given, point) for point in (given, y) if point is not None]
+    claims = [_claim(problem, known, given, point) for point in (given, y) if point is not None]
     return min((claim for claim in claims if claim is not None), key=lambda claim: claim.value, default=None)
 
 
-def _claim(problem: Problem, theorems: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
+def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
     """The smallest of the bounds at y, plus the distance from z to y."""
     y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
     w = residual(problem, y)
     if w is None:
         return None
-    values = {source: theorem(y, w) for source, theorem in theorems.items()}
+    values = {source: theorem(y, w) for source, theorem in known.items()}
     best = min(values, key=lambda source: values[source] if values[source] < LARGEST_ENTRY else math.inf)
     way = float(np.abs(z - y).max())
     value = values[best] if way == 0 else (way + values[best]) * (1 + 4 * EPS)

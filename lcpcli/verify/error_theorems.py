@@ -93,6 +93,12 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
     return w if in_range(w) else None
 
 
+def theorems(problem: Problem) -> dict[str, Theorem]:
+    """Those that hold for M in range with positive diagonal, by their sources."""
+    h_plus = h_plus_theorem(problem)
+    return definite_theorems(problem) | ({} if h_plus is None else {H_PLUS: h_plus})
+
+
 def h_plus_theorem(problem: Problem) -> Theorem | None:
     """A bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
