@@ -33,17 +33,14 @@ class StandardForm:
 
     given : the mixed problem, n unknowns z.
     problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are free, then v for those `boxed`:
-        z = base + sign p - t on the free ones; w' = sign w + v, -sum of the free w, and upper - lower - p.
-    kept, boxed, free : indices of variables; boxed and free ones are among the kept.
-    base, sign : shape (n,).
+        z = corner + sign p - t on the free ones; w' = sign w + v, -sum of the free w, and upper - lower - p.
+    kept, boxed : indices of variables; the boxed ones are among the kept. sign : shape (n,).
     """
 
     given: Problem
     problem: Problem
     kept: Indices
     boxed: Indices
-    free: Indices
-    base: Vector
     sign: Vector
 
     def start(self, x: Vector) -> Vector:  # noqa: ARG002 (methods that need this form use none)
@@ -61,15 +58,15 @@ class StandardForm:
         w = np.zeros(self.given.n)
         w[self.kept] = own[: self.kept.size]
         w[self.boxed] -= unknowns[unknowns.size - self.boxed.size :]
-        z = self.given.box.project(self.base + self.multipliers(unknowns))
+        z = self.given.box.project(self.given.box.corner + self.multipliers(unknowns))
         return self.given.box.x_of(z, self.sign * w)
 
     def multipliers(self, y: Vector) -> Vector:
-        """Farkas' y for the mixed problem from one for the LCP: the multipliers of w, which change as z - base does."""
+        """Farkas' y, the multipliers of w, for the mixed problem from one for the LCP; z - corner changes likewise."""
         own = np.zeros(self.given.n)
         own[self.kept] = self.sign[self.kept] * y[: self.kept.size]
-        if self.free.size:
-            own[self.free] -= y[self.kept.size]
+        if self.given.box.free.any():
+            own[self.given.box.free] -= y[self.kept.size]
         return own
 
 
@@ -78,17 +75,16 @@ def standard_form(given: Problem) -> StandardForm:
     box = given.box
     kept = np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(given.n)
     low, high = np.isfinite(box.lower), np.isfinite(box.upper)
-    sign, base = np.where(high & ~low, -1.0, 1.0), box.corner
-    boxed, free = kept[(low & high)[kept]], kept[box.free[kept]]
-    q = given.w(base) if base.any() else given.q
+    boxed, sign = kept[(low & high)[kept]], np.where(high & ~low, -1.0, 1.0)
+    q = given.w(box.corner) if box.corner.any() else given.q
     M, q = matrices.scaled(given.M[kept][:, kept], sign[kept], sign[kept]), sign[kept] * q[kept]
-    if free.size:
-        M, q = _with_common_column(M, q, np.isin(kept, free))
+    if box.free.any():
+        M, q = _with_common_column(M, q, box.free[kept])
     if boxed.size:
         E = unit_columns(q.size, np.searchsorted(kept, boxed), is_sparse(M))
         zero = matrices.compressed((boxed.size, boxed.size)) if is_sparse(M) else np.zeros((boxed.size, boxed.size))
         M, q = matrices.stack([[M, E], [-E.T, zero]]), np.append(q, box.upper[boxed] - box.lower[boxed])
-    return StandardForm(given, Problem(M, q, name=given.name), kept, boxed, free, base, sign)
+    return StandardForm(given, Problem(M, q, name=given.name), kept, boxed, sign)
 
 
 def _with_common_column(M: Matrix, q: Vector, free: Mask) -> tuple[Matrix, Vector]:
