@@ -36,17 +36,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lcpcli.bounds.error_bound import error_bound as error_bound
-    from lcpcli.diagnosis.inspection import inspect as inspect
     from lcpcli.enumeration.search import solutions as solutions
     from lcpcli.errors import Interrupted as Interrupted
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
-    from lcpcli.model.from_game import from_game as from_game
-    from lcpcli.model.from_program import from_osqp as from_osqp
-    from lcpcli.model.from_program import from_qp as from_qp
-    from lcpcli.model.from_program import from_qpsolvers as from_qpsolvers
+    from lcpcli.inspection.inspection import inspect as inspect
     from lcpcli.model.problem import Problem as Problem
+    from lcpcli.model.reductions import from_game as from_game
+    from lcpcli.model.reductions import from_osqp as from_osqp
+    from lcpcli.model.reductions import from_qp as from_qp
+    from lcpcli.model.reductions import from_qpsolvers as from_qpsolvers
     from lcpcli.report.plotting import plot as plot
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
@@ -59,6 +58,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Status as Status
     from lcpcli.solving.trace import Trace as Trace
     from lcpcli.solving.trace import TraceRow as TraceRow
+    from lcpcli.verify.error_bound import error_bound as error_bound
 
 __version__ = "0.1.0"
 
@@ -71,13 +71,13 @@ _HOMES = {
     "TraceRow": "solving.trace",
     "add_to_qpsolvers": "solving.programs",
     "check": "solving.checking",
-    "error_bound": "bounds.error_bound",
+    "error_bound": "verify.error_bound",
     "exact": "solving.proof",
-    "from_game": "model.from_game",
-    "from_osqp": "model.from_program",
-    "from_qp": "model.from_program",
-    "from_qpsolvers": "model.from_program",
-    "inspect": "diagnosis.inspection",
+    "from_game": "model.reductions",
+    "from_osqp": "model.reductions",
+    "from_qp": "model.reductions",
+    "from_qpsolvers": "model.reductions",
+    "inspect": "inspection.inspection",
     "plot": "report.plotting",
     "read": "files.reading",
     "run": "solving.call",

@@ -18,7 +18,6 @@ import pytest
 from scipy.sparse import diags_array, eye_array, random_array
 
 from lcpcli import Problem, exact
-from lcpcli.bounds import error_bound
 from lcpcli.cli import runs
 from lcpcli.files import writing
 from lcpcli.gallery import families
@@ -33,6 +32,7 @@ from lcpcli.rational.numbers import fraction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
+from lcpcli.verify import error_bound
 
 ABANDONING = """
 import atexit, sys, time

@@ -13,9 +13,9 @@ from numpy.random import Generator
 from scipy.sparse import csr_array, diags_array
 
 from lcpcli import Problem, error_bound, read
-from lcpcli.bounds import comparison, definite, rounding
 from lcpcli.errors import ProblemError
 from lcpcli.files import shipped
+from lcpcli.verify import error_theorems
 
 from . import exact
 
@@ -84,9 +84,9 @@ def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
 
 def every_bound(problem: Problem, z: np.ndarray) -> list[float]:
     """What each of the theorems claims for itself."""
-    w = rounding.residual(problem, z)
+    w = error_theorems.residual(problem, z)
     assert w is not None
-    theorems = [*definite.theorems(problem).values(), comparison.theorem(problem)]
+    theorems = [*error_theorems.definite_theorems(problem).values(), error_theorems.h_plus_theorem(problem)]
     claims = [theorem(z, w) for theorem in theorems if theorem is not None]
     return [value for value in claims if value < math.inf]
 
@@ -105,7 +105,7 @@ def test_every_bound_holds_exactly(seed: int, kind: str, margin: float, scaled: 
     for z in [perturbed(true, random, random.choice(SIZES)), *others(true, random)]:
         bound = error_bound(problem, z)
         assert bound is None or error(z, true) <= Fraction(bound.value)
-        near = np.where(np.abs(z) < rounding.SMALLEST_ENTRY, 0.0, z)
+        near = np.where(np.abs(z) < error_theorems.SMALLEST_ENTRY, 0.0, z)
         for value in every_bound(problem, near):
             assert error(near, true) <= Fraction(value)
 
@@ -115,10 +115,10 @@ def test_bound_of_definite_matrices_holds_where_z_and_w_are_both_negative(kind: 
     for seed in range(200):
         random = np.random.default_rng(seed)
         problem = problem_of(kind, random, 1.0)
-        true, theorems = solution(problem), definite.theorems(problem)
+        true, theorems = solution(problem), error_theorems.definite_theorems(problem)
         assert theorems
         for z in 9 * random.normal(size=(4, problem.n)) - 9 * random.random((4, 1)):
-            w = rounding.residual(problem, z)
+            w = error_theorems.residual(problem, z)
             assert w is not None
             assert all(error(z, true) <= Fraction(theorem(z, w)) for theorem in theorems.values())
 
@@ -164,10 +164,10 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
     """M = [[2, 1], [1, 2]], q = -(3, 3), z* = (1, 1): at z = (1.1, 1), w = (0.2, 0.1) and |z - z*| <= <M>^-1 w."""
     problem, z = Problem([[2.0, 1.0], [1.0, 2.0]], [-3.0, -3.0]), np.array([1.1, 1.0])
     w = problem.w(z)
-    h_plus = comparison.theorem(problem)
+    h_plus = error_theorems.h_plus_theorem(problem)
     assert h_plus is not None
     assert h_plus(z, w) == pytest.approx(0.5 / 3, rel=1e-6)
-    assert 0.1 <= definite.theorems(problem)["definite"](z, w) <= np.sqrt(0.05) + 1e-12
+    assert 0.1 <= error_theorems.definite_theorems(problem)[error_theorems.DEFINITE](z, w) <= np.sqrt(0.05) + 1e-12
 
 
 @pytest.mark.parametrize("n", [3, 10, 30, 100, 300])
@@ -178,7 +178,7 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool
     true, M = np.ones(n), 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     z = true + i * (n + 1 - i) * 2.0**-20
     problem = Problem(csr_array(M) if sparse else M, -M @ true)
-    h_plus = comparison.theorem(problem)
+    h_plus = error_theorems.h_plus_theorem(problem)
     assert h_plus is not None
     value = h_plus(z, problem.w(z))
     assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
@@ -235,10 +235,10 @@ def test_verified_least_eigenvalue_is_one(seed: int, n: int, power: int) -> None
     A = np.random.default_rng(seed).integers(-4, 5, size=(n, n)) / 16.0
     A[:, 0] = 0
     mu = 2.0**-power
-    least = definite.least_eigenvalue(A.T @ A + mu * np.eye(n))
+    least = error_theorems.least_eigenvalue(A.T @ A + mu * np.eye(n))
     assert least is not None
     assert 0.99 * mu <= least <= mu
-    assert definite.least_eigenvalue(A.T @ A) is None
+    assert error_theorems.least_eigenvalue(A.T @ A) is None
 
 
 @settings(deadline=None)
@@ -250,7 +250,7 @@ def test_product_with_the_comparison_matrix_is_never_overestimated(seed: int, n:
     np.fill_diagonal(M, 0)
     np.fill_diagonal(M, np.abs(M) @ u / u)
     for same in (M, csr_array(M)):
-        claimed = comparison.at_least(same, M.diagonal(), u)
+        claimed = error_theorems.at_least(same, M.diagonal(), u)
         exactly = [2 * Fraction(M[i, i]) * Fraction(u[i]) - dot(np.abs(M[i]), u) for i in range(n)]
         assert all(Fraction(a) <= b for a, b in zip(claimed.tolist(), exactly, strict=True))
 

@@ -15,9 +15,9 @@ from hypothesis.extra.numpy import arrays
 from numpy.random import Generator
 from scipy import sparse
 
-from lcpcli.classes.classify import CLASSES, classify
-from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict
 from lcpcli.gallery import families as gallery
+from lcpcli.inspection.classify import CLASSES, classify
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict
 
 from . import definitions
 

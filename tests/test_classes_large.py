@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from lcpcli.classes.classify import classify
-from lcpcli.classes.verdict import NO, UNDECIDED, YES
+from lcpcli.inspection.classify import classify
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES
 
 
 @pytest.mark.parametrize("n", [66, 210])

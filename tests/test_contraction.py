@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem, Trace
-from lcpcli.diagnosis.contraction import contraction, measured
+from lcpcli.inspection.theory import contraction, measured
 from lcpcli.model.box import ORTHANT
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run

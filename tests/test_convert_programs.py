@@ -20,7 +20,7 @@ from lcpcli.files import shipped
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.model.program import Program, ProgramData
 
 from .conftest import Outcome
 

@@ -12,15 +12,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lcpcli import Problem, Result, Status, Trace, solve
-from lcpcli.bounds.error_bound import error_bound
-from lcpcli.diagnosis.inspection import inspect
 from lcpcli.errors import ProblemError
 from lcpcli.gallery import families
+from lcpcli.inspection.inspection import inspect
 from lcpcli.options import Limits
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.solving.reference import with_reference
+from lcpcli.verify.error_bound import error_bound
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
 

@@ -17,7 +17,7 @@ import lcpcli
 from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.model.far_bounds import relaxed, with_infinity
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.program import Program
 from lcpcli.solving.answer import Minimum
 
 from .far_bounds import FAR, lists, random_program, with_far_bounds

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from lcpcli.files.game_tables import game_in
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ import pytest
 
 import lcpcli
 from lcpcli.files import json_format
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 from lcpcli.report import strategies
 
 LARGE = "1e28"

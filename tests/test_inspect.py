@@ -13,9 +13,9 @@ import pytest
 from scipy import sparse
 
 from lcpcli import Problem, Status, Trace, write
-from lcpcli.classes.classify import CLASSES
-from lcpcli.diagnosis.inspection import Inspection, inspect
 from lcpcli.files import shipped
+from lcpcli.inspection.classify import CLASSES
+from lcpcli.inspection.inspection import Inspection, inspect
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
 from lcpcli.report import inspection_json, inspection_text

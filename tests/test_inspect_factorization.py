@@ -13,9 +13,9 @@ from scipy import sparse
 
 from lcpcli import Problem
 from lcpcli.cli.help import FOLDER
-from lcpcli.diagnosis import factorization as diagnosis
-from lcpcli.diagnosis.factorization import factorization
-from lcpcli.diagnosis.inspection import inspect
+from lcpcli.inspection import difficulty as diagnosis
+from lcpcli.inspection.difficulty import factorization
+from lcpcli.inspection.inspection import inspect
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.factors import SingularMatrix

@@ -18,12 +18,12 @@ import pytest
 import lcpcli
 from lcpcli import Status
 from lcpcli.bench import session as benching
-from lcpcli.bounds import error_bound
 from lcpcli.files import atomic_write, reading, shipped
 from lcpcli.report.figures import drawing as figures
 from lcpcli.solving import driver as driver
 from lcpcli.solving import proof, reference
 from lcpcli.solving.loop import Loop
+from lcpcli.verify import error_bound
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 

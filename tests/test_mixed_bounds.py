@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.random import Generator
 
 from lcpcli import Problem, error_bound, solve
-from lcpcli.bounds import comparison, definite, rounding
+from lcpcli.verify import error_theorems
 from lcpcli.verify.sensitivity import sensitivity
 
 from . import exact
@@ -78,12 +78,12 @@ def test_every_bound_holds_exactly_for_any_bounds(seed: int, kind: str, margin: 
     random = np.random.default_rng(seed)
     problem = mixed(kind, random, margin)
     true = solution(problem)
-    theorems = [*definite.theorems(problem).values(), comparison.theorem(problem)]
+    theorems = [*error_theorems.definite_theorems(problem).values(), error_theorems.h_plus_theorem(problem)]
     for z in [perturbed(true, random, random.choice(SIZES)), *others(true, random)]:
         bound = error_bound(problem, z)
         assert bound is None or error(z, true) <= Fraction(bound.value)
-        near = np.where(np.abs(z) < rounding.SMALLEST_ENTRY, 0.0, z)
-        w = rounding.residual(problem, near)
+        near = np.where(np.abs(z) < error_theorems.SMALLEST_ENTRY, 0.0, z)
+        w = error_theorems.residual(problem, near)
         assert w is not None
         claims = [theorem(near, w) for theorem in theorems if theorem is not None]
         assert all(error(near, true) <= Fraction(value) for value in claims if value < math.inf)

@@ -12,9 +12,8 @@ import pytest
 from numpy.random import Generator
 
 from lcpcli import Problem, Trace, run
-from lcpcli.diagnosis.contraction import contraction, measured
-from lcpcli.diagnosis.inspection import inspect
-from lcpcli.diagnosis.rates import smoothing
+from lcpcli.inspection.inspection import inspect
+from lcpcli.inspection.theory import contraction, measured, smoothing
 from lcpcli.model.box import Box
 from lcpcli.report import inspection_json
 from lcpcli.solving.reference import with_reference

@@ -92,7 +92,7 @@ def test_what_is_evident_is_left_out_and_comes_back() -> None:
     """Fixed variables, rows with a diagonal entry alone, and rows without entries, before and after others are out."""
     from scipy.sparse import csr_array
 
-    from lcpcli.model.reductions.presolve import presolved
+    from lcpcli.model.standard_form import presolved
 
     M = np.array(
         [

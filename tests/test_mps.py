@@ -17,7 +17,7 @@ from lcpcli import Problem, read, run
 from lcpcli.errors import ProblemError
 from lcpcli.files import mps_words
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.model.program import Program, ProgramData
 from lcpcli.solving.answer import Minimum
 
 from .conftest import Outcome

@@ -12,7 +12,7 @@ import lcpcli
 from lcpcli import errors
 from lcpcli.files import shipped
 from lcpcli.files.reading import read_exact
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 
 from .conftest import Outcome
 

@@ -12,7 +12,7 @@ from lcpcli import read, run
 from lcpcli.files import shipped
 from lcpcli.gallery import families as gallery
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.program import Program
 from lcpcli.solving.answer import Minimum
 
 FOLDER = Path(shipped.path("programs"))

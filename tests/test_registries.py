@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import lcpcli
-from lcpcli.classes.classify import CLASSES
+from lcpcli.inspection.classify import CLASSES
 from lcpcli.methods.registry import ANY, METHODS, OPTIONS
 
 Run = Callable[..., str]

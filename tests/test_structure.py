@@ -21,19 +21,17 @@ ROOMS = {
     "linalg": "",
     "model": "linalg",
     "rational": "linalg model",
-    "classes": "linalg rational",
-    "bounds": "linalg model",
-    "verify": "linalg model rational bounds",
+    "verify": "linalg model rational",
     "methods": "linalg model rational verify",
-    "solving": "linalg model rational classes verify methods",
+    "inspection": "linalg model rational methods",
+    "solving": "linalg model rational verify methods inspection",
     "enumeration": "linalg model rational verify solving",
-    "diagnosis": "linalg model classes methods",
     "files": "linalg model rational",
     "gallery": "model",
     "peers": "linalg model",
-    "report": "linalg model rational classes verify solving enumeration diagnosis files",
-    "bench": "linalg model verify methods solving diagnosis files gallery peers report",
-    "cli": "linalg rational bounds verify methods solving enumeration diagnosis files gallery peers report bench",
+    "report": "linalg model rational verify inspection solving enumeration files",
+    "bench": "linalg model verify methods inspection solving files gallery peers report",
+    "cli": "linalg rational verify methods inspection solving enumeration files gallery peers report bench",
 }
 # Libraries that only some rooms import.
 LIBRARIES = {
@@ -71,7 +69,7 @@ def shows(node: ast.AST) -> bool:
 
 
 SHOWN = {f"lcpcli.{name}" for name in ("model.problem", "solving.result", "solving.trace")}
-SHOWN |= {f"lcpcli.{name}" for name in ("verify.verification", "diagnosis.inspection")}
+SHOWN |= {f"lcpcli.{name}" for name in ("verify.verification", "inspection.inspection")}
 
 
 def in_methods(tree: ast.Module) -> set[ast.AST]:

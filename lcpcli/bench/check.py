@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.bench.runs import NONE, SOLUTION, Answer, Curve
-from lcpcli.diagnosis.contraction import contraction, measured
+from lcpcli.inspection.theory import contraction, measured
 from lcpcli.linalg import products
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, are_moderate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
-from lcpcli.model.reductions.program import Conditions, Program
+from lcpcli.model.program import Conditions, Program
 from lcpcli.report.numbers import finite
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point

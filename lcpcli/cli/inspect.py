@@ -55,7 +55,7 @@ def inspect(
 
     if output is not None:
         atomic_write.refuse_unwritable(output)
-    from lcpcli.diagnosis import inspection
+    from lcpcli.inspection import inspection
     from lcpcli.report import inspection_json, inspection_text
 
     found = inspection.inspect(problems.read(files, given), time_limit)

@@ -107,7 +107,7 @@ def _near(problem: Problem, size: float) -> Vector:
 
 def bounded(result: Result) -> Result:
     """The result with what is proved about its error in the time that the run has left."""
-    from lcpcli.bounds.error_bound import LATE, NO_BOUND, error_bound
+    from lcpcli.verify.error_bound import LATE, NO_BOUND, error_bound
 
     try:
         with within(result.limits.time_limit - result.seconds):

@@ -13,7 +13,7 @@ from fractions import Fraction
 from math import lcm
 
 from lcpcli.enumeration.piece import Piece
-from lcpcli.model.reductions.game import Game, Payoffs
+from lcpcli.model.origins import Game, Payoffs
 from lcpcli.rational import elimination
 from lcpcli.rational.graphs import connected
 from lcpcli.rational.polyhedra import Point, Vertex

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.program import Program
 from lcpcli.rational.problem import ExactProblem
 
 

@@ -7,7 +7,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli.errors import ProblemError
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.program import Program
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem

@@ -12,7 +12,7 @@ from lcpcli import clock
 from lcpcli.enumeration import theorems
 from lcpcli.enumeration.piece import NAMES, Piece, States, common_states
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 from lcpcli.rational.choices import Node, Unknowns
 from lcpcli.rational.polyhedra import Direction, Point, generators
 from lcpcli.rational.problem import ExactProblem

@@ -16,8 +16,8 @@ from lcpcli.enumeration.pieces import pieces
 from lcpcli.errors import ProblemError
 from lcpcli.errors import count as counted
 from lcpcli.interrupts import TimeIsUp
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.model.reductions.game import Game
 from lcpcli.options import MAX_SOLUTIONS, TIME_LIMIT
 from lcpcli.rational.polyhedra import Point
 from lcpcli.rational.problem import ExactProblem

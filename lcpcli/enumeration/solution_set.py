@@ -8,8 +8,8 @@ from lcpcli.enumeration.equilibria import Equilibria
 from lcpcli.enumeration.piece import Piece
 from lcpcli.enumeration.search import Solutions
 from lcpcli.errors import count
-from lcpcli.model.reductions.game import Game
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.origins import Game
+from lcpcli.model.program import Program
 from lcpcli.rational.polyhedra import Point
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving.no_minimum import undecided

@@ -18,7 +18,7 @@ import numpy as np
 
 from lcpcli.enumeration.stability import multipliers
 from lcpcli.linalg import matrices
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector

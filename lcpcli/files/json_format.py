@@ -3,7 +3,7 @@ origin; or one that holds a program or a game, as in `origins`.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
 indices from 0. lower and upper are numbers, null for no bound, or lists of these. solution is one z or a list of them;
-origin is as in `lcpcli.model.reductions`. Numbers are decimal; each key occurs once.
+origin is as in `lcpcli.model.origins`. Numbers are decimal; each key occurs once.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from lcpcli.files.keys import BOUNDS, KEYS, TEXTS, refuse_unknown
 from lcpcli.files.log import first_of
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.origins import OwnNames
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.own_names import OwnNames
-from lcpcli.model.reductions.program import names_of
+from lcpcli.model.program import names_of
 from lcpcli.typing import Matrix, Vector
 
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games

@@ -32,8 +32,8 @@ from lcpcli.files.mps_lines import (
 )
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import NO_BOUND
-from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions import from_qp
 from lcpcli.rational.written import Doubles, exact_parts
 from lcpcli.typing import Matrix, Vector
 

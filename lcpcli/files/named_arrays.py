@@ -15,8 +15,8 @@ from lcpcli.files.keys import BOUNDS, TEXTS
 from lcpcli.files.npy_format import flat
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.origins import OwnNames
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.own_names import OwnNames
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.content import decode, unpacked
 from lcpcli.files.keys import THREE_PLAYERS
-from lcpcli.model.from_game import from_game
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions import from_game
 from lcpcli.rational.numbers import ratio
 from lcpcli.typing import Vector
 

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.keys import THREE_PLAYERS, is_for_bounds, refuse_unknown
-from lcpcli.model.from_game import from_game
-from lcpcli.model.from_program import from_osqp, from_qp, from_qpsolvers
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions import from_game, from_osqp, from_qp, from_qpsolvers
 
 TEXTS = ("name", "source", "note")
 OF_ROWS = ("A", "b", "row_lower", "row_upper", "rows")

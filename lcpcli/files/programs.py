@@ -13,9 +13,9 @@ import numpy as np
 from lcpcli.files.formats import NEAREST
 from lcpcli.files.json_format import list_text, matrix_text, number_text, object_text
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.reductions.game import Game
-from lcpcli.model.reductions.program import SENSES, Program
+from lcpcli.model.program import SENSES, Program
 from lcpcli.rational.numbers import decimal, places, text
 
 if TYPE_CHECKING:

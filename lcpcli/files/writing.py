@@ -9,8 +9,8 @@ from pathlib import Path
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
 from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, TEXTS, WITH_BOUNDS, WRITTEN, load
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.game import Game
 from lcpcli.rational.written import Written, of_game
 
 

@@ -10,9 +10,9 @@ from numpy.random import Generator
 
 from lcpcli.gallery.families import require
 from lcpcli.gallery.known import complementary, integer_matrix
-from lcpcli.model.from_program import from_qp
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.program import bordered
+from lcpcli.model.program import bordered
+from lcpcli.model.reductions import from_qp
 from lcpcli.typing import Vector
 
 A_ROW = 10  # entries of the constraints of lp and qp

@@ -20,7 +20,7 @@ from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import UNVERIFIED, farkas_statement, proves_infeasible
 
 if TYPE_CHECKING:
-    from lcpcli.model.reductions.standard_form import StandardForm
+    from lcpcli.model.standard_form import StandardForm
 
 SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
 INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
@@ -66,7 +66,7 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
     """The stage of an LCP, for a mixed problem that of its standard form."""
     if not problem.is_mixed:
         return function(problem, x0, **options)
-    from lcpcli.model.reductions.standard_form import standard_form
+    from lcpcli.model.standard_form import standard_form
 
     try:
         form = standard_form(problem)

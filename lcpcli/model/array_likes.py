@@ -1,4 +1,5 @@
-"""What has numbers without being an array or a list: data frames, tensors, buffers, sequences."""
+"""What has numbers without being an array or a list: tensors, buffers, sequences, and data frames, which are put into
+one order by their labels. pandas is not imported."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from lcpcli.errors import ProblemError, kind
 from lcpcli.linalg.matrices import is_sparse
 
 TEXTS = (str, bytes, bytearray)
+UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
@@ -33,3 +35,69 @@ def plain(field: str, values: Any, expected: str) -> Any:
         return list(values) if isinstance(values, Sequence) else values
     except Exception:
         raise ProblemError(field, f"is {kind(values)}, and gives no array", f"give {expected}") from None
+
+
+def by_label(table: Any, /, of: str = "the columns of M", **fields: Any) -> list[Any]:
+    """The values of fields with their rows in the order of the columns, or the rows, of a table, if these have labels;
+    else as they are."""
+    if not _is_table(table):
+        return list(fields.values())
+    labels = list(table.index if of.startswith("the rows") else table.columns)
+    return [_in_order(field, values, labels, of) for field, values in fields.items()]
+
+
+def program_by_label(
+    Q: Any, c: Any, A: Any, b: Any, row_lower: Any, row_upper: Any, lower: Any, upper: Any
+) -> tuple[Any, ...]:
+    """The arguments of `from_qp` with variables in the order of the columns of Q, or else of A, and what belongs to
+    rows in the order of those of A, where these have labels."""
+    ends = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
+    name, table = ("Q", Q) if hasattr(Q, "columns") else ("A", A)
+    of = f"the columns of {name}"
+    if _is_table(table) and hasattr(A, "columns"):
+        A = _in_order("A", A, list(table.columns), of, "columns")
+    Q, c, *bounds = by_label(table, of, Q=Q, c=c, lower=lower, upper=upper)
+    return Q, c, A, *ends, *bounds
+
+
+def payoffs_by_label(A: Any, B: Any) -> Any:
+    """B with its strategies in the order of those of A, where both have labels."""
+    if not (_is_table(A) and _is_table(B)):
+        return B
+    columns = _places("B", list(B.columns), list(A.columns), "the columns of A")
+    rows = _in_order("B", B, list(A.index), "the rows of A")
+    return rows if columns is None else (rows.to_numpy() if rows is B else rows)[:, columns]
+
+
+def texts(labels: Any) -> tuple[str, ...]:
+    """Labels that are all texts, and all different; else none."""
+    own = list(labels)
+    return tuple(own) if all(isinstance(label, str) for label in own) and len(set(own)) == len(own) else ()
+
+
+def _in_order(field: str, values: Any, labels: list[Any], of: str, axis: str = "index") -> Any:
+    """Values with rows, or columns, in the order of these labels, as `_places` has it."""
+    places = _places(field, list(getattr(values, axis)), labels, of) if _has_index(values) else None
+    return values if places is None else np.take(values.to_numpy(), places, axis=("index", "columns").index(axis))
+
+
+def _places(field: str, own: list[Any], labels: list[Any], of: str) -> list[int] | None:
+    """The places of labels among the own ones of a field if they are the same, in another order; None, for by position,
+    if they are in the same one, or others and one of the two only counts from 0; else a ProblemError."""
+    if own == labels:
+        return None
+    if len(own) == len(labels) == len(set(own)) and set(own) == set(labels):
+        places = {label: i for i, label in enumerate(own)}
+        return [places[label] for label in labels]
+    counted = list(range(len(own)))
+    if len(own) != len(labels) or counted in (own, labels):
+        return None
+    raise ProblemError(field, f"has an index with other labels than {of}", UNLABELLED)
+
+
+def _has_index(values: Any) -> bool:
+    return hasattr(values, "to_numpy") and hasattr(values, "index")
+
+
+def _is_table(values: Any) -> bool:
+    return hasattr(values, "columns") and _has_index(values)

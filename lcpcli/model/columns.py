@@ -15,9 +15,9 @@ from lcpcli.linalg.factors import SMALL
 from lcpcli.linalg.matrices import dense
 from lcpcli.linalg.principal_many import well_conditioned_inverse
 from lcpcli.linalg.products import absolute_product, product
+from lcpcli.model.array_likes import by_label
 from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, has_columns, own, with_infinity
 from lcpcli.model.box import Box
-from lcpcli.model.labels import by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import Indices, Mask, Matrix, Vector

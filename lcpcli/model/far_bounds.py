@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.errors import count
 from lcpcli.model.arrays import NO_BOUND, as_intervals
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.reductions.program import Conditions, Program
+from lcpcli.model.program import Conditions, Program
 from lcpcli.typing import Mask, Vector
 
 Sides = tuple[Mask, Mask, Mask]
@@ -61,7 +61,8 @@ def _far_sides(problem: Problem) -> Sides | None:
     its only one; None if there is nothing of these."""
     origin = problem.origin if isinstance(problem.origin, Program) else None
     ends = [problem.box.lower, problem.box.upper] if problem.is_mixed else []
-    if not any(map(_has_far, [*ends, problem.q] if origin else ends)):
+    numbers = [*ends, problem.q] if origin else ends
+    if not any(((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any() for values in numbers):
         return None
     _, q, low, high = conditions_of(problem)
     rows = np.zeros(problem.n, dtype=bool)
@@ -73,11 +74,6 @@ def _far_sides(problem: Problem) -> Sides | None:
     return sides if any(side.any() for side in sides) else None
 
 
-def _has_far(values: Vector) -> bool:
-    sizes = np.abs(values)
-    return bool(((sizes >= NO_BOUND) & (sizes < np.inf)).any())
-
-
 @dataclass(frozen=True, eq=False)
 class Relaxed:
     """A problem without far bounds, in the variables of the given one, with the multipliers of rows without any fixed
@@ -86,11 +82,7 @@ class Relaxed:
     problem: Problem
     given: Problem
     rows: Mask
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether the two problems have the same solutions: only those within the bounds."""
-        return False
+    is_exact: bool = False  # the two problems have in common only the solutions within the bounds
 
     def start(self, x: Vector) -> Vector:
         """x of the problem without far bounds."""
@@ -101,12 +93,10 @@ class Relaxed:
         return np.where(self.rows, x - self.given.q / 2, x)
 
     def residual(self, F: Vector) -> Vector:
-        """F of the given problem, where its far bounds hold."""
+        """F, or Farkas' y, of the given problem, where its far bounds hold."""
         return F
 
-    def multipliers(self, y: Vector) -> Vector:
-        """Farkas' y, if it is one for the given problem."""
-        return y
+    multipliers = residual
 
 
 def relaxed(problem: Problem) -> Relaxed | None:

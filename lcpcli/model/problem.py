@@ -24,8 +24,8 @@ from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
-    from lcpcli.model.reductions.kinds import Origin
-    from lcpcli.model.reductions.program import Conditions
+    from lcpcli.model.origins import Origin
+    from lcpcli.model.program import Conditions
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
@@ -112,7 +112,7 @@ class Problem:
         names: Sequence[str] = (),
     ) -> None:
         if hasattr(M, "columns"):
-            from lcpcli.model.labels import by_label
+            from lcpcli.model.array_likes import by_label
 
             solutions = [by_label(M, solution=solution)[0] for solution in plain("solutions", solutions, SOLUTIONS)]
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
@@ -265,8 +265,7 @@ def _solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
 
 
 def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None:
-    from lcpcli.model.reductions.kinds import as_origin
-    from lcpcli.model.reductions.own_names import own_names
+    from lcpcli.model.origins import as_origin, own_names
 
     origin = None if given is None else as_origin(given, conditions_of(problem))
     return own_names(names, problem.n, origin) if len(names) else origin
@@ -274,7 +273,7 @@ def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None
 
 def conditions_of(problem: Problem) -> Conditions:
     """The problem with every bound in a vector."""
-    from lcpcli.model.reductions.program import Conditions
+    from lcpcli.model.program import Conditions
 
     bounds = (np.full(problem.n, bound, dtype=float) for bound in (problem.lower, problem.upper))
     return Conditions(problem.M, problem.q, *bounds)

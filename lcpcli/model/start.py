@@ -19,14 +19,12 @@ def starting_point(
     problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Sequence[str] | None = None
 ) -> Vector:
     """x0, or the x of z0 and w = M z0 + q, or of states, or the problem's own starting point, or the origin."""
+    given = [name for name, value in (("basis", basis), ("z0", z0), ("x0", x0)) if value is not None]
+    if len(given) > 1:
+        raise ParameterError(given[0], f"gives the starting point, and so does {given[-1]}", "leave one out")
     if basis is not None:
-        if x0 is not None or z0 is not None:
-            other = "z0" if x0 is None else "x0"
-            raise ParameterError("basis", f"gives the starting point, and so does {other}", "leave one out")
         return x_of_states(problem, basis)
     if z0 is not None:
-        if x0 is not None:
-            raise ParameterError("z0", "gives the starting point, and so does x0", "leave one out")
         z = as_vector("z0", z0, problem.n)
         return as_vector("M z0 + q", problem.box.x_of(z, problem.w(z)))
     if x0 is not None:
@@ -50,25 +48,22 @@ def x_of_states(problem: Problem, basis: Sequence[str]) -> Vector:
         raise ProblemError("basis", f"is {kind(basis)}", f"give a list of {', '.join(STATES)}")
     if len(basis) != n:
         raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
-    low, high = (np.broadcast_to(bound, n).tolist() for bound in (problem.box.lower, problem.box.upper))
-    return np.array([_x_of_state(*each) for each in zip(range(n), basis, low, high, strict=True)])
+    bounds = (bound.tolist() for bound in problem.box.vectors(n))
+    return np.array([_x_of_state(f"basis[{i}]", *each) for i, each in enumerate(zip(basis, *bounds, strict=True))])
 
 
-def _x_of_state(i: int, state: str, low: float, high: float) -> float:
+def _x_of_state(field: str, state: str, low: float, high: float) -> float:
     if not isinstance(state, str) or state not in STATES:
-        raise ProblemError(f"basis[{i}]", f"is {kind(state)}", f"write lower, basic or upper {FROM_0}")
-    if state == "basic" and low == high:
-        raise ProblemError(f"basis[{i}]", "is basic, but that variable is fixed", f"write lower {FROM_0}")
-    bound = low if state == "lower" else high
-    if state != "basic" and np.isinf(bound):
-        raise ProblemError(f"basis[{i}]", f"is {state}, but there is no such bound", f"write another state {FROM_0}")
+        raise ProblemError(field, f"is {kind(state)}", f"write lower, basic or upper {FROM_0}")
     if state != "basic":
-        return 0.5 * (bound - 1 if state == "lower" else bound + 1)
-    if np.isfinite(low) and np.isfinite(high):
+        bound, beyond = (low, -1) if state == "lower" else (high, 1)
+        if math.isinf(bound):
+            raise ProblemError(field, f"is {state}, but there is no such bound", f"write another state {FROM_0}")
+        return 0.5 * (bound + beyond)
+    if low == high:
+        raise ProblemError(field, "is basic, but that variable is fixed", f"write lower {FROM_0}")
+    if math.isfinite(low) and math.isfinite(high):
         return 0.25 * low + 0.25 * high
-    return 0.5 * (low + _beyond(low) if np.isfinite(low) else high - _beyond(high) if np.isfinite(high) else 0.0)
-
-
-def _beyond(bound: float) -> float:
-    """1, or for large numbers what makes a difference."""
-    return max(1.0, math.ulp(bound))
+    if math.isfinite(low):
+        return 0.5 * (low + max(1.0, math.ulp(low)))  # 1, or for large numbers what makes a difference
+    return 0.5 * (high - max(1.0, math.ulp(high))) if math.isfinite(high) else 0.0

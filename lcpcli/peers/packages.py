@@ -17,7 +17,7 @@ from lcpcli.errors import OptionError
 from lcpcli.interrupts import silence
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.model.program import Program, ProgramData
 from lcpcli.peers.quadratic import bounded, columns, dense, not_convex, not_dense, not_monotone, not_sparse, program_of
 from lcpcli.peers.registry import Claim
 

@@ -17,7 +17,7 @@ import numpy as np
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.model.program import Program, ProgramData
 from lcpcli.typing import Matrix
 
 CONVERTED = 2000  # largest n at which a matrix is converted; beyond it, the benchmark would misuse the peer

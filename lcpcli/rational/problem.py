@@ -15,8 +15,8 @@ import numpy as np
 
 from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.game import Game
 from lcpcli.rational.numbers import LARGEST_INTEGER
 from lcpcli.rational.sums import over_one_denominator
 from lcpcli.typing import Indices, Matrix, Vector

@@ -14,8 +14,8 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.game import Game
 from lcpcli.rational.numbers import LARGEST_INTEGER, fraction, places, rounded
 from lcpcli.rational.problem import ExactParts, decimal_parts_of, parts_of, parts_of_game, shortest_decimal
 from lcpcli.typing import Matrix, Vector

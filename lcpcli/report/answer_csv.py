@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.game import Game
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.program import Program
 from lcpcli.report import provenance, strategies, summary
 from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result

@@ -41,7 +41,7 @@ def data(result: Result) -> dict[str, Any] | None:
 
 
 def _parts(result: Result) -> list[str]:
-    from lcpcli.model.reductions.program import Program
+    from lcpcli.model.program import Program
     from lcpcli.solving.answer import Equilibrium, Minimum
 
     answer, origin = result.answer, result.problem.origin
@@ -73,7 +73,7 @@ def strategies(
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:
     """Why a program has no optimum: the multipliers of the rows that exclude each other, and the ray."""
-    from lcpcli.model.reductions.program import Program
+    from lcpcli.model.program import Program
     from lcpcli.solving.answer import Minimum
 
     if not isinstance(answer, Minimum) or not isinstance(origin, Program):

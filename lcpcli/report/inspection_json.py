@@ -6,11 +6,10 @@ import json
 import math
 from typing import Any
 
-from lcpcli.classes.verdict import Verdict
-from lcpcli.diagnosis.factorization import Factorization
-from lcpcli.diagnosis.inspection import Inspection
-from lcpcli.diagnosis.matrix import Spread
-from lcpcli.diagnosis.rates import Rate
+from lcpcli.inspection.difficulty import Factorization, Spread
+from lcpcli.inspection.inspection import Inspection
+from lcpcli.inspection.theory import Rate
+from lcpcli.inspection.verdict import Verdict
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.report.numbers import finite
 

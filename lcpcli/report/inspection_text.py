@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from textwrap import wrap
 
-from lcpcli.diagnosis.factorization import Factorization
-from lcpcli.diagnosis.inspection import Inspection
-from lcpcli.diagnosis.rates import Rate
 from lcpcli.errors import count
+from lcpcli.inspection.difficulty import Factorization
+from lcpcli.inspection.inspection import Inspection
+from lcpcli.inspection.theory import Rate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 from lcpcli.report import numbers

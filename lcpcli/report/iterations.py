@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.model.reductions.game import Game
 from lcpcli.report import advice, answers, numbers, outcome, provenance, strategies, summary
 from lcpcli.report.numbers import ELLIPSIS
 from lcpcli.report.result_table import ResultTable

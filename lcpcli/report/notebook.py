@@ -13,7 +13,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.report import numbers
 
 if TYPE_CHECKING:
-    from lcpcli.diagnosis.inspection import Inspection
+    from lcpcli.inspection.inspection import Inspection
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace, TraceRow

@@ -9,7 +9,7 @@ import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.model.reductions.own_names import OwnNames
+from lcpcli.model.origins import OwnNames
 from lcpcli.model.start import STATES
 from lcpcli.report import numbers, summary
 from lcpcli.report.numbers import ELLIPSIS

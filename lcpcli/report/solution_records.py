@@ -13,7 +13,7 @@ from lcpcli.enumeration.equilibria import Equilibria
 from lcpcli.enumeration.minimizers import objective
 from lcpcli.enumeration.solution_set import SolutionSet
 from lcpcli.files.source import Source
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.program import Program
 from lcpcli.rational.numbers import rounded, text
 from lcpcli.rational.polyhedra import Point
 from lcpcli.report import answer_csv, json_lines

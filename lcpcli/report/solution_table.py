@@ -11,7 +11,7 @@ from lcpcli.enumeration.minimizers import objective
 from lcpcli.enumeration.piece import Piece
 from lcpcli.enumeration.solution_set import SolutionSet
 from lcpcli.errors import count
-from lcpcli.model.reductions.program import Program
+from lcpcli.model.program import Program
 from lcpcli.rational import numbers as rationals
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.report import numbers, provenance, strategies

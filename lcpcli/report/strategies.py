@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 from lcpcli.typing import Vector
 from lcpcli.verify.equilibrium import Strategies
 

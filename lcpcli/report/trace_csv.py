@@ -6,7 +6,7 @@ import csv
 from collections.abc import Sequence
 from io import StringIO
 
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 from lcpcli.report import provenance, strategies, summary
 from lcpcli.solving.result import Result
 

@@ -15,9 +15,9 @@ from lcpcli import clock, options
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.products import absolute_product, product
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of
-from lcpcli.model.reductions.game import Game
-from lcpcli.model.reductions.program import SENSES, Program, ProgramData
+from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.options import TOL
 from lcpcli.rational.numbers import rounded
 from lcpcli.rational.problem import ExactProblem, fractions_of

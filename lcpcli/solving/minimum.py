@@ -13,14 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.classes.classify import classify
-from lcpcli.classes.verdict import NO, YES
+from lcpcli.inspection.classify import classify
+from lcpcli.inspection.verdict import NO, YES
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
 from lcpcli.linalg.semidefinite import is_semidefinite
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.reductions.game import Game
-from lcpcli.model.reductions.program import SENSES, Program, ProgramData
+from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Answer, Equilibrium, Minimum
 from lcpcli.solving.no_minimum import without_minimum
 from lcpcli.solving.result import Result, Status

@@ -17,7 +17,7 @@ from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import compressed
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.program import Program, ProgramData
+from lcpcli.model.program import Program, ProgramData
 from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Minimum
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import farkas, proof

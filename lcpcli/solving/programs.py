@@ -10,8 +10,8 @@ from typing import Any
 
 from lcpcli.errors import OptionError
 from lcpcli.linalg.semidefinite import is_semidefinite
-from lcpcli.model.from_program import from_qpsolvers, qpsolvers_program
 from lcpcli.model.problem import Problem
+from lcpcli.model.reductions import from_qpsolvers, qpsolvers_program
 from lcpcli.solving.answer import STATIONARY
 from lcpcli.solving.call import run
 from lcpcli.typing import BoundLike, MethodName, Vector, VectorLike

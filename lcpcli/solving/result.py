@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     import os
     from fractions import Fraction
 
-    from lcpcli.bounds.error_bound import Bound
     from lcpcli.report.plotting import Picture
     from lcpcli.verify.certificate import Certificate
+    from lcpcli.verify.error_bound import Bound
 
 
 DIGITS_SECONDS = 1.0  # beyond those of the run, in which its digits are to be known

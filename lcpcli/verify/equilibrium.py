@@ -16,7 +16,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.model.reductions.game import Game
+from lcpcli.model.origins import Game
 from lcpcli.typing import Vector
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import row_maxima, scaled
 from lcpcli.linalg.products import absolute_product, product
-from lcpcli.model.reductions.program import ProgramData
+from lcpcli.model.program import ProgramData
 from lcpcli.typing import Vector
 
 STEP = 0.1  # the size of the box, relative to x

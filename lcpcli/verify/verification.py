@@ -19,7 +19,6 @@ from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 
-from lcpcli.bounds.error_bound import Bound, error_bound
 from lcpcli.errors import count
 from lcpcli.linalg import products
 from lcpcli.model.problem import Problem
@@ -28,6 +27,7 @@ from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proves_infeasible
 from lcpcli.verify.equilibrium import Strategies
+from lcpcli.verify.error_bound import Bound, error_bound
 from lcpcli.verify.point import Criterion, Point
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
@@ -61,7 +61,7 @@ class Verification:
     residual, relative_residual, error : as in `result.Result`; None for a vector y; error None if no solution is
         known.
     backward_error : the componentwise backward error; infinity if a z_i is beyond its bounds, None for a vector y.
-    bound : what is proved about the distance to the solution, as by `bounds.error_bound`; None in exact
+    bound : what is proved about the distance to the solution, as by `error_bound`; None in exact
         arithmetic, for a vector y, beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
     strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.

@@ -125,7 +125,7 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
     """The methods for a large problem with many evident variables, without these."""
     if not problem.is_mixed or problem.n <= factors.SMALL:
         return
-    from lcpcli.model.reductions.presolve import presolved
+    from lcpcli.model.standard_form import presolved
 
     change = presolved(problem)
     if change is not None:

@@ -8,19 +8,18 @@ d and v are computed in double precision and verified exactly.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
-from lcpcli.classes.context import Context, signs
-from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, entry, index_set, shown
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, index_set, shown, signs
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.band import affordable
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.linalg.products import product as multiply
-from lcpcli.rational import elimination
+from lcpcli.linalg.products import product
+from lcpcli.rational import elimination, sums
 from lcpcli.typing import Matrix, Vector
 
 EXACT = 64  # n up to which the leading minors of C are computed exactly
@@ -32,63 +31,55 @@ KRYLOV_STEPS = 2000
 
 def h_plus(context: Context) -> Verdict:
     """Positive diagonal, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row for some d > 0."""
-    low = np.flatnonzero(context.diagonal <= 0)
-    if low.size:
-        return Verdict(NO, f"{entry(low[0], low[0])} = {context.diagonal[low[0]]:.6g} is not positive", (int(low[0]),))
-    return _scaled_dominance(matrices.comparison(context.M), context.check)
+    return context.low_diagonal() or scaled_dominance(context.M, context.check)
 
 
 def m_matrix(context: Context) -> Verdict:
     """Nonsingular M-matrix: a Z-matrix that is an H+-matrix."""
     if context.yes("z_matrix", "h_plus"):
         return Verdict(YES, "it is a Z-matrix and an H+-matrix")
-    for name, called in (("z_matrix", "a Z-matrix"), ("h_plus", "an H+-matrix")):
-        if context.no(name):
-            return Verdict(NO, f"it is not {called}")
+    if context.no("z_matrix"):
+        return Verdict(NO, "it is not a Z-matrix")
+    if context.no("h_plus"):
+        return Verdict(NO, "it is not an H+-matrix")
     return Verdict(UNDECIDED, "whether it is an H+-matrix is not decided")
 
 
-def h_plus_part(S: Matrix, check: Callable[[], None]) -> bool:
-    """Whether S, the sum of M and M' without rounding, is proved to be an H+-matrix."""
-    return bool(S.diagonal().min() > 0) and _scaled_dominance(matrices.comparison(S), check).word == YES
-
-
-def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
-    n = C.shape[0]
-    row = signs(C, np.ones(n), check)
+def scaled_dominance(M: Matrix, check: Check) -> Verdict:
+    """Whether M, with positive diagonal, is an H+-matrix."""
+    C = matrices.comparison(M)
+    e = np.ones(C.shape[0])
+    row = signs(C, e, check)
     if (row > 0).all():
-        return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=np.ones(n))
+        return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=e)
     if (row <= 0).all():
-        return _excluded(np.ones(n))
+        return _excluded(e)
     for d in _scalings(C, check):
         if np.isfinite(d).all() and (d > 0).all() and (signs(C, d, check) > 0).all():
-            return Verdict(
-                YES, f"scaling the columns of M by d = {shown(d)} makes it strictly diagonally dominant", vector=d
-            )
+            scaling = f"scaling the columns of M by d = {shown(d)} makes it strictly diagonally dominant"
+            return Verdict(YES, scaling, vector=d)
     v = _perron(C, check)
     if v.any() and (signs(C, v, check) <= 0).all():
         return _excluded(v)
-    if n <= EXACT:
-        from lcpcli.rational.sums import integers
-
-        order = elimination.first_nonpositive(integers(matrices.dense(C)), check)
-        if order is None:
-            return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")
-        indices = tuple(range(order))
-        return Verdict(NO, f"the minor {index_set(indices)} of its comparison matrix is not positive", indices)
-    return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
+    if e.size > EXACT:
+        return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
+    order = elimination.first_nonpositive(sums.integers(matrices.dense(C)), check)
+    if order is None:
+        return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")
+    indices = tuple(range(order))
+    return Verdict(NO, f"the minor {index_set(indices)} of its comparison matrix is not positive", indices)
 
 
 def _excluded(v: Vector) -> Verdict:
     return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {shown(v)}", vector=v)
 
 
-def _scalings(C: Matrix, check: Callable[[], None]) -> Iterator[Vector]:
+def _scalings(C: Matrix, check: Check) -> Iterator[Vector]:
     """Candidates for d: C d = D 1, or (C - SLACK D) d = D 1, with a margin for rounding if d varies widely.
 
     D is the diagonal. Solved by a factorization if that is certainly affordable.
     """
-    diagonal = np.asarray(C.diagonal())
+    diagonal = C.diagonal()
     everything = np.arange(diagonal.size)
     direct = affordable(C)
     for slack in (0.0, SLACK):
@@ -109,28 +100,24 @@ def _diagonal_reduced(C: Matrix, slack: float) -> Matrix:
     return C - slack * np.diag(C.diagonal())
 
 
-def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
-    def product(v: Vector) -> Vector:
+def _krylov(C: Matrix, diagonal: Vector, check: Check) -> Vector:
+    def multiply(v: Vector) -> Vector:
         check()
-        return multiply(C, v)
-
-    def precondition(r: Vector) -> Vector:
-        return r / diagonal
+        return product(C, v)
 
     solve = conjugate_gradients if matrices.is_symmetric(C) else bicgstab
-    start = np.ones(diagonal.size)
-    target = 0.5 * float(diagonal.min())
-    return solve(product, diagonal, start, min(target, 1e-3 * norm(diagonal)), KRYLOV_STEPS, precondition)[0]
+    target = min(0.5 * float(diagonal.min()), 1e-3 * norm(diagonal))
+    return solve(multiply, diagonal, np.ones(diagonal.size), target, KRYLOV_STEPS, lambda r: r / diagonal)[0]
 
 
-def _perron(C: Matrix, check: Callable[[], None]) -> Vector:
+def _perron(C: Matrix, check: Check) -> Vector:
     """Approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J; D v can be less than |off| v."""
-    diagonal = np.asarray(C.diagonal())
+    diagonal = C.diagonal()
     v = np.ones(diagonal.size)
     for _ in range(STEPS):
         check()
         with np.errstate(over="ignore", invalid="ignore"):
-            v = 2 * v - multiply(C, v) / diagonal
+            v = 2 * v - product(C, v) / diagonal
         if not np.isfinite(v).all() or not v.max() > 0:
             return np.zeros(v.size)
         v /= v.max()

@@ -1,4 +1,7 @@
-"""Bimatrix games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423."""
+"""What problems come from, pure data to map a solution back: games, names alone, and the programs of `program`.
+
+Games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, refuse_unknown
+from lcpcli.errors import ProblemError, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import as_matrix, own
-from lcpcli.model.reductions.program import Conditions, names_of
+from lcpcli.model.program import Conditions, Program, names_of
 from lcpcli.typing import Vector
 
 KEYS = ("kind", "A", "B", "rows", "columns")
@@ -54,33 +57,21 @@ class Game:
     @classmethod
     def of(cls, A: Any, B: Any, rows: Any, columns: Any) -> Game:
         """The game with these payoffs, fractions like "1/3" among them, and names, or a ProblemError."""
-        fractional = [_with_fractions(values) for values in (A, B)]
-        payoffs = [as_matrix(field, _rounded(values)) for field, values in zip("AB", fractional, strict=True)]
-        one, other = (own(matrices.dense(payoff)) for payoff in payoffs)
+        (one, exact_one), (other, exact_other) = _payoffs("A", A), _payoffs("B", B)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
             raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree")
         m, k = one.shape
         names = names_of("rows", rows, m, "strategy"), names_of("columns", columns, k, "strategy")
-        if fractional[0] is A and fractional[1] is B:
+        if exact_one is None and exact_other is None:
             return cls(one, other, *names)
-        exact = [
-            [
-                [
-                    v if isinstance(v, Fraction) else Fraction(repr(double))
-                    for v, double in zip(row, doubles, strict=True)
-                ]
-                for row, doubles in zip(values, payoffs.tolist(), strict=True)
-            ]
-            for values, payoffs in zip(fractional, (one, other), strict=True)
-        ]
-        return cls(one, other, *names, (exact[0], exact[1]))
+        return cls(one, other, *names, (exact_one or _decimals(one), exact_other or _decimals(other)))
 
     def data(self) -> dict[str, Any]:
         exact = self.written or (None, None)
-        held: dict[str, Any] = {"kind": "game", "A": _listed(self.A, exact[0]), "B": _listed(self.B, exact[1])}
-        names = {"rows": list(self.rows), "columns": list(self.columns)}
-        return held | {key: value for key, value in names.items() if value}
+        fields = {"kind": "game", "A": _listed(self.A, exact[0]), "B": _listed(self.B, exact[1])}
+        fields |= {"rows": list(self.rows), "columns": list(self.columns)}
+        return {key: value for key, value in fields.items() if value}
 
     def fits(self, given: Conditions) -> bool:
         m, k = self.A.shape
@@ -144,19 +135,19 @@ def _constant(payoffs: Any) -> Any:
     return largest + ((largest - least) or 1)
 
 
-def _with_fractions(values: Any) -> Any:
-    """Payoffs with those that are written as fractions, "1/3", as Fraction; as they are if there is none."""
-    if not isinstance(values, (list, tuple)) or not all(isinstance(row, (list, tuple)) for row in values):
-        return values
-    rows = [[Fraction(v) if isinstance(v, str) and RATIO.fullmatch(v) else v for v in row] for row in values]
-    return rows if any(isinstance(v, Fraction) for row in rows for v in row) else values
+def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
+    """Payoffs rounded, and before if some are fractions or are written as such, "1/3"."""
+    if isinstance(values, (list, tuple)) and all(isinstance(row, (list, tuple)) for row in values):
+        rows = [[Fraction(v) if isinstance(v, str) and RATIO.fullmatch(v) else v for v in row] for row in values]
+        if any(isinstance(v, Fraction) for row in rows for v in row):
+            rounded = _payoffs(field, [[_double(v) for v in row] for row in rows])[0]
+            return rounded, [[v if isinstance(v, Fraction) else Fraction(repr(float(v))) for v in row] for row in rows]
+    return own(matrices.dense(as_matrix(field, values))), None
 
 
-def _rounded(values: Any) -> Any:
-    """Payoffs with each Fraction rounded."""
-    if not isinstance(values, (list, tuple)):
-        return values
-    return [[_double(v) for v in row] if isinstance(row, (list, tuple)) else row for row in values]
+def _decimals(payoffs: Vector) -> Payoffs:
+    """The shortest decimals of payoffs, as fractions."""
+    return [[Fraction(repr(value)) for value in row] for row in payoffs.tolist()]
 
 
 def _double(value: Any) -> Any:
@@ -179,8 +170,59 @@ def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
         [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row] for row in payoffs.tolist()
     ]
     for row, fractions in zip(rows, exact or (), strict=False):
-        row[:] = [
-            v if Fraction(repr(v)) == fraction else f"{fraction.numerator}/{fraction.denominator}"
-            for v, fraction in zip(row, fractions, strict=True)
-        ]
+        for j, fraction in enumerate(fractions):
+            if fraction != Fraction(repr(row[j])):
+                row[j] = f"{fraction.numerator}/{fraction.denominator}"
     return rows
+
+
+@dataclass(frozen=True)
+class OwnNames:
+    """What the unknowns are called, for tables and CSV."""
+
+    texts: tuple[str, ...]
+
+    def data(self) -> dict[str, Any]:
+        return {"kind": "names", "names": list(self.texts)}
+
+    def fits(self, given: Conditions) -> bool:
+        """Whether there are as many names as unknowns."""
+        return len(self.texts) == given.q.size
+
+    def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
+        """The names of the components of z."""
+        return self.texts
+
+
+Origin: TypeAlias = Program | Game | OwnNames
+KINDS: dict[str, type[Program | Game]] = {"qp": Program, "game": Game}
+
+
+def as_origin(given: Any, problem: Conditions) -> Origin:
+    """The origin of a problem, given as such or as the object in a file, or a ProblemError."""
+    origin: Origin = given if isinstance(given, (Program, Game, OwnNames)) else _parsed(given)
+    if not origin.fits(problem):
+        raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")
+    return origin
+
+
+def _parsed(given: Any) -> Program | Game:
+    if not isinstance(given, Mapping):
+        raise ProblemError("origin", f"is {kind(given)}", "give an object with the key kind")
+    if "kind" not in given:
+        raise ProblemError("origin.kind", "is missing", f"add one of {', '.join(KINDS)}")
+    name = given["kind"]
+    if not isinstance(name, str) or name not in KINDS:
+        shown = quoted(name) if isinstance(name, str) else kind(name)
+        raise ProblemError("origin.kind", f"is {shown}", f"use one of {', '.join(KINDS)}")
+    try:
+        return KINDS[name].parse(given)
+    except ProblemError as error:
+        raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None
+
+
+def own_names(given: Sequence[str], n: int, origin: Any) -> OwnNames:
+    """The names of n unknowns that come from no program or game, or a ProblemError."""
+    if origin is not None:
+        raise ProblemError("names", "is given beside origin, which has names", "leave one out")
+    return OwnNames(names_of("names", given, n, "unknown"))

@@ -1,4 +1,4 @@
-"""Reduction of a linear or quadratic program to the complementarity problem of its first-order conditions."""
+"""Linear and quadratic programs, and bimatrix games, as complementarity problems."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.matrices import compressed, is_sparse, stack
+from lcpcli.model.array_likes import payoffs_by_label, program_by_label, texts
 from lcpcli.model.arrays import FROM_0, NO_BOUND, as_intervals, as_matrix, as_square, as_vector
-from lcpcli.model.labels import program_by_label
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.model.reductions.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
+from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
@@ -64,8 +65,8 @@ def from_qp(
     ([1.0, 0.0], [-1.0], -2.0)
     """
     Q, c, A, b, row_lower, row_upper, lower, upper = program_by_label(Q, c, A, b, row_lower, row_upper, lower, upper)
-    linear, sign = _objective("c", c), SENSES[sense_of(sense)]
-    k = linear.size
+    quadratic, linear = _objective("Q", Q, "c", c)
+    k, sign = linear.size, SENSES[sense_of(sense)]
     bounds = _bounds(lower, upper, free, k, infinity)
     if b is not None and row_lower is not None:
         raise ProblemError("b", "is short for row_lower, which is given too", "leave one out")
@@ -73,9 +74,9 @@ def from_qp(
     matrix = _rows("A", A, k, {field: row_low, "row_upper": row_upper})
     m = matrix.shape[0]
     ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row", infinity)
-    data = _program(_symmetric("Q", Q, k, "c"), linear, matrix, ends, bounds, sign)
     names = names_of("rows", rows, m, "row"), names_of("columns", columns, k, "variable")
-    return _problem(data, Program(k, int(data.ranges.sum()), sense, constant_of(constant), *names), texts)
+    data = _program(quadratic, linear, matrix, ends, bounds, sign)
+    return _problem(data, texts, sense, constant_of(constant), *names)
 
 
 def from_qpsolvers(
@@ -108,8 +109,7 @@ def from_qpsolvers(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
-    data = qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity)
-    return _problem(data, Program(data.c.size), texts)
+    return _problem(qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity), texts)
 
 
 def from_osqp(
@@ -137,20 +137,18 @@ def from_osqp(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
-    linear = _objective("q", q)
+    quadratic, linear = _objective("P", P, "q", q, may_be_triangle=True)
     k = linear.size
     matrix = _rows("A", A, k, {"l": l, "u": u})
     ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
-    quadratic = None if P is None else _symmetric("P", _from_triangle("P", P, k, "q"), k, "q")
-    data = _program(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf)))
-    return _problem(data, Program(k, int(data.ranges.sum())), texts)
+    return _problem(_program(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf))), texts)
 
 
 def qpsolvers_program(
     P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any, infinity: float = math.inf
 ) -> ProgramData:
     """The program with the arguments of `from_qpsolvers`."""
-    linear = _objective("q", q)
+    quadratic, linear = _objective("P", P, "q", q)
     k = linear.size
     bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
     below, equal = _rows("G", G, k, {"h": h}), _rows("A", A, k, {"b": b})
@@ -159,7 +157,7 @@ def qpsolvers_program(
     if is_sparse(equal):
         below = compressed(below)
     ends = np.concatenate((least, value)), np.concatenate((most, value))
-    return _program(_symmetric("P", P, k, "q"), linear, stack([[below], [equal]]), ends, bounds)
+    return _program(quadratic, linear, stack([[below], [equal]]), ends, bounds)
 
 
 def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:
@@ -183,34 +181,32 @@ def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Inter
     return low, high
 
 
-def _objective(field: str, given: VectorLike) -> Vector:
-    linear = as_vector(field, given)
-    if not linear.size:
-        raise ProblemError(field, "is empty", "give a program with at least one variable")
-    return linear
+def _objective(
+    field: str, quadratic: Any, other: str, linear: Any, may_be_triangle: bool = False
+) -> tuple[Matrix | None, Vector]:
+    """The matrix of the objective, symmetric and of shape (k, k), or None, and its vector, of shape (k,).
 
-
-def _symmetric(field: str, given: Any, k: int, other: str) -> Matrix | None:
-    """The matrix of the objective, of shape (k, k), if there is one."""
-    if given is None:
-        return None
-    quadratic, _ = as_square(field, given, k, other)
-    rows, columns = (quadratic != quadratic.T).nonzero()
+    may_be_triangle : whether an upper triangle stands for a symmetric matrix.
+    """
+    vector = as_vector(other, linear)
+    if not vector.size:
+        raise ProblemError(other, "is empty", "give a program with at least one variable")
+    if quadratic is None:
+        return None, vector
+    matrix, _ = as_square(field, quadratic, vector.size, other)
+    if may_be_triangle:
+        if is_sparse(matrix):
+            from scipy.sparse import triu
+        else:
+            triu = np.triu
+        if not (triu(matrix.T, 1) != 0).sum():
+            matrix = matrix + triu(matrix, 1).T
+    rows, columns = (matrix != matrix.T).nonzero()
     if rows.size:
         place = f"{field}[{rows[0]}][{columns[0]}]"
         hint = f"give ({field} + {field}') / 2, the same program {FROM_0}"
         raise ProblemError(place, f"makes {field} unsymmetric", hint)
-    return quadratic
-
-
-def _from_triangle(field: str, given: Any, k: int, other: str) -> Matrix:
-    """A matrix of shape (k, k), with its upper triangle repeated below if there is nothing."""
-    matrix, _ = as_square(field, given, k, other)
-    if is_sparse(matrix):
-        from scipy.sparse import tril, triu
-    else:
-        tril, triu = np.tril, np.triu
-    return matrix if (tril(matrix, -1) != 0).sum() else matrix + triu(matrix, 1).T
+    return matrix, vector
 
 
 def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
@@ -242,8 +238,41 @@ def _program(
     return ProgramData(sign * Q, sign * c, A, *ends, *bounds)
 
 
-def _problem(data: ProgramData, program: Program, texts: Mapping[str, Any]) -> Problem:
+def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Problem:
+    """The problem of a program, whose sense, constant and names are as given."""
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
-    vars(problem)["origin"] = program  # which fits, as it has just made them: `Problem` would check that
+    # `Problem` would check whether the origin fits, but it has just made them
+    vars(problem)["origin"] = Program(data.c.size, int(data.ranges.sum()), *named)
     return problem
+
+
+def from_game(
+    A: Any,
+    B: Any,
+    *,
+    rows: Sequence[str] = (),
+    columns: Sequence[str] = (),
+    name: str = "",
+    source: str = "",
+    note: str = "",
+) -> Problem:
+    """The LCP whose solutions are the equilibria of a game in which both players maximize.
+
+    A, B : payoffs of the row and of the column player, both of shape (m, k); in lists also fractions, "1/3".
+    rows, columns : names of the strategies, or nothing; by default the labels of A, if it has texts as labels.
+
+    z = (x, y); x and y, each divided by its sum, are the strategies. `Result.answer` maps it back. A cost is the
+    largest payoff plus the range of the payoffs minus the payoff, so that costs lie within a factor of two. Payoffs
+    are taken as their shortest decimals, fractions as they are. Raises ProblemError, which names the field.
+
+    >>> import lcpcli
+    >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer
+    >>> answer.row.round(6).tolist(), answer.column.round(6).tolist()
+    ([0.6, 0.4], [0.4, 0.6])
+    """
+    if hasattr(A, "columns"):
+        B = payoffs_by_label(A, B)
+        rows, columns = rows or texts(A.index), columns or texts(A.columns)
+    game = Game.of(A, B, rows, columns)
+    return Problem(*game.conditions(), name=name, source=source, note=note, origin=game)

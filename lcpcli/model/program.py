@@ -16,7 +16,7 @@ from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_intervals
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
 SENSES = {"min": 1.0, "max": -1.0}
@@ -53,12 +53,10 @@ class ProgramData(NamedTuple):
 
     def with_infinity(self, infinity: float) -> ProgramData:
         """The program without bounds, and sides of rows, of at least that size; or a ProblemError."""
-        names = (("row_lower", "row_upper", "row"), ("lower", "upper", "variable"))
-        ends = dict[str, Vector]()
-        for below, above, of in names:
-            low, high = getattr(self, below), getattr(self, above)
-            ends |= zip((below, above), as_intervals((below, above), low, high, low.size, of, infinity), strict=True)
-        return self._replace(**ends)
+        row_ends, ends = (self.row_lower, self.row_upper), (self.lower, self.upper)
+        row_ends = as_intervals(("row_lower", "row_upper"), *row_ends, self.row_lower.size, "row", infinity)
+        ends = as_intervals(("lower", "upper"), *ends, self.c.size, "variable", infinity)
+        return ProgramData(self.Q, self.c, self.A, *row_ends, *ends)
 
     def conditions(self) -> Conditions:
         """The first-order conditions in z = (x, y, s).
@@ -109,10 +107,10 @@ class Program:
         )
 
     def data(self) -> dict[str, Any]:
-        held: dict[str, Any] = {"kind": "qp", "variables": self.variables}
-        told = {"ranges": self.ranges, "constant": self.constant, "rows": list(self.rows)}
-        held |= {key: value for key, value in (told | {"columns": list(self.columns)}).items() if value}
-        return held | {"sense": self.sense} if self.sense != "min" else held
+        fields = {"kind": "qp", "variables": self.variables, "ranges": self.ranges, "constant": self.constant}
+        fields |= {"rows": list(self.rows), "columns": list(self.columns)}
+        fields |= {"sense": self.sense if self.sense != "min" else ""}
+        return {key: value for key, value in fields.items() if value}
 
     def fits(self, given: Conditions) -> bool:
         """Whether the problem is made of a program of this size, with as many names."""
@@ -160,22 +158,33 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
     selected = np.zeros(0, dtype=np.intp) if ranges is None else np.flatnonzero(ranges)
     n = k + m + selected.size
     if not sparse:
-        A, M = matrices.dense(A), np.zeros((n, n))
+        M = np.zeros((n, n))
         if Q is not None:
             M[:k, :k] = Q
+        A, rows, columns = matrices.dense(A), k + selected, range(k + m, n)
         M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
-        M[k + selected, range(k + m, n)], M[range(k + m, n), k + selected] = -1.0, 1.0
+        M[rows, columns], M[columns, rows] = -1.0, 1.0
         return M + 0.0  # no -0
-    from scipy.sparse import block_array, csr_array
-
-    shape = (m, selected.size)
-    E = csr_array((np.ones(selected.size), (selected, np.arange(selected.size))), shape=shape)
-    blocks = [[csr_array((k, k)) if Q is None else csr_array(Q), -A.T], [A, None]]
+    zeros = matrices.compressed
+    blocks = [[zeros((k, k)) if Q is None else Q, -A.T], [A, zeros((m, m))]]
     if selected.size:
-        blocks = [[*blocks[0], None], [*blocks[1], -E], [None, E.T, None]]
-    M = block_array(blocks, format="csr")
+        E, r = unit_columns(m, selected, sparse), selected.size
+        blocks = [[*blocks[0], zeros((k, r))], [*blocks[1], -E], [zeros((r, k)), E.T, zeros((r, r))]]
+    M = matrices.stack(blocks)
     M.eliminate_zeros()
     return M
+
+
+def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
+    """Columns of the identity of order n, as a sparse or a dense matrix."""
+    shape, places = (n, selected.size), (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32))
+    if sparse:
+        from scipy.sparse import csr_array
+
+        return csr_array((np.ones(selected.size), places), shape=shape)
+    E = np.zeros(shape)
+    E[places] = 1.0
+    return E
 
 
 def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> tuple[str, ...]:

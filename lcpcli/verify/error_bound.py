@@ -14,19 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.bounds import comparison, definite
-from lcpcli.bounds.neighbour import neighbour
-from lcpcli.bounds.rounding import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_range, residual
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.doubles import EPS, sizes
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector, VectorLike
+from lcpcli.verify.error_theorems import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_range, residual, solver, theorems
 
-SOURCES = {
-    "comparison": "Chen and Xiang 2006, M is H+",
-    "definite": "Mathias and Pang 1990, M is positive definite",
-    "symmetrised": "Mathias and Pang 1990, M is positive definite after row scaling",
-}
+REFINEMENTS = 3
 
 
 @dataclass(frozen=True)
@@ -54,7 +49,7 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
 
     The class of M is verified, not estimated, and all rounding errors are bounded and included. It costs O(n^3) for
     dense M, more than solving; for sparse M a few solves. Sparse M that are not H+ are treated as dense up to
-    `definite.LARGEST_DENSE` unknowns.
+    `error_theorems.LARGEST_DENSE` unknowns.
 
     Parameters
     ----------
@@ -64,7 +59,7 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     Returns
     -------
     The bound; None if M is in neither class or too close to its boundary, or if z or an entry of M is not finite or
-    beyond `rounding.LARGEST_ENTRY`, or a nonzero entry of M or of the bounds is below `rounding.SMALLEST_ENTRY`.
+    beyond `LARGEST_ENTRY`, or a nonzero entry of M or of the bounds is below `SMALLEST_ENTRY`.
 
     Raises
     ------
@@ -82,36 +77,50 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     if isinstance(z, np.ndarray) and z.dtype.kind == "f" and not np.isfinite(z).all():
         return None
     given = as_vector("z", z, problem.n)
-    if not in_range(problem.M, SMALLEST_ENTRY) or not in_range(given) or _has_tiny_bounds(problem):
+    if not in_range(problem.M, SMALLEST_ENTRY) or not in_range(given) or not problem.M.diagonal().min() > 0:
         return None
-    diagonal = problem.M.diagonal()
-    if not diagonal.min() > 0:
+    if sizes(np.concatenate(problem.box.vectors(problem.n)))[0] < SMALLEST_ENTRY:
+        return None  # products with distances from the bounds may underflow
+    known = theorems(problem)
+    if not known:
         return None
-    theorems = definite.theorems(problem)
-    h_plus = comparison.theorem(problem)
-    if h_plus is not None:
-        theorems["comparison"] = h_plus
-    if not theorems:
-        return None
-    y = neighbour(problem, given)
-    claims = [_claim(problem, theorems, given, point) for point in (given, y) if point is not None]
+    y = _neighbour(problem, given)
+    claims = [_claim(problem, known, given, point) for point in (given, y) if point is not None]
     return min((claim for claim in claims if claim is not None), key=lambda claim: claim.value, default=None)
 
 
-def _has_tiny_bounds(problem: Problem) -> bool:
-    """Whether products with distances from the bounds may underflow."""
-    sizes = np.abs(np.concatenate(problem.box.vectors(problem.n)))
-    return bool(sizes.min(where=sizes != 0, initial=np.inf) < SMALLEST_ENTRY)
-
-
-def _claim(problem: Problem, theorems: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
+def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
     """The smallest of the bounds at y, plus the distance from z to y."""
     y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
     w = residual(problem, y)
     if w is None:
         return None
-    values = {name: theorem(y, w) for name, theorem in theorems.items()}
-    best = min(values, key=lambda name: values[name] if values[name] < LARGEST_ENTRY else math.inf)
+    values = {source: theorem(y, w) for source, theorem in known.items()}
+    best = min(values, key=lambda source: values[source] if values[source] < LARGEST_ENTRY else math.inf)
     way = float(np.abs(z - y).max())
     value = values[best] if way == 0 else (way + values[best]) * (1 + 4 * EPS)
-    return Bound(value, SOURCES[best]) if value < LARGEST_ENTRY else None
+    return Bound(value, best) if value < LARGEST_ENTRY else None
+
+
+def _neighbour(problem: Problem, z: Vector) -> Vector | None:
+    """A point y near z at which a bound is sharp: |z - z*| <= |z - y| + |y - z*| for any y, however y is found.
+
+    It is approximately the basic solution of the states of z - w_i / M_ii, moved within the bounds. If z comes from a
+    solver, that is z* up to rounding, and the bound for z is close to the error of z, however ill-conditioned M is.
+    """
+    basis = problem.box.basis_of(0.5 * (z - problem.w(z) / problem.M.diagonal()))
+    y, active = problem.box.nonbasic(basis), np.flatnonzero(basis.basic)
+    if not active.size:
+        return y
+    try:
+        solve = solver(problem.M[active][:, active])
+    except SingularMatrix:
+        return None
+    for _ in range(REFINEMENTS):
+        left = residual(problem, y)
+        if left is None:
+            return None
+        y[active] -= solve(left[active])
+        if not np.isfinite(y).all():
+            return None
+    return problem.box.project(y)

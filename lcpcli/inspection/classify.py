@@ -1,0 +1,113 @@
+"""Matrix classes of M, with evidence: the table of all, and those that the entries decide.
+
+The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding: what is found in double precision
+is either guaranteed by an error bound or decided in exact arithmetic, or else it is "not decided".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli import clock
+from lcpcli.inspection.copositive import copositive, copositive_plus, strictly_copositive
+from lcpcli.inspection.definite import positive_definite, positive_semidefinite
+from lcpcli.inspection.dominance import h_plus, m_matrix
+from lcpcli.inspection.minors import column_sufficient, p0_matrix, p_matrix, row_sufficient
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, entry, signs
+from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.options import INSPECTION_SECONDS
+from lcpcli.typing import Matrix
+
+
+def symmetric(context: Context) -> Verdict:
+    """M' = M."""
+    with np.errstate(over="ignore"):
+        return _nonzero_entry(context, context.M - context.M.T) or Verdict(YES, "M' = M, entrywise")
+
+
+def skew_symmetric(context: Context) -> Verdict:
+    """M' = -M."""
+    return _nonzero_entry(context, context.symmetric_part) or Verdict(YES, "M' = -M, entrywise")
+
+
+def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
+    """No, by the first pair of entries of M with a difference that is not 0."""
+    place = _first(difference)
+    if place is None:
+        return None
+    i, j = place
+    own = f"{entry(i, j)} = {context.M[i, j]:.6g}"
+    if i == j:
+        return Verdict(NO, f"{own} is not 0", (i,))
+    return Verdict(NO, f"{own}, {entry(j, i)} = {context.M[j, i]:.6g}", (i, j))
+
+
+def z_matrix(context: Context) -> Verdict:
+    """No positive entry off the diagonal."""
+    place = _first(matrices.comparison(context.M) < context.M)
+    if place is None:
+        return Verdict(YES, "no entry off the diagonal is positive")
+    return Verdict(NO, f"{entry(*place)} = {context.M[place]:.6g} is positive", place)
+
+
+def _first(A: Matrix) -> tuple[int, int] | None:
+    """Row and column of the first entry that is not 0; None if there is none."""
+    if is_sparse(A):
+        rows, columns = A.nonzero()
+        return (int(rows[0]), int(columns[0])) if rows.size else None
+    i, j = divmod(int((A != 0).argmax()), A.shape[1])
+    return (i, j) if A[i, j] else None
+
+
+def strictly_diagonally_dominant(context: Context) -> Verdict:
+    """|M_ii| > sum of |M_ij|, j != i, for every row i."""
+    i = weak_row(context.M, context.check)
+    if i is None:
+        return Verdict(YES, "in every row |M_ii| exceeds the sum of the other |M_ij|")
+    return Verdict(NO, f"row {i + 1}: |M_ii| does not exceed the sum of the other |M_ij|", (i,))
+
+
+def weak_row(M: Matrix, check: Check) -> int | None:
+    """The first row that is not strictly diagonally dominant; None if there is none. `check` may raise TimeIsUp."""
+    weak = np.flatnonzero(signs(matrices.comparison(M), np.ones(M.shape[0]), check) <= 0)
+    return int(weak[0]) if weak.size else None
+
+
+# each test relies on those before it
+CLASSES = {
+    "symmetric": symmetric,
+    "skew_symmetric": skew_symmetric,
+    "z_matrix": z_matrix,
+    "strictly_diagonally_dominant": strictly_diagonally_dominant,
+    "h_plus": h_plus,
+    "m_matrix": m_matrix,
+    "positive_definite": positive_definite,
+    "positive_semidefinite": positive_semidefinite,
+    "p_matrix": p_matrix,
+    "p0_matrix": p0_matrix,
+    "column_sufficient": column_sufficient,
+    "row_sufficient": row_sufficient,
+    "copositive": copositive,
+    "strictly_copositive": strictly_copositive,
+    "copositive_plus": copositive_plus,
+}
+
+
+def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
+    """For each of CLASSES whether M, dense or sparse of shape (n, n) with finite entries, belongs to it.
+
+    seconds : after which no further expensive test is started; implications are still reported. A factorization in
+        progress is not interrupted.
+    last : the class after which to stop; "" for none.
+    """
+    context = Context(M, alarm(clock.seconds() + seconds))
+    for name, test in CLASSES.items():
+        try:
+            context.verdicts[name] = test(context)
+        except TimeIsUp:
+            context.verdicts[name] = Verdict(UNDECIDED, f"the time of {seconds:g} s was used up")
+        if name == last:
+            break
+    return context.verdicts

@@ -1,0 +1,244 @@
+"""Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M + M')v / 2.
+
+Small matrices are decided by exact elimination. For larger ones a factorization of S - c I, S = M + M', proves
+definiteness in spite of rounding: if Cholesky's runs to completion, and c exceeds a bound on its rounding error, S is
+positive definite (S. M. Rump, Verification of positive definiteness, BIT Numerical Mathematics 46 (2006) 433-452). The
+sparse case bounds the error of the factors in the same way: |S - c I - L U| <= gamma |L| |U|, and U = D L' up to a
+difference that is computed. A factorization that fails gives a v, and the sign of v'Mv is determined exactly.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from lcpcli.inspection.dominance import scaled_dominance
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, shown, signs
+from lcpcli.linalg import factors, matrices
+from lcpcli.linalg.band import affordable
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.rational import linear
+from lcpcli.typing import Matrix, Vector
+
+EXACT_FIRST = 20  # n up to which exact elimination precedes floating-point arithmetic
+EXACT_LAST = 200  # n up to which it is tried while time is left
+RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly
+WIDEST = 400  # binary exponents: matrices with entries further from 1 are left undecided
+UNSEEN = "neither a v with v'Mv < 0 nor a proof that there is none was found"
+
+Proof = tuple[bool, Vector | None]
+"""Whether S is proved to be positive definite; if not, a v, shape (n,), that may have v'Sv <= 0, or None."""
+
+
+def positive_definite(context: Context) -> Verdict:
+    """v'Mv > 0 for every v != 0."""
+    found = _by_diagonal(context, strict=True)
+    if found is not None:
+        return found
+    if context.n > EXACT_FIRST:
+        found = _by_rounded_arithmetic(context)
+        if found.word != UNDECIDED or context.n > EXACT_LAST:
+            return found
+    sets = context.definiteness
+    if sets.zero is None and sets.negative is None:
+        return Verdict(YES, "exact elimination of M + M' gives only positive pivots")
+    return _by_index_set(context, sets.zero or sets.negative or (), strict=True)
+
+
+def positive_semidefinite(context: Context) -> Verdict:
+    """v'Mv >= 0 for every v."""
+    if context.yes("skew_symmetric"):
+        return Verdict(YES, "v'Mv = 0 for every v, as M' = -M")
+    witness = context.verdicts["positive_definite"]
+    found = context.implied("positive_definite") or _by_vector(context, witness.vector, False, witness.indices)
+    found = found or _by_diagonal(context, strict=False)
+    if found is None and context.n > EXACT_FIRST:
+        found = _by_support(context)
+    if found is None and context.n <= EXACT_LAST:
+        sets = context.definiteness
+        if sets.negative is None:
+            return Verdict(YES, "exact elimination of M + M' gives no negative pivot")
+        found = _by_index_set(context, sets.negative, strict=False)
+    return found or Verdict(UNDECIDED, witness.evidence if witness.word == UNDECIDED else UNSEEN)
+
+
+def _by_vector(
+    context: Context, v: Vector | None, strict: bool, indices: tuple[int, ...] | None = None
+) -> Verdict | None:
+    """No, if v'Mv is proved to be negative, or if strict not to be positive."""
+    if v is None or not context.form_is_low(v, strict):
+        return None
+    return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {shown(v)}", indices, v)
+
+
+def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
+    """No, for a negative diagonal entry, or if strict for one that is not positive: the least one."""
+    i = int(context.diagonal.argmin())
+    if context.diagonal[i] > 0 or (context.diagonal[i] == 0 and not strict):
+        return None
+    found = f"v'Mv = {entry(i, i)} = {context.diagonal[i]:.6g} for the unit vector v of index {i + 1}"
+    return Verdict(NO, found, (i,), context.vector((i,), (1,)))
+
+
+def _by_rounded_arithmetic(context: Context) -> Verdict:
+    """A proof or a counterexample by floating-point factorizations, both verified."""
+    scaling = context.verdicts["h_plus"].vector if "h_plus" in context.verdicts else None
+    found = _by_vector(context, np.ones(context.n), True) or _by_vector(context, scaling, True)
+    if found is not None:
+        return found
+    if context.yes("symmetric", "h_plus"):
+        return Verdict(YES, "it is symmetric and an H+-matrix")
+    context.check()
+    S = context.symmetric_part
+    if not np.isfinite(abs(S).max()):
+        return Verdict(UNDECIDED, "M + M' overflows")
+    if is_sparse(S) and _is_exact(context, S) and scaled_dominance(S, context.check).word == YES:
+        return Verdict(YES, "M + M' is an H+-matrix: its diagonal is positive and dominant after scaling the columns")
+    context.check()
+    if not affordable(S):
+        return Verdict(UNDECIDED, "a factorization of M + M' may be too expensive")
+    proved, v = _definite(S)
+    if proved:
+        return Verdict(YES, "Cholesky's factorization of (M + M') / 2 shifted by more than its rounding error succeeds")
+    undecided = Verdict(UNDECIDED, "rounding errors prevent a proof, and no counterexample was found")
+    return _by_vector(context, v, True) or undecided
+
+
+def _is_exact(context: Context, S: Matrix) -> bool:
+    """Whether M + M' was computed without rounding."""
+    M, T = context.M, context.M.T
+    with np.errstate(over="ignore", invalid="ignore"):
+        return not any((lost != 0).sum() for lost in ((S - M) - T, (S - T) - M))
+
+
+def _by_support(context: Context) -> Verdict | None:
+    """Semidefinite by M + M' without its zero rows, or by weak diagonal dominance; or not, by a zero on the diagonal
+    beside another entry."""
+    S = context.symmetric_part
+    support = np.flatnonzero(abs(S).sum(axis=1))
+    loose = support[S.diagonal()[support] == 0]
+    if loose.size:
+        return _indefinite(context, S, int(loose[0]))
+    if support.size < context.n:
+        part = Context(context.M[support][:, support], context.check)
+        if positive_definite(part).word == YES:
+            zero_rows = f"M + M' has {context.n - support.size} zero rows"
+            return Verdict(YES, f"{zero_rows}, and is positive definite without them")
+    if _is_exact(context, S) and (signs(matrices.comparison(S), np.ones(context.n), context.check) >= 0).all():
+        return Verdict(YES, "M + M' is weakly diagonally dominant with a nonnegative diagonal")
+    return None
+
+
+def _indefinite(context: Context, S: Matrix, i: int) -> Verdict | None:
+    """No, by a v with two nonzero entries, for a row of M + M' with a zero on the diagonal and another entry."""
+    row = matrices.dense(S[[i]])[0]
+    j, v = int(np.abs(row).argmax()), np.zeros(context.n)
+    v[i], v[j] = -np.sign(row[j]) * (abs(context.diagonal[j]) / abs(row[j]) + 1.0), 1.0
+    if not context.form_is_low(v, strict=False):
+        return None
+    return Verdict(NO, f"v'Mv < 0 for v with entries {v[i]:.6g} at {i} and 1 at {j}", (i, j), v)
+
+
+def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
+    """No, for a principal minor of M + M' that is negative, or zero if strict, with a vector if one is exact."""
+    minor = f"the minor {index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
+    return _by_vector(context, _vector(context, indices), strict, indices) or Verdict(NO, minor, indices)
+
+
+def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
+    """v with support in the index set P: (x, 1) with S_PP x = -S_Pk without the last pivot k, exactly if P is small,
+    else an eigenvector of the least eigenvalue."""
+    if len(indices) <= RATIONAL:
+        *S, last = block(context.whole_symmetric_part(), indices)
+        x, free = linear.solve([row[:-1] for row in S], [-value for value in last[:-1]])
+        exact = None if x is None or free else context.vector(indices, [*x, Fraction(1)])
+        if exact is not None:
+            return exact
+    rows = list(indices)
+    v = np.zeros(context.n)
+    try:
+        v[rows] = np.linalg.eigh(matrices.dense(context.symmetric_part[rows][:, rows]))[1][:, 0]
+    except np.linalg.LinAlgError:
+        return None
+    return v
+
+
+def _definite(S: Matrix) -> Proof:
+    """The proof for an affordable S, shape (n, n), symmetric up to one rounding of each entry, with positive diagonal.
+
+    S is first scaled by powers of two to a diagonal near 1, which does not affect the result.
+    """
+    power = -np.rint(0.5 * np.log2(S.diagonal()))
+    if np.abs(power).max() > WIDEST:
+        return False, None
+    D = np.exp2(power)
+    with np.errstate(over="ignore"):
+        A = matrices.scaled(S, D, D)
+        rounding = EPS * matrices.norm_inf(A)
+    if not rounding < 1:
+        return False, None
+    proved, v = _sparse(A, rounding) if is_sparse(A) else _dense(A, rounding)
+    return proved, None if v is None else D * v
+
+
+def _dense(A: Vector, rounding: float) -> Proof:
+    from scipy.linalg import get_lapack_funcs, solve_triangular
+
+    n = A.shape[0]
+    (potrf,) = get_lapack_funcs(("potrf",), (A,))
+    shifted = A.copy(order="F")
+    shifted.reshape(-1, order="F")[:: n + 1] -= 2 * (n + 4) * EPS * float(np.trace(A)) + rounding
+    if potrf(shifted, lower=True, overwrite_a=True)[1] == 0:
+        return True, None
+    factor, info = potrf(A, lower=True)
+    v = np.zeros(n)
+    if info > 0:
+        k = info - 1
+        v[:k] = -solve_triangular(factor[:k, :k], factor[k, :k], lower=True, trans=1)
+        v[k] = 1.0
+    return False, v
+
+
+def _sparse(A: Matrix, rounding: float) -> Proof:
+    from scipy.sparse import eye_array
+
+    n = A.shape[0]
+    shift = 2.0**-20
+    while shift > 2.0**-44:
+        try:
+            lu = factors.sparse_lu(symmetric=True)((A - shift * eye_array(n, format="csr")).tocsr())
+        except factors.SingularMatrix:
+            return False, None
+        if factors.positive_pivots(lu):
+            return _error(lu, n) + rounding + 4 * EPS < shift, None
+        shift *= 2.0**-12
+    return False, _direction(lu, n)
+
+
+def _error(lu: Any, n: int) -> float:
+    """A bound on |S - c I - L D L'| in the maximum norm, for factors computed without row interchanges."""
+    L, U = lu.L.tocsr(), lu.U.tocsr()
+    D = U.diagonal()
+    gamma = 2 * (n + 4) * EPS
+    with np.errstate(over="ignore"):
+        sums = abs(L) @ (abs(U) @ np.ones(n))
+        row = U.copy()
+        row.data /= np.repeat(D, np.diff(U.indptr))
+        difference = abs(L) @ (D * (abs(row - L.T.tocsr()) @ np.ones(n)))
+        slack = abs(L) @ (D * (abs(row) @ np.ones(n)))
+    return float((1 + gamma) * (gamma * sums.max() + difference.max() + gamma * slack.max()))
+
+
+def _direction(lu: Any, n: int) -> Vector | None:
+    """v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the smallest one."""
+    if not np.array_equal(lu.perm_r, lu.perm_c):
+        return None
+    from scipy.sparse.linalg import spsolve_triangular
+
+    unit = np.zeros(n)
+    unit[int(lu.U.diagonal().argmin())] = 1.0
+    v: Vector = spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[lu.perm_c]
+    return v

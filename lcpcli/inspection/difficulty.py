@@ -1,0 +1,186 @@
+"""Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the factorization that every step
+of `interior` repeats, its fill and its time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lcpcli import clock
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.linalg import factors, matrices, spectrum
+from lcpcli.linalg.band import Band, affordable
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.fill import fill
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.shifted_systems import DECIDED, sparse_systems
+from lcpcli.methods.interior.scaling import Scaled, scaled
+from lcpcli.methods.interior.systems import Regularization
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix
+
+EIGEN = 500  # n up to which all eigenvalues are computed
+MOST = 5_000_000  # entries of L that are affordable where a band is not
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The range in decades of the largest entries of nonzero rows, and of nonzero columns."""
+
+    rows: float
+    columns: float
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The smallest and the largest eigenvalue of a symmetric M, in units of M.
+
+    estimated : by a few steps of inverse and of power iteration, each accurate to a factor of about 3.
+    """
+
+    smallest: float
+    largest: float
+    estimated: bool
+
+
+@dataclass(frozen=True)
+class Cost:
+    """The storage of M in bytes, and the cost of its triangular factors in entries and operations.
+
+    bandwidth : of a sparse M after reordering; its factors lie within the band. None if dense.
+    """
+
+    bytes: int
+    bandwidth: int | None
+    factor_entries: int
+    factor_operations: int
+
+
+@dataclass(frozen=True)
+class Factorization:
+    """That of M + D for a positive diagonal D and sparse M, without rows and columns of fixed variables.
+
+    nonzeros : of M. factor_nonzeros : of L and D, or of L and U; a unit diagonal does not count.
+    library : the faster one, SuperLU or QDLDL.
+    first, repeated : seconds with and without the search for an order of the pivots.
+    note : what kept it from being complete; "" if nothing did.
+    """
+
+    nonzeros: int
+    library: str | None = None
+    factor_nonzeros: int | None = None
+    first: float | None = None
+    repeated: float | None = None
+    note: str = ""
+
+    @property
+    def ratio(self) -> float | None:
+        """The nonzeros of the factors relative to those of M."""
+        return self.factor_nonzeros / self.nonzeros if self.factor_nonzeros and self.nonzeros else None
+
+
+def nonzeros(M: Matrix) -> int:
+    """The number of nonzero entries of M."""
+    return int(np.count_nonzero(M.data if is_sparse(M) else M))
+
+
+def spread(M: Matrix) -> Spread:
+    """The spread of M."""
+    used = [sizes[sizes > 0] for sizes in (matrices.row_maxima(M), matrices.column_maxima(M))]
+    return Spread(*(float(np.log10(sizes.max()) - np.log10(sizes.min())) if sizes.size else 0.0 for sizes in used))
+
+
+def condition(M: Matrix) -> float:
+    """|M|_1 |M^-1|_1 of an affordable M; estimated from below for n above factors.SMALL. Infinite if M is singular."""
+    small = not is_sparse(M) and M.shape[0] <= factors.SMALL
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        try:
+            value = float(np.linalg.cond(M, 1)) if small else _estimated_condition(M)
+        except (SingularMatrix, np.linalg.LinAlgError):
+            return math.inf
+    return value if value >= 1 else math.inf
+
+
+def _estimated_condition(M: Matrix) -> float:
+    if is_sparse(M):
+        from scipy.sparse.linalg import LinearOperator, onenormest
+
+        lu = factors.sparse_lu(matrices.is_symmetric(M))(M)
+        if not np.isfinite(lu.solve(np.ones(M.shape[0]))).all():
+            return math.inf
+        inverse = LinearOperator(M.shape, matvec=lu.solve, rmatvec=lambda b: lu.solve(b, "T"), dtype=np.float64)
+        # with one column it uses no random vector, so that the result is reproducible
+        return float(onenormest(inverse, t=1)) * float(abs(M).sum(axis=0).max())
+    from scipy.linalg import get_lapack_funcs
+
+    getrf, gecon = get_lapack_funcs(("getrf", "gecon"), (M,))
+    lu, _, info = getrf(M)
+    reciprocal = 0.0 if info > 0 else float(gecon(lu, float(matrices.norm_inf(M.T)), norm="1")[0])
+    return 1 / reciprocal if reciprocal > 0 else math.inf
+
+
+def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
+    """The ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
+    if M.shape[0] <= EIGEN:
+        dense = matrices.dense(M)
+        if M.shape[0] <= factors.SMALL:
+            values = np.linalg.eigvalsh(dense)
+        else:
+            from scipy.linalg import eigvalsh
+
+            values = eigvalsh(dense)
+        return Spectrum(float(values[0]), float(values[-1]), estimated=False)
+    found = spectrum.ends(M) if definite and affordable(M) else None
+    return None if found is None or not np.isfinite(found).all() else Spectrum(*found, estimated=True)
+
+
+def cost(M: Matrix, definite: bool) -> Cost:
+    """The cost of M and of its factorization; half for a symmetric positive definite one."""
+    n = int(M.shape[0])
+    if is_sparse(M):
+        band, held = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
+        return Cost(held, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
+    return Cost(M.nbytes, None, n * n, n**3 // 3 if definite else 2 * n**3 // 3)
+
+
+def factorization(problem: Problem, seconds: float) -> Factorization | None:
+    """What is known of it after so many seconds; None for dense M, whose factors are no larger."""
+    if not is_sparse(problem.M):
+        return None
+    if not np.less(problem.lower, problem.upper).any():
+        return Factorization(0, note="not needed: all variables are fixed")
+    own = scaled(problem)
+    found = [Factorization(nonzeros(own.M))]
+    try:
+        with within(seconds):
+            note = _measure(own, found)
+    except TimeIsUp:
+        note = f"stopped after {seconds:g} s"
+    except SingularMatrix:
+        note = "failed: there are no factors with pivots on the diagonal"
+    except MemoryError:
+        note = "failed: not enough memory"
+    return replace(found[-1], note=note)
+
+
+def _measure(own: Scaled, found: list[Factorization]) -> str:
+    """Append what is known after each factorization until it is decided which library is faster; the note, if any."""
+    if not affordable(own.M) and fill(own.M, MOST) > MOST:
+        return f"not tried: its factors may have more than {MOST:.0e} entries"
+    D = np.zeros(own.kept.size)
+    D[own.low] = D[own.high] = 1.0  # as in the first step
+    systems = sparse_systems(own.M, own.S)
+    for k in range(2 if own.S is None else DECIDED):
+        began = clock.seconds()
+        systems.factorize(D + Regularization.rho)
+        seconds, last = clock.seconds() - began, found[-1]
+        if k == 0:
+            last = replace(last, first=seconds)
+        elif last.repeated is None or seconds < last.repeated:
+            last = replace(last, repeated=seconds)
+        else:
+            continue
+        found.append(replace(last, library=systems.library, factor_nonzeros=systems.nonzeros))
+    return ""

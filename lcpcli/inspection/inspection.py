@@ -1,0 +1,179 @@
+"""Diagnosis of a problem: the classes of M with evidence, its difficulty, and which methods are guaranteed."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli import clock
+from lcpcli.inspection import difficulty, theory
+from lcpcli.inspection.classify import classify, weak_row
+from lcpcli.inspection.difficulty import Factorization, Spectrum, Spread, factorization
+from lcpcli.inspection.theory import Guarantee, guarantees
+from lcpcli.inspection.verdict import NO, YES, Check, Verdict
+from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.linalg import matrices
+from lcpcli.linalg.band import affordable
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model import far_bounds
+from lcpcli.model.problem import Problem, as_problem
+from lcpcli.options import INSPECTION_SECONDS
+
+BAD_SPREAD = 4.0  # decades
+BAD_CONDITION = 1e12
+NEARLY = 1e-12  # relative to the largest entry: an asymmetry that looks like rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Inspection:
+    """The diagnosis of one problem. None for quantities that are too expensive to compute.
+
+    condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
+    spread, equilibrated_spread : of M and of R M C. spectrum : of a symmetric M.
+    factorization : the one that `interior` repeats; None for dense M.
+    published, best : of `fixed-point`, with omega = 1 and with `--omega auto`.
+    obvious : the answer, if it is evident from M and q; else "".
+    """
+
+    problem: Problem
+    nonzeros: int
+    classes: dict[str, Verdict]
+    spread: Spread
+    equilibrated_spread: Spread
+    condition: float | None
+    equilibrated_condition: float | None
+    spectrum: Spectrum | None
+    cost: difficulty.Cost
+    factorization: Factorization | None
+    published: theory.Rate | None
+    best: theory.Rate | None
+    smoothing: theory.Smoothing
+    guarantees: dict[str, Guarantee]
+    obvious: str
+    hints: list[str]
+
+    def __repr__(self) -> str:
+        from lcpcli.report.notebook import inspection_text
+
+        return inspection_text(self)
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspection:
+    """Classify and diagnose a problem, as `lcp inspect`: the classes of M, its scaling, which methods are guaranteed.
+
+    Parameters
+    ----------
+    problem : a Problem; a sparse M is made dense only if it is small.
+    time_limit : seconds after which no further expensive computation is started; one in progress is not interrupted.
+        The factorization of a sparse M may take as long besides, and is then stopped.
+
+    Returns an Inspection, which the interpreter shows as the command prints it. A class is "yes" or "no" only where
+    rounding errors cannot affect the answer.
+
+    >>> import lcpcli
+    >>> found = lcpcli.inspect(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
+    >>> found.classes["p_matrix"].word, found.guarantees["lemke"].word
+    ('yes', 'yes')
+    """
+    as_problem(problem)
+    check = alarm(clock.seconds() + time_limit)
+    found = classify(problem.M, time_limit)
+    definite = found["symmetric"].word == found["positive_definite"].word == YES
+    scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
+    condition = equilibrated = spectrum = published = best = None
+    with suppress(TimeIsUp):
+        if affordable(problem.M):
+            check()
+            condition = difficulty.condition(problem.M)
+            check()
+            equilibrated = difficulty.condition(scaled)
+        if found["symmetric"].word == YES:
+            check()
+            spectrum = difficulty.eigenvalues(problem.M, definite)
+        check()
+        published, best = theory.rates(problem.M, spectrum if definite else None)
+    far = far_bounds.remark(problem)
+    inspection = Inspection(
+        problem=problem,
+        nonzeros=difficulty.nonzeros(problem.M),
+        classes=found,
+        spread=difficulty.spread(problem.M),
+        equilibrated_spread=difficulty.spread(scaled),
+        condition=condition,
+        equilibrated_condition=equilibrated,
+        spectrum=spectrum,
+        cost=difficulty.cost(problem.M, definite),
+        factorization=factorization(problem, time_limit),
+        published=published,
+        best=best,
+        smoothing=theory.smoothing(problem),
+        guarantees=guarantees(found, problem),
+        obvious=_obvious(problem, found),
+        hints=[far] if far else [],
+    )
+    with suppress(TimeIsUp):
+        inspection.hints.extend(_hints(inspection, check))
+    return inspection
+
+
+def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
+    """What is evident about the solutions from M, its classes and q; "" if nothing is.
+
+    M is a P-matrix if and only if there is exactly one for every q: H. Samelson, R. M. Thrall, O. Wesler, A partition
+    theorem for Euclidean n-space, Proc. Amer. Math. Soc. 9 (1958) 805-807.
+    """
+    box, mixed, unique = problem.box, problem.is_mixed, classes["p_matrix"].word == YES
+    if not box.gaps(box.project(np.zeros(problem.n)), problem.q_ref).any():
+        nearest = "the z within the bounds nearest to 0" if mixed else "q >= 0: z = 0"
+        return f"{nearest} is a solution{', the unique one, as M is a P-matrix' * unique}"
+    if unique:
+        every = "these and all other bounds and every q" if mixed else "this and every other q"
+        return f"there is exactly one solution, for {every}, as M is a P-matrix"
+    if mixed:
+        finite = not {"free", "lower bound", "upper bound"} & set(box.kinds)
+        return "there is a solution, as all bounds are finite" * finite
+    rows = np.flatnonzero((problem.q < 0) & ~((problem.M > 0).sum(axis=1) > 0))
+    if not rows.size:
+        return ""
+    i = int(rows[0]) + 1
+    return f"q{i} < 0 and no entry of row {i} of M is positive: there is no solution, as w{i} < 0 for every z >= 0"
+
+
+def _hints(own: Inspection, check: Check) -> list[str]:
+    """Possible mistakes in the data, and advice on them; only with evidence. `check` may raise TimeIsUp."""
+    found = []
+    before, after = (max(spread.rows, spread.columns) for spread in (own.spread, own.equilibrated_spread))
+    condition, ends = own.equilibrated_condition, own.spectrum
+    if before > BAD_SPREAD and after < before - 1:
+        found.append(
+            f"badly scaled: the largest entries of rows or columns vary by {before:.1f} decades, "
+            f"by {after:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
+        )
+    if condition is not None and BAD_CONDITION < condition < math.inf:
+        digits = min(math.log10(condition), 16.0)
+        found.append(f"ill-conditioned, even after equilibration: about {digits:.0f} digits of z may be lost")
+    rounding = ends is not None and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
+    if rounding and own.classes["positive_semidefinite"].word == NO:
+        found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")
+    if own.classes["symmetric"].word == NO:
+        found += _transposed(own, check)
+    return found
+
+
+def _transposed(own: Inspection, check: Check) -> list[str]:
+    """Whether M looks like the transpose of the intended matrix, or is symmetric up to rounding."""
+    M = own.problem.M
+    with np.errstate(over="ignore"):
+        difference = abs(M - M.T).max()
+    if difference <= NEARLY * abs(M).max():
+        return ["M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
+    transpose = M.T.tocsr() if is_sparse(M) else np.ascontiguousarray(M.T)
+    if own.classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:
+        return ["strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed"]
+    return []

@@ -1,0 +1,164 @@
+"""P-matrices, whose principal minors are all positive, P0-matrices, where none is negative, and sufficient matrices.
+
+Small matrices are decided by all their principal minors, in exact arithmetic. Larger ones belong to P or P0 by an
+implication, or are ruled out by one minor, or by a vector whose signs M reverses (M. Fiedler and V. Pták, On matrices
+with non-positive off-diagonal elements and positive principal minors, Czechoslovak Mathematical Journal 12 (1962)
+382-400): v_i (Mv)_i <= 0 for all i, v != 0, for P; v_i (Mv)_i < 0 wherever v_i != 0 for P0.
+
+M is column sufficient if z_i (Mz)_i <= 0 for all i implies that all are 0, and row sufficient if M' is column
+sufficient (R. W. Cottle, J.-S. Pang and V. Venkateswaran, Sufficient matrices and the linear complementarity problem,
+Linear Algebra and its Applications 114/115 (1989) 231-249). Both imply P0. Small matrices are decided exactly: let z be
+a counterexample of smallest support P, I the indices with z_i (Mz)_i < 0, and J the others in P. M_PP + T is singular
+for the diagonal T of -(Mz)_i / z_i. Its determinant is a sum over the principal minors from J to P, each times a
+positive number; in a P0-matrix they are therefore all 0, and M_PP + T is singular for every T >= 0 with support in I.
+No null vector of it vanishes on I, as it could be subtracted from z to make P smaller. So the null space of
+M_PP + t diag(1_I), t > 0, has a counterexample; it suffices to examine all I and P.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, index_set, index_sets, shown, signs
+from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.rational import elimination, linear, sums
+from lcpcli.typing import Vector
+
+ALL_MINORS = 14  # n up to which all 2^n - 1 minors are computed
+ALL_PAIRS = 8  # n up to which all pairs of index sets are examined
+EIGEN = 300  # n up to which eigenvectors are tried
+PAIRS = 2000  # n up to which all pairs of a dense matrix are examined
+CANDIDATES = 10  # pairs whose minor is computed exactly
+NOISE = 1e-13  # of the largest component of an eigenvector: treated as zero
+
+
+def p_matrix(context: Context) -> Verdict:
+    """Every principal minor is positive."""
+    found = context.implied("positive_definite", "h_plus") or _by_symmetry(context, "positive_definite")
+    return found or _by_minors(context, strict=True)
+
+
+def p0_matrix(context: Context) -> Verdict:
+    """No principal minor is negative."""
+    found = context.implied("p_matrix", "positive_semidefinite") or _by_symmetry(context, "positive_semidefinite")
+    return found or _by_minors(context, strict=False)
+
+
+def _by_symmetry(context: Context, name: str) -> Verdict | None:
+    """A symmetric matrix is P exactly if it is definite, and P0 exactly if it is semidefinite."""
+    return context.excluded(name, "it is symmetric and not") if context.yes("symmetric") else None
+
+
+def _by_minors(context: Context, strict: bool) -> Verdict:
+    """A minor that rules out M, all minors if they are few, or a vector whose signs M reverses."""
+    size = "not positive" if strict else "negative"
+    low = context.low_diagonal(strict)
+    if low is not None:
+        return low
+    pair = _pair(context, strict)
+    if pair is not None:
+        return Verdict(NO, f"the principal minor {index_set(pair)} is {size}", pair)
+    if context.n <= ALL_MINORS:
+        for indices, minor in elimination.principal_minors(context.whole(), context.check):
+            if minor < 0 or (strict and minor == 0):
+                return Verdict(NO, f"the principal minor {index_set(indices)} is {size}", indices)
+        return Verdict(YES, f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic")
+    v = _reversed(context, strict)
+    if v is not None:
+        bound = "<= 0" if strict else "< 0"
+        return Verdict(NO, f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {shown(v)}", vector=v)
+    minors = f"2^{context.n} - 1 principal minors"
+    return Verdict(UNDECIDED, f"{minors} are too many; no sufficient condition or counterexample was found")
+
+
+def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
+    """Indices of a principal minor of order 2 that is negative, or zero if strict, exactly."""
+    M, diagonal = context.M, context.diagonal
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        if is_sparse(M):
+            product = M.multiply(M.T).tocoo()
+            rows, columns, values = product.row, product.col, product.data
+        elif context.n <= PAIRS:
+            values = (M * M.T).ravel()
+            rows, columns = np.divmod(np.arange(values.size), context.n)
+        else:
+            return None
+        kept = np.flatnonzero((rows < columns) & (values > 0))
+        rows, columns = rows[kept], columns[kept]
+        excess = values[kept] / diagonal[rows] / diagonal[columns]
+    likely = np.flatnonzero(excess >= 1 - 1e-15)
+    for k in likely[np.argsort(-excess[likely], kind="stable")][:CANDIDATES]:
+        pair = int(rows[k]), int(columns[k])
+        minor = elimination.determinant(sums.integers(matrices.dense(M[list(pair)][:, list(pair)])))
+        if minor < 0 or (strict and minor == 0):
+            return pair
+    return None
+
+
+def _reversed(context: Context, strict: bool) -> Vector | None:
+    """A real eigenvector of a nonpositive eigenvalue, if M reverses its signs exactly."""
+    if context.n > EIGEN:
+        return None
+    context.check()
+    M = matrices.dense(context.M)
+    try:
+        values, vectors = np.linalg.eig(M)
+    except np.linalg.LinAlgError:
+        return None
+    for k in np.flatnonzero((values.imag == 0) & (values.real <= 0)):
+        v = np.array(vectors[:, k].real)
+        v[np.abs(v) < NOISE * np.abs(v).max()] = 0.0
+        signs_of_product = signs(M, v, context.check) * np.sign(v)
+        reverses = signs_of_product <= 0 if strict else signs_of_product[v != 0] < 0
+        if reverses.all():
+            return v
+    return None
+
+
+def column_sufficient(context: Context) -> Verdict:
+    """z_i (Mz)_i <= 0 for all i only if all are 0."""
+    return _sufficient(context, "Mz")
+
+
+def row_sufficient(context: Context) -> Verdict:
+    """z_i (M'z)_i <= 0 for all i only if all are 0."""
+    if context.yes("symmetric"):
+        own = context.verdicts["column_sufficient"]
+        return Verdict(own.word, "it is symmetric, so this is column sufficiency", own.indices, own.vector)
+    return _sufficient(context, "M'z")
+
+
+def _sufficient(context: Context, product: str) -> Verdict:
+    found = context.implied("p_matrix", "positive_semidefinite") or context.excluded("p0_matrix")
+    if found is not None:
+        return found
+    if context.n > ALL_PAIRS:
+        return Verdict(UNDECIDED, f"3^{context.n} pairs of index sets are too many; no sufficient condition was found")
+    if not context.yes("p0_matrix"):
+        return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
+    M = context.whole()
+    A = M if product == "Mz" else [list(column) for column in zip(*M, strict=True)]
+    for P in index_sets(context.n):
+        part = block(A, P)
+        if elimination.determinant(part):
+            continue
+        for inside in index_sets(len(P)):
+            context.check()
+            u = _exception(part, inside)
+            if u is not None:
+                claim = f"z_i ({product})_i <= 0 for all i and < 0 for one"
+                z = context.vector(P, u)
+                support = f"for a z with support {index_set(P)}, in exact arithmetic"
+                return Verdict(NO, f"{claim}, {support if z is None else f'z = {shown(z)}'}", P, z)
+    return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
+
+
+def _exception(A: elimination.Rows, inside: tuple[int, ...]) -> list[Fraction] | None:
+    """z, not 0 on I, with (A + t diag(1_I)) z = 0, if there is one: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere."""
+    t = max(abs(v) for row in A for v in row) or 1
+    shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(A)]
+    _, free = linear.solve(shifted, [0] * len(A))
+    return next((z for z in free if any(z[i] for i in inside)), None)

@@ -1,0 +1,207 @@
+"""A priori theory: which methods are guaranteed for what class of M, the rate of `fixed-point`, the error of `shi`.
+
+A method is guaranteed to find a solution, or a proof that there is none. The statements are those of the methods' own
+modules, which name the sources, and hold in exact arithmetic. For `fixed-point`, |T|_2 < 1 holds for every omega > 0 if
+v'Mv > 0 for all v != 0, since |(omega I + M)v|^2 exceeds |(omega I - M)v|^2 by 4 omega v'Mv, and Bai (2010) has
+convergence for H+-matrices if omega is at least the largest diagonal entry. For `shi`, level sets are bounded for
+P-matrices, whose F is a homeomorphism.
+
+With bounds, z - x has for mid(l, u, 2x) the Lipschitz constant of |x|, so that what holds for fixed-point and shi still
+holds, and newton returns to no state of its last index, as w_n rises with z_n, as for an LCP. The standard form for
+lemke has a row sufficient matrix if M is and no variable is free, a copositive-plus one if M is and all variables have
+a lower bound, and a positive semidefinite one if M is.
+
+With T = (omega I + M)^-1 (omega I - M), Schäfer's fixed point iteration is x' = T |x| - (omega I + M)^-1 q. As
+| |x| - |y| | <= |x - y|, each step reduces the Euclidean distance to the solution at least by the factor |T|_2, which
+for symmetric M is the maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981). Near a
+solution without x*_i = 0 the iteration is linear, and the asymptotic factor is the spectral radius of T S for the signs
+S of x*. With bounds, z - x for mid(l, u, 2x) is in place of |x|: S_ii is 1 where l_i < 2x*_i < u_i, else -1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.inspection.difficulty import Spectrum
+from lcpcli.inspection.verdict import CALLED, NO, UNDECIDED, YES, Verdict
+from lcpcli.linalg import matrices
+from lcpcli.linalg.band import affordable
+from lcpcli.methods.fixed_point import best_omega
+from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
+from lcpcli.methods.shi import default_p
+from lcpcli.methods.smoothing import error as smoothing_error
+from lcpcli.model.changes import shifted
+from lcpcli.model.problem import Problem
+from lcpcli.options import TOL
+from lcpcli.typing import Matrix, Vector
+
+SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see enumeration.MAX_NODES
+SIGNED = ("p_matrix", "row_sufficient")  # what changes of the signs of variables keep
+FORMED = 500  # n up to which the iteration matrix T is formed for its norm alone
+FEWEST = 8  # iterates needed to determine a rate
+
+Classes = dict[str, Verdict]
+
+
+@dataclass(frozen=True)
+class Guarantee:
+    """word : YES, NO or UNDECIDED, if the decisive classes are not decided. reason : why, as a clause."""
+
+    word: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Rate:
+    """One omega of the modulus iteration: the factor |T|_2, which bounds the reduction of the error per iteration.
+
+    iterations : upper bound for reducing the error by the default tolerance; None if the factor is not below 1.
+    Both are None if unknown.
+    """
+
+    omega: float
+    factor: float | None
+    iterations: int | None
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """The default p of `shi`, in 1 / (units of z), and the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
+
+    p: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Contraction:
+    """Convergence factors: the reduction of the error per iteration.
+
+    bound : |T|_2. local : the spectral radius of T S; None if some 2x*_i is at a bound, where the iteration has a kink.
+    """
+
+    bound: float
+    local: float | None
+
+
+def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
+    """For each of `methods.registry.METHODS` whether it is guaranteed, given what is known of M."""
+    return {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
+
+
+def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
+    kinds, largest = problem.box.kinds, float(problem.M.diagonal().max())
+    n = (
+        problem.n - kinds.get("fixed", 0) + kinds.get("boxed", 0) + ("free" in kinds)
+    )  # with bounds, of the standard form
+    if method.max_unknowns is not None and n > method.max_unknowns:
+        form = f", and the standard form has {n}" * (n != problem.n)
+        return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns{form}")
+    if ANY in method.guaranteed:
+        incomplete = f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
+        return Guarantee(YES, method.guaranteed[ANY] + incomplete * (n > SETTLED))
+    only_h_plus = classes["h_plus"].word == YES and classes["positive_definite"].word != YES
+    if OMEGA in method.options and only_h_plus:
+        if largest <= OMEGA.value:
+            return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
+        return Guarantee(NO, f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry")
+    return _by_class(classes, _kept(method, problem))
+
+
+def _kept(method: Method, problem: Problem) -> Mapping[str, str]:
+    """What classes of M guarantee for these bounds."""
+    if method.takes_bounds:
+        return method.guaranteed
+    if "free" in problem.box.kinds:
+        return {"positive_semidefinite": method.guaranteed["row_sufficient"]}
+    signed = "upper bound" in problem.box.kinds
+    return {name: gain for name, gain in method.guaranteed.items() if name in SIGNED or not signed}
+
+
+def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
+    """The first class that M belongs to decides; `gains` states what each class guarantees."""
+    if not gains:
+        return Guarantee(UNDECIDED, "no theorem about it is known here")
+    for name, gain in gains.items():
+        if classes[name].word == YES:
+            return Guarantee(YES, f"M is {CALLED[name]}: {gain}")
+    named = [CALLED[name] for name in gains]
+    undecided = [CALLED[name] for name in gains if classes[name].word == UNDECIDED]
+    if undecided:
+        return Guarantee(UNDECIDED, f"whether M is {' or '.join(undecided)} is not decided")
+    return Guarantee(NO, f"M is {'not' if len(named) == 1 else 'neither'} {' nor '.join(named)}")
+
+
+def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
+    """As published, with omega = 1, and with `fixed_point.best_omega`, for which a symmetric M must be affordable.
+
+    ends : of a positive definite spectrum, if known; else the rate is known for small M.
+    """
+    omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
+    return _rate(M, OMEGA.value, ends), _rate(M, omega, ends) if omega < math.inf else None
+
+
+def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
+    if ends is not None and ends.smallest > 0:
+        factor: float | None = max(abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest))
+    else:
+        factor = _norm(M, omega) if M.shape[0] <= FORMED else None
+    if factor is None or not factor < 1:
+        return Rate(omega, factor, None)
+    tol = TOL.value
+    return Rate(omega, factor, 1 if factor <= tol else math.ceil(math.log(tol) / math.log(factor)))
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _norm(M: Matrix, omega: float) -> float | None:
+    """|T|_2; None if omega I + M is singular or T overflows."""
+    try:
+        T = _iteration_matrix(M, omega)
+        return float(np.linalg.norm(T, 2)) if np.isfinite(T).all() else None
+    except np.linalg.LinAlgError:
+        return None
+
+
+def smoothing(problem: Problem) -> Smoothing:
+    """The difference between F~ and F with the default p of `shi`, which runs with mid(l, u, 0) moved to 0."""
+    problem = problem if problem.reference_z is None else shifted(problem).problem
+    p = default_p(problem)
+    return Smoothing(p, smoothing_error(problem, p))
+
+
+def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
+    """The theoretical factors at the solution x = (z - w) / 2, shape (n,), in units of z, by the eigenvalues and the
+    singular values of an n-by-n matrix; None if omega I + M is singular."""
+    box = problem.box
+    kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
+    S = np.where(box.basis_of(x).basic, 1.0, -1.0)
+    try:
+        T = _iteration_matrix(problem.M, omega)
+        local = None if kinks.any() else float(np.abs(np.linalg.eigvals(T * S)).max())
+        return Contraction(float(np.linalg.norm(T, 2)), local)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _iteration_matrix(M: Matrix, omega: float) -> Vector:
+    dense = matrices.dense(M)
+    shift = omega * np.eye(M.shape[0])
+    return np.asarray(np.linalg.solve(shift + dense, shift - dense))
+
+
+def measured(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
+    """The reduction of the error per iteration, by least squares on the logarithms of the errors.
+
+    From the first error below `largest` to the last one above `smallest`, to exclude the initial phase and rounding;
+    None for fewer than FEWEST iterates.
+    """
+    below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
+    above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)
+    kept = [i for i in range(below, above + 1) if errors[i] > 0]
+    if len(kept) < FEWEST:
+        return None
+    slope = float(np.polyfit([k[i] for i in kept], [math.log(errors[i]) for i in kept], 1)[0])
+    return math.exp(slope)

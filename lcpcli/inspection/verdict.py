@@ -1,0 +1,202 @@
+"""The verdict on one class of matrices, with its evidence, and the matrix that is classified, with the time left."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from lcpcli.linalg import matrices, products
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.rational import elimination, sums
+from lcpcli.typing import Matrix, Vector
+
+YES, NO, UNDECIDED = "yes", "no", "not decided"
+WIDEST = 2**53  # integers up to this are exactly representable
+SHOWN = 6  # entries of a vector or index set shown in a sentence
+EXACT_SUPPORT = 500  # nonzeros of v up to which the sign of v'Mv is determined exactly
+
+CALLED = {
+    "h_plus": "an H+-matrix",
+    "p_matrix": "a P-matrix",
+    "p0_matrix": "a P0-matrix",
+    "positive_definite": "positive definite",
+    "positive_semidefinite": "positive semidefinite",
+    "row_sufficient": "row sufficient",
+    "strictly_copositive": "strictly copositive",
+    "copositive_plus": "copositive-plus",
+}
+
+Check = Callable[[], None]
+"""It raises TimeIsUp if the time is used up, as `interrupts.alarm` does."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """Whether a matrix belongs to a class, its entries taken as exact numbers.
+
+    word : YES, NO or UNDECIDED.
+    evidence : the evidence, or why it is not decided, as a clause; rows and columns in it are counted from 1.
+    indices : the index set, counted from 0, in the evidence; None if there is none.
+    vector : the vector, shape (n,), for which the evidence holds exactly; None if there is none.
+    """
+
+    word: str
+    evidence: str
+    indices: tuple[int, ...] | None = None
+    vector: Vector | None = None
+
+
+def shown(numbers: Sequence[float] | Vector) -> str:
+    """A vector or index set for a sentence: complete if it is short, else its beginning."""
+    texts = [f"{number:.6g}" for number in numbers[:SHOWN]]
+    return "(" + ", ".join(texts) + (", ...)" if len(numbers) > SHOWN else ")")
+
+
+def index_set(indices: Sequence[int]) -> str:
+    """An index set for a sentence, counted from 1."""
+    return "{" + shown([i + 1 for i in indices])[1:-1] + "}"
+
+
+def entry(i: int, j: int) -> str:
+    """An entry of M for a sentence, counted from 1."""
+    return f"M({i + 1}, {j + 1})"
+
+
+def block(A: elimination.Rows, P: Sequence[int]) -> elimination.Rows:
+    """The rows and columns of A in the index set P."""
+    return [[A[i][j] for j in P] for i in P]
+
+
+def index_sets(n: int) -> Iterator[tuple[int, ...]]:
+    """All nonempty subsets of n indices, the smallest first."""
+    return (subset for size in range(1, n + 1) for subset in combinations(range(n), size))
+
+
+class Context:
+    """M, dense or sparse of shape (n, n), the verdicts so far, and a check of the time."""
+
+    def __init__(self, M: Matrix, check: Check) -> None:
+        self.M, self.n, self.check = M, int(M.shape[0]), check
+        self.verdicts: dict[str, Verdict] = {}
+
+    def yes(self, *names: str) -> bool:
+        """Whether M is known to belong to all of these classes."""
+        return all(name in self.verdicts and self.verdicts[name].word == YES for name in names)
+
+    def no(self, name: str) -> bool:
+        """Whether M is known not to belong to the class."""
+        return name in self.verdicts and self.verdicts[name].word == NO
+
+    def implied(self, *names: str) -> Verdict | None:
+        """Yes, by the first of these smaller classes that M is known to belong to."""
+        return next((Verdict(YES, f"it is {CALLED[name]}") for name in names if self.yes(name)), None)
+
+    def excluded(self, name: str, because: str = "it is not") -> Verdict | None:
+        """No, with the evidence for a larger class that M is known not to belong to."""
+        witness = self.verdicts[name]
+        no = Verdict(NO, f"{because} {CALLED[name]}", witness.indices, witness.vector)
+        return no if witness.word == NO else None
+
+    def low_diagonal(self, strict: bool = True) -> Verdict | None:
+        """No, by the first diagonal entry that is negative, or if strict not positive."""
+        low = np.flatnonzero(self.diagonal <= 0 if strict else self.diagonal < 0)
+        if not low.size:
+            return None
+        i, size = int(low[0]), "not positive" if strict else "negative"
+        return Verdict(NO, f"{entry(i, i)} = {self.diagonal[i]:.6g} is {size}", (i,))
+
+    @cached_property
+    def diagonal(self) -> Vector:
+        """The diagonal of M, shape (n,)."""
+        return np.asarray(self.M.diagonal(), dtype=np.float64)
+
+    @cached_property
+    def symmetric_part(self) -> Matrix:
+        """M + M', rounded once per entry; exact if M is symmetric. Its definiteness is that of v'Mv."""
+        with np.errstate(over="ignore"):
+            total = self.M + self.M.T
+        return total.tocsr() if is_sparse(self.M) else total
+
+    def whole(self) -> elimination.Rows:
+        """A small M as integers, multiplied by a power of two."""
+        return sums.integers(matrices.dense(self.M))
+
+    def whole_symmetric_part(self) -> elimination.Rows:
+        """M + M' as integers, multiplied by a power of two, for a small M."""
+        A = self.whole()
+        return [[value + A[j][i] for j, value in enumerate(row)] for i, row in enumerate(A)]
+
+    @cached_property
+    def definiteness(self) -> elimination.Definiteness:
+        """What exact elimination of M + M' shows, for a small M. May raise TimeIsUp."""
+        return elimination.definiteness(self.whole_symmetric_part(), self.check)
+
+    def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
+        """A positive integer multiple of the v with u in the index set P and 0 elsewhere; None if floats do not hold
+        it exactly."""
+        whole = sums.whole_multiple([Fraction(value) for value in u])
+        if max(map(abs, whole)) > WIDEST:
+            return None
+        v = np.zeros(self.n)
+        v[list(P)] = whole
+        return v
+
+    def form_is_low(self, v: Vector, strict: bool) -> bool:
+        """Whether v'Mv is negative, or if strict not positive, exactly; False if v is 0 or not finite, or if that is
+        not determined."""
+        if not np.isfinite(v).all() or not v.any():
+            return False
+        with np.errstate(over="ignore", invalid="ignore"):
+            value = float(v @ products.product(self.M, v))
+            size = float(np.abs(v) @ products.absolute_product(self.M, np.abs(v)))
+        underflow = (self.n * self.n + 1) * SMALLEST_NORMAL * max(1.0, float(np.abs(v).max()))
+        if abs(value) > (2 * self.n + 4) * EPS * size + underflow:
+            return value < 0
+        support = np.flatnonzero(v)
+        if support.size > EXACT_SUPPORT:
+            return False
+        total = sums.sign_of_form(matrices.dense(self.M[support][:, support]), v[support])
+        return total < 0 or (strict and total == 0)
+
+
+def signs(A: Matrix, d: Vector, check: Check) -> Vector:
+    """The sign of every component of A d, -1, 0 or 1, exactly, for finite A of shape (n, n) and d of shape (n,).
+
+    In double precision where the rounding error cannot change it (it is zero for d = e and entries on a common grid),
+    else in exact arithmetic. `check` is called for each row of the latter.
+    """
+    n = d.size
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = products.product(A, d)
+        size = products.absolute_product(A, np.abs(d))
+        bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
+    sign: Vector = np.sign(value)
+    if np.array_equal(d, np.ones(n)) and _sums_exactly(A, float(size.max())):
+        return sign
+    for i in np.flatnonzero(~(np.abs(value) > bound)):
+        check()
+        if is_sparse(A):
+            part = slice(A.indptr[i], A.indptr[i + 1])
+            total = sums.sign_of_product(A.data[part], d[A.indices[part]])
+        else:
+            total = sums.sign_of_product(A[i], d)
+        sign[i] = (total > 0) - (total < 0)
+    return sign
+
+
+def _sums_exactly(A: Matrix, largest: float) -> bool:
+    """Whether sums of entries totalling at most `largest` are free of rounding: all are multiples of a common unit."""
+    if not 0 < largest < np.inf:
+        return False
+    entries = A.data if is_sparse(A) else A
+    with np.errstate(over="ignore"):
+        units = np.ldexp(entries, 51 - int(np.frexp(largest)[1]))
+    return bool(
+        np.isfinite(units).all() and np.array_equal(units, np.rint(units)) and not ((units == 0) & (entries != 0)).any()
+    )

@@ -1,0 +1,160 @@
+"""A mixed problem as an LCP, for methods that know only z >= 0; and without the variables whose values are evident.
+
+As an LCP, finite lower bounds are shifted to 0, variables with only an upper bound are mirrored, free ones are split by
+one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper bound as
+a row, with a multiplier v: [M I; -I 0]. Fixed variables are left out.
+
+Evident are fixed variables; rows of M with no entry but a positive M_ii, for which z_i = mid(l_i, u_i, -q_i / M_ii);
+and rows without entries, where the sign of w_i = q_i says at which bound z_i is. What is left out may leave such rows
+behind. As PATH has it: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems, in: Complementarity:
+Applications, Algorithms and Extensions, Kluwer (2001) 143-164.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.box import Box
+from lcpcli.model.problem import Problem
+from lcpcli.model.program import unit_columns
+from lcpcli.typing import Indices, Mask, Matrix, Vector
+
+WORTHWHILE = 0.4  # of the variables: if fewer are evident, leaving them out costs about what it saves
+ROUNDS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class StandardForm:
+    """An LCP whose solutions are those of a mixed problem, with the way back.
+
+    given : the mixed problem, n unknowns z.
+    problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are free, then v for those `boxed`:
+        z = corner + sign p - t on the free ones; w' = sign w + v, -sum of the free w, and upper - lower - p.
+    kept, boxed : indices of variables; the boxed ones are among the kept. sign : shape (n,).
+    """
+
+    given: Problem
+    problem: Problem
+    kept: Indices
+    boxed: Indices
+    sign: Vector
+
+    def start(self, x: Vector) -> Vector:  # noqa: ARG002 (methods that need this form use none)
+        """The origin of the LCP."""
+        return np.zeros(self.problem.n)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether it is certain that nothing was rounded."""
+        return self.given.has_small_integers
+
+    def back(self, x: Vector) -> Vector:
+        """x of the mixed problem, from an x of the LCP."""
+        unknowns, own = self.problem.box.z_of(x), self.problem.box.reflected(x) - x
+        w = np.zeros(self.given.n)
+        w[self.kept] = own[: self.kept.size]
+        w[self.boxed] -= unknowns[unknowns.size - self.boxed.size :]
+        z = self.given.box.project(self.given.box.corner + self.multipliers(unknowns))
+        return self.given.box.x_of(z, self.sign * w)
+
+    def multipliers(self, y: Vector) -> Vector:
+        """Farkas' y, the multipliers of w, for the mixed problem from one for the LCP; z - corner changes likewise."""
+        own = np.zeros(self.given.n)
+        own[self.kept] = self.sign[self.kept] * y[: self.kept.size]
+        if self.given.box.free.any():
+            own[self.given.box.free] -= y[self.kept.size]
+        return own
+
+
+def standard_form(given: Problem) -> StandardForm:
+    """The LCP of a mixed problem; M is copied once. If all variables are fixed, they count as boxed."""
+    box = given.box
+    kept = np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(given.n)
+    low, high = np.isfinite(box.lower), np.isfinite(box.upper)
+    boxed, sign = kept[(low & high)[kept]], np.where(high & ~low, -1.0, 1.0)
+    q = given.w(box.corner) if box.corner.any() else given.q
+    M, q = matrices.scaled(given.M[kept][:, kept], sign[kept], sign[kept]), sign[kept] * q[kept]
+    if box.free.any():
+        M, q = _with_common_column(M, q, box.free[kept])
+    if boxed.size:
+        E = unit_columns(q.size, np.searchsorted(kept, boxed), is_sparse(M))
+        zero = matrices.compressed((boxed.size, boxed.size)) if is_sparse(M) else np.zeros((boxed.size, boxed.size))
+        M, q = matrices.stack([[M, E], [-E.T, zero]]), np.append(q, box.upper[boxed] - box.lower[boxed])
+    return StandardForm(given, Problem(M, q, name=given.name), kept, boxed, sign)
+
+
+def _with_common_column(M: Matrix, q: Vector, free: Mask) -> tuple[Matrix, Vector]:
+    """E'ME and E'q for E = [I, -e_F]."""
+    column, row = -(M @ free.astype(float)), -(free.astype(float) @ M)
+    corner = np.array([[-float(column[free].sum())]])
+    return matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]]), np.append(q, -q[free].sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Presolved:
+    """The problem of the variables `kept`; the others have the values of z, shape (n,)."""
+
+    problem: Problem
+    given: Problem
+    kept: Indices
+    z: Vector
+    is_exact: bool = False  # whether nothing was rounded is not checked
+
+    def start(self, x: Vector) -> Vector:
+        """x of the variables that are kept."""
+        return x[self.kept]
+
+    def back(self, x: Vector) -> Vector:
+        """x of the given problem."""
+        z = self.z.copy()
+        z[self.kept] = self.problem.box.z_of(x)
+        whole = self.given.box.x_of(z, self.given.w(z))
+        whole[self.kept] = x
+        return whole
+
+    def residual(self, F: Vector) -> Vector:
+        """F, or Farkas' y, of the given problem: 0 for the rows that are left out."""
+        whole = np.zeros(self.given.n)
+        whole[self.kept] = F
+        return whole
+
+    multipliers = residual
+
+
+def presolved(given: Problem) -> Presolved | None:
+    """The problem without evident variables; None if they are too few, or all."""
+    box = given.box
+    known, z = box.fixed.copy(), np.where(box.fixed, box.lower, 0.0)
+    if is_sparse(given.M):
+        _find_by_rows(given, box, known, z)
+    count = int(np.count_nonzero(known))
+    if not WORTHWHILE * given.n <= count < given.n:
+        return None
+    kept = np.flatnonzero(~known)
+    q = given.w(z) if z.any() else given.q
+    reduced = Problem(given.M[kept][:, kept], q[kept], lower=box.lower[kept], upper=box.upper[kept])
+    return Presolved(reduced, given, kept, z)
+
+
+def _find_by_rows(given: Problem, box: Box, known: Mask, z: Vector) -> None:
+    """Add the variables that empty and singleton rows determine, M sparse."""
+    diagonal = given.M.diagonal()
+    pattern = given.M.copy()
+    pattern.data = (pattern.data != 0).astype(float)
+    for _ in range(ROUNDS):
+        others = pattern @ (~known).astype(float) - (diagonal != 0) * ~known
+        alone = ~known & (others == 0) & (diagonal >= 0)
+        w = given.w(z)  # with z_i = 0 there
+        single = alone & (diagonal > 0)
+        value = np.zeros(given.n)
+        value[single] = -w[single] / diagonal[single]
+        value = np.where(single, value, np.where(w > 0, box.lower, box.upper))
+        alone &= np.isfinite(value) & (single | (w != 0))
+        if not alone.any():
+            return
+        z[alone] = box.project(value)[alone]
+        known |= alone

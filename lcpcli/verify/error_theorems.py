@@ -1,0 +1,283 @@
+"""Theorems that bound the distance of z from the solution, rounding errors included: for H+ and for definite matrices.
+
+Chen and Xiang (2006) for H+ matrices, componentwise and independent of scaling. Let w = M z + q, r = min(z, w) and <M>
+the comparison matrix of M: |M_ii| on the diagonal, -|M_ij| off it. There is a diagonal D, 0 <= D <= I, with
+r = (I - D + D M)(z - z*), because the change of the minimum of two numbers is a convex combination of their changes. M
+being H+, |(I - D + D M)^-1| <= <I - D + D M>^-1 <= <M>^-1 max(L, I) with L the diagonal of M, which is their theorem.
+Rows may be scaled beforehand; the best scaling is by 1 / L, for which L becomes I and the bound
+
+    |z - z*| <= <M>^-1 |min(L z, w)|.
+
+So it is with bounds, where min(z, w) is z - mid(l, u, z - w), as mid(l, u, t) increases with t and by no more than t.
+M is H+ if and only if its diagonal is positive and <M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s yields
+t >= <M>^-1 s, and an approximate t is corrected by adding a multiple of u: no system has to be solved exactly.
+
+Mathias and Pang (1990) and Pang (1987) for positive definite M, symmetric or not, in their sharp form. Take rho and
+sigma so that y = z - rho and v = w - sigma are nonnegative with y'v = 0: where z_i is the smaller one, rho_i = z_i and
+sigma_i = min(w_i, 0), elsewhere rho_i = min(z_i, 0) and sigma_i = w_i. For a positive diagonal T,
+(y - z*)'T(v - w*) = -y'T w* - z*'T v <= 0. With e = z - z* this reads (e - rho)'T(M e - sigma) <= 0, and as
+rho'T sigma >= 0,
+
+    e'T M e <= g'e    with    g = T sigma + M'T rho.
+
+With bounds, y lies within them and v has the signs that they ask for at y: at l_i, v_i = max(w_i, 0); at u_i, v_i =
+min(w_i, 0); elsewhere y_i = mid(l, u, z)_i and v_i = 0. The rest is the same.
+
+So if the symmetric part of T M has smallest eigenvalue lambda > 0, |e|_2 <= |g|_2 / lambda, which for T = I is at most
+Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. It is applied in units in which T M has a diagonal near 1, and around the
+centre of the ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f + c'(g - S c) for
+every c, so that c may be rounded. lambda is verified by Cholesky's factorization of the shifted matrix, which runs to
+completion only if no eigenvalue is below minus its rounding errors: S. M. Rump, Verification of positive definiteness,
+BIT Numerical Mathematics 46 (2006) 433-452.
+
+Rounding errors: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3: an inner
+product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the absolute values, in any order of
+summation. With the entries of M and z in the range required here, no product M_ij z_j underflows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from lcpcli.interrupts import interruptibly
+from lcpcli.linalg import factors, matrices, products
+from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
+from lcpcli.linalg.factors import SingularMatrix, Solve
+from lcpcli.linalg.krylov import bicgstab, identity, norm
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.box import Box
+from lcpcli.model.changes import scale
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix, Vector
+
+Theorem = Callable[[Vector, Vector], float]
+"""An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
+
+H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is positive definite"
+LARGEST_ENTRY = 2.0**450
+SMALLEST_ENTRY = 2.0**-450
+LARGEST_DENSE = 2000  # n up to which a sparse M is converted to dense
+LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
+RIDGE = 1e-9  # regularizes the least-squares problem
+POWER_STEPS = 20  # after which <M> is factorized
+INVERSE_STEPS = 3
+SLOW = 0.9  # the rate above which Jacobi's iteration is too slow
+JACOBI_STEPS = 60
+KRYLOV_STEPS = 100
+KRYLOV_TARGET = 1e-8  # relative to the right-hand side
+
+
+def in_range(A: Matrix, smallest: float = 0.0) -> bool:
+    """Whether all entries are at most LARGEST_ENTRY, and those that are not zero at least `smallest`."""
+    least, largest = sizes(A.data if is_sparse(A) else A)
+    return largest <= LARGEST_ENTRY and least >= smallest
+
+
+def factor(terms: int) -> float:
+    """gamma for sums of that many products and a few operations before and after, with a margin."""
+    return (terms + 16) * EPS
+
+
+def residual(problem: Problem, z: Vector) -> Vector | None:
+    """M z + q with componentwise relative error at most EPS, for M in range; None if z or the result is not."""
+    if not in_range(z):
+        return None
+    try:
+        w = -accurate_residual(problem.M, z, -problem.q)
+    except (OverflowError, ValueError):
+        return None
+    return w if in_range(w) else None
+
+
+def theorems(problem: Problem) -> dict[str, Theorem]:
+    """Those that hold for M in range with positive diagonal, by their sources."""
+    h_plus = h_plus_theorem(problem)
+    return definite_theorems(problem) | ({} if h_plus is None else {H_PLUS: h_plus})
+
+
+def h_plus_theorem(problem: Problem) -> Theorem | None:
+    """A bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
+    M, diagonal = problem.M, problem.M.diagonal()
+    units = scale(problem)
+    found = _certificate(units.problem.M)
+    if found is None:
+        return None
+    v, solve = found
+    u = v * units.C
+    gain = at_least(M, diagonal, u)
+    if not (u.min() > SMALLEST_NORMAL and gain.min() > 0 and np.isfinite(gain).all()):
+        return None
+
+    def bound(z: Vector, w: Vector) -> float:
+        s = np.abs(problem.box.gaps(z, w, diagonal)) * (1 + 4 * EPS)
+        if not s.any():
+            return 0.0
+        if solve is None:
+            t = (s / gain).max() * u
+            for _ in range(JACOBI_STEPS):  # from above down to nearly <M>^-1 s
+                t = np.maximum((products.absolute_product(M, t) + s) / diagonal - t, 0.0)
+        else:
+            t = np.abs(units.C * solve(units.R * s))
+        missing = np.maximum(s - at_least(M, diagonal, t), 0.0)
+        multiple = (missing / gain).max() * (1 + 8 * EPS) + SMALLEST_NORMAL
+        return float((t + multiple * u).max()) * (1 + 8 * EPS) + SMALLEST_NORMAL
+
+    return bound
+
+
+def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
+    """A lower bound on <M> u for u >= 0: 2 L u - |M| u minus a bound on the rounding errors."""
+    terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
+    own, others = 2 * diagonal * u, products.absolute_product(M, u)
+    lower: Vector = own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL)
+    return lower
+
+
+def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
+    """u > 0 of shape (n,) for which <M> u appears to be positive, and the solver for <M> if one was needed.
+
+    With L the diagonal and B = L - <M>, M is H+ if and only if the spectral radius of L^-1 B is below 1. The ratios
+    (B u)_i / (L u)_i enclose it for every u > 0 (Collatz and Wielandt), and a few power steps often suffice.
+    """
+    diagonal = M.diagonal()
+    if not diagonal.min() > 0:
+        return None
+    u = np.ones(diagonal.size)
+    for _ in range(POWER_STEPS):
+        ratios = (products.absolute_product(M, u) / diagonal - u) / u
+        if ratios.max() < SLOW:
+            return u, None
+        if not 0 < ratios.max() < np.inf or ratios.min() > 1:
+            return None
+        u *= 0.5 * (1 + ratios)
+        u /= u.max()
+        u = np.maximum(u, SMALLEST_NORMAL)
+    try:
+        solve = solver(matrices.comparison(M))
+    except SingularMatrix:
+        return None
+    for _ in range(INVERSE_STEPS):
+        u = solve(diagonal * u)
+        if not u.min() > 0:
+            return None
+        u /= u.max()
+    return u, solve
+
+
+def solver(A: Matrix) -> Solve:
+    """A solver for A with positive diagonal: BiCGSTAB if A is sparse and it converges fast, else factors, with fill-in.
+
+    Raises SingularMatrix.
+    """
+    if is_sparse(A):
+        inverse = 1 / A.diagonal()
+
+        def iterate(b: Vector) -> tuple[Vector, bool]:
+            target = KRYLOV_TARGET * norm(inverse * b)
+            start = np.zeros(b.size)
+            x, size = bicgstab(lambda v: inverse * (A @ v), inverse * b, start, target, KRYLOV_STEPS, identity)
+            return x, size <= target
+
+        if iterate(A.diagonal())[1]:
+            return lambda b: iterate(b)[0]
+    return factors.factorizer(A)(0.0)
+
+
+def definite_theorems(problem: Problem) -> dict[str, Theorem]:
+    """Bounds on |z - z*|_inf, for M in range with positive diagonal: with T = I and with T that makes T M symmetric,
+    by their sources.
+
+    Empty if M is not proved to be positive definite, or is sparse with more than LARGEST_DENSE unknowns.
+    """
+    if is_sparse(problem.M) and problem.n > LARGEST_DENSE:
+        return {}
+    M = matrices.dense(problem.M)
+    scales = {DEFINITE: np.ones(problem.n)}
+    if not matrices.is_symmetric(M):
+        scales[f"{DEFINITE} after row scaling"] = _symmetrising(M)
+    found = {source: _definite_theorem(M, T, problem.box) for source, T in scales.items()}
+    return {source: theorem for source, theorem in found.items() if theorem is not None}
+
+
+def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
+    """The bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
+    diagonal = M.diagonal()
+    D = np.exp2(-np.rint(0.5 * np.log2(T * diagonal)))
+    rows = D * T
+    if not all(units.min() >= 1 / LARGEST_UNIT and units.max() <= LARGEST_UNIT for units in (T, D, rows)):
+        return None
+    A = matrices.scaled(M, rows, D)
+    S = 0.5 * (A + A.T)
+    least = least_eigenvalue(S)
+    if least is None:
+        return None
+
+    def bound(z: Vector, w: Vector) -> float:
+        sigma, rho = box.corrections(z, w, diagonal)
+        first, second = rows * sigma, rho / D
+        largest = max(float(np.abs(first).max()), float(np.abs(second).max()))
+        if largest == 0:
+            return 0.0
+        power = 2.0 ** math.frexp(largest)[1]
+        first, second = first / power, second / power
+        g = first + second @ A
+        off = factor(g.size) * (np.abs(first) + products.absolute_product(A.T, np.abs(second)) + SMALLEST_NORMAL)
+        plain = float(D.max()) * _norm(np.abs(g) + off) / least
+        return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + SMALLEST_NORMAL
+
+    return bound
+
+
+def _symmetrising(M: Matrix) -> Vector:
+    """T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|.
+
+    If M comes from a symmetric matrix by scaling of rows and columns, T M is symmetric.
+    """
+    sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
+    pairs = (M != 0) & (M.T != 0)
+    excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
+    laplacian = np.diag(pairs.sum(axis=1) + RIDGE) - pairs
+    T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
+    return T
+
+
+def least_eigenvalue(S: Matrix) -> float | None:
+    """A positive lower bound on the smallest eigenvalue of S, or None.
+
+    S : shape (n, n), symmetric, of size one; each entry may have one rounding error.
+    """
+    n = S.shape[0]
+    try:
+        estimate = float(interruptibly(lambda: np.linalg.eigvalsh(S)[0]))
+        size = float(np.abs(S).sum(axis=1).max())
+        lost = factor(n) * (float(S.trace()) + size) + n * n * SMALLEST_NORMAL
+        shift = estimate - 2 * lost
+        if not shift > lost:
+            return None
+        interruptibly(lambda: np.linalg.cholesky(S - shift * np.eye(n)))
+    except np.linalg.LinAlgError:
+        return None
+    return float(shift - lost) * (1 - 4 * EPS)
+
+
+def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:
+    """An upper bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 containing e; g is off by at most `off`."""
+    c = 0.5 * np.linalg.solve(S, g)
+    image = S @ c
+    image_off = 2 * factor(c.size) * (products.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
+    left = _norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
+    gap = np.abs(c) @ (off + image_off + factor(c.size) * (np.abs(g) + np.abs(image)))
+    square = max(float(c @ (g - image)) + float(gap) * (1 + factor(c.size)), 0.0)
+    radius = (left + math.sqrt(left**2 + 4 * least * square)) / (2 * least) * (1 + 8 * EPS)
+    return float((D * (np.abs(c) + radius)).max())
+
+
+def _norm(v: Vector) -> float:
+    """An upper bound on |v|_2, for a largest entry up to LARGEST_ENTRY; at least SMALLEST_NORMAL."""
+    largest = max(float(np.abs(v).max()), SMALLEST_NORMAL)
+    own = v / largest
+    return largest * float(np.sqrt(own @ own)) * (1 + factor(v.size)) + SMALLEST_NORMAL
