@@ -9,8 +9,7 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, Trace
-from lcpcli.linalg.shifted_systems import systems
-from lcpcli.linalg.sparse_factors import SuperLU
+from lcpcli.linalg.shifted_systems import SuperLU, systems
 from lcpcli.methods.interior.scaling import scaled
 from lcpcli.methods.interior.steps import Steps
 from lcpcli.methods.interior.systems import AccurateSystems, Regularization

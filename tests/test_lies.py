@@ -10,7 +10,7 @@ import pytest
 from scipy.sparse import diags_array
 
 from lcpcli import Problem, Status, from_game, from_qp, run, solve_qp
-from lcpcli.linalg.products import product
+from lcpcli.linalg.matrices import product
 from lcpcli.methods.iterate import Breakdown, Finished, OutOfTime, Stalled
 from lcpcli.model.start import states_of
 from lcpcli.solving.equilibrium import equilibrium

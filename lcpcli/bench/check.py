@@ -8,7 +8,7 @@ import numpy as np
 
 from lcpcli.bench.answer import NONE, SOLUTION, Answer
 from lcpcli.bench.optimality import optimality
-from lcpcli.linalg import products
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.verify.point import Criterion, Point
@@ -61,7 +61,7 @@ class Checker:
         claimed, scaled = answer.claim == SOLUTION, point.scaled_residual
         residual, error = point.residual, self._problem.error(z)
         success = claimed and scaled <= self._accept and not hopeless
-        terms = products.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
+        terms = matrices.absolute_product(self._problem.M, np.abs(z)) + np.abs(self._problem.q)
         as_said = residual <= self._accept * float(terms.max()) < np.inf and not hopeless
         false = claimed and not success and not as_said
         stability, of_program = self._stability(error), optimality(self._problem, z)

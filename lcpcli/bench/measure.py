@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from lcpcli.bench.answer import Answer
 from lcpcli.bench.statistics import median_interval, summary
 from lcpcli.clock import least_steps
-from lcpcli.linalg.products import THREADED
+from lcpcli.linalg.matrices import THREADED
 
 LEAST, MOST = 3, 25  # repeats
 NARROW = 0.05  # half-width of the median's interval, relative to the median, at which it counts as known

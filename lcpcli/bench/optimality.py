@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg import products
-from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import are_moderate
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.reductions.program import Conditions, Program
 from lcpcli.typing import Vector
@@ -35,7 +34,7 @@ def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
     if z is None or not np.isfinite(z).all():
         return {}
     M, q, lower, upper = conditions_of(problem)
-    terms = products.absolute_product(M, np.abs(z)) + np.abs(q)
+    terms = matrices.absolute_product(M, np.abs(z)) + np.abs(q)
     moderate = all(map(are_moderate, (M.data if is_sparse(M) else M, q, z)))
     w = accurate_residual(M, -z, q) if moderate else problem.w(z)
     residuals, sizes = _residuals(problem.origin, Conditions(M, q, lower, upper), z, w, terms)
@@ -61,7 +60,7 @@ def _residuals(
     k = origin.variables
     ranges = np.arange(z.size) >= z.size - origin.ranges
     rows = (np.arange(z.size) >= k) & ~ranges
-    curvature = np.abs(z[:k]) @ products.absolute_product(M[:k, :k], np.abs(z[:k]))
+    curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
     residuals = (
         _largest(outside[:k], left[rows], outside[ranges]),
         _largest(left[:k], outside[rows]),

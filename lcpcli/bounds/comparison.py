@@ -19,7 +19,7 @@ import numpy as np
 
 from lcpcli.bounds.neighbour import solver
 from lcpcli.bounds.rounding import Theorem, factor, terms
-from lcpcli.linalg import matrices, products
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.model import scaled
@@ -59,7 +59,7 @@ def theorem(problem: Problem) -> Theorem | None:
 
 def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
     """A lower bound on <M> u for u >= 0: 2 L u - |M| u minus a bound on the rounding errors."""
-    own, all_terms = 2 * diagonal * u, products.absolute_product(M, u)
+    own, all_terms = 2 * diagonal * u, matrices.absolute_product(M, u)
     lost = factor(terms(M)) * (own + all_terms) + (terms(M) + 4) * SMALLEST_NORMAL
     result: Vector = own - all_terms - lost
     return result
@@ -76,7 +76,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
         return None
     u = np.ones(diagonal.size)
     for _ in range(POWER_STEPS):
-        ratios = (products.absolute_product(M, u) / diagonal - u) / u
+        ratios = (matrices.absolute_product(M, u) / diagonal - u) / u
         if ratios.max() < SLOW:
             return u, None
         if not 0 < ratios.max() < np.inf or ratios.min() > 1:
@@ -99,5 +99,5 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
 def _jacobi(M: Matrix, diagonal: Vector, s: Vector, t: Vector) -> Vector:
     """Jacobi's iteration from t >= <M>^-1 s down to nearly <M>^-1 s."""
     for _ in range(JACOBI_STEPS):
-        t = np.maximum((products.absolute_product(M, t) + s) / diagonal - t, 0.0)
+        t = np.maximum((matrices.absolute_product(M, t) + s) / diagonal - t, 0.0)
     return t

@@ -28,7 +28,7 @@ import numpy as np
 
 from lcpcli.bounds.rounding import Theorem, factor, norm
 from lcpcli.interrupts import interruptibly
-from lcpcli.linalg import matrices, products
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import Box
@@ -79,7 +79,7 @@ def _theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
         power = 2.0 ** math.frexp(largest)[1]
         first, second = first / power, second / power
         g = first + second @ A
-        off = factor(g.size) * (np.abs(first) + products.absolute_product(A.T, np.abs(second)) + SMALLEST_NORMAL)
+        off = factor(g.size) * (np.abs(first) + matrices.absolute_product(A.T, np.abs(second)) + SMALLEST_NORMAL)
         plain = float(D.max()) * norm(np.abs(g) + off) / least
         return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + SMALLEST_NORMAL
 
@@ -122,7 +122,7 @@ def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -
     """An upper bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 containing e; g is off by at most `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
-    image_off = 2 * factor(c.size) * (products.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
+    image_off = 2 * factor(c.size) * (matrices.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
     left = norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
     gap = np.abs(c) @ (off + image_off + factor(c.size) * (np.abs(g) + np.abs(image)))
     square = max(float(c @ (g - image)) + float(gap) * (1 + factor(c.size)), 0.0)

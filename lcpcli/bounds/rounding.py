@@ -11,9 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 

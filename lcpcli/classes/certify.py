@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.band import affordable
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import affordable
 from lcpcli.typing import Matrix, Vector
 
 WIDEST = 400  # binary exponents: matrices with entries further from 1 are left undecided

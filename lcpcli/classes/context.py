@@ -9,10 +9,9 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.classes.verdict import NO, YES, Late, Verdict
-from lcpcli.linalg import matrices, products
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.products import product
+from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.rational import elimination, sums
 from lcpcli.typing import Matrix, Vector
 
@@ -86,7 +85,7 @@ class Context:
             return False
         with np.errstate(over="ignore", invalid="ignore"):
             value = float(v @ product(self.M, v))
-            size = float(np.abs(v) @ products.absolute_product(self.M, np.abs(v)))
+            size = float(np.abs(v) @ matrices.absolute_product(self.M, np.abs(v)))
         underflow = (self.n * self.n + 1) * SMALLEST_NORMAL * max(1.0, float(np.abs(v).max()))
         if abs(value) > (2 * self.n + 4) * EPS * size + underflow:
             return holds(1 if value > 0 else -1)
@@ -107,7 +106,7 @@ def signs(A: Matrix, d: Vector, check: Callable[[], None]) -> Vector:
     n = d.size
     with np.errstate(over="ignore", invalid="ignore"):
         value = product(A, d)
-        size = products.absolute_product(A, np.abs(d))
+        size = matrices.absolute_product(A, np.abs(d))
         bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
     sign: Vector = np.sign(value)
     if np.array_equal(d, np.ones(n)) and _sums_exactly(A, float(size.max())):

@@ -15,11 +15,11 @@ import numpy as np
 from lcpcli.classes.context import Context, signs
 from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, entry, index_set, shown
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.band import affordable
+from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.linalg.products import product as multiply
+from lcpcli.linalg.matrices import product as multiply
+from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import elimination
 from lcpcli.typing import Matrix, Vector
 

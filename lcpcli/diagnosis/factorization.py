@@ -9,10 +9,9 @@ import numpy as np
 from lcpcli import clock
 from lcpcli.diagnosis.matrix import nonzeros
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.band import affordable
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.fill import fill
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import affordable, fill
 from lcpcli.linalg.shifted_systems import DECIDED, sparse_systems
 from lcpcli.methods.interior.scaling import Scaled, scaled
 from lcpcli.methods.interior.systems import Regularization

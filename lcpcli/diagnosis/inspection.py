@@ -13,7 +13,7 @@ from lcpcli.classes.verdict import YES, Late, Verdict
 from lcpcli.diagnosis import matrix, rates, remarks
 from lcpcli.diagnosis.factorization import Factorization, factorization
 from lcpcli.diagnosis.guarantees import Guarantee, guarantees
-from lcpcli.linalg.band import affordable
+from lcpcli.linalg.patterns import affordable
 from lcpcli.model import far_bounds
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS

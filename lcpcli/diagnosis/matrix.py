@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.linalg import factors, matrices, spectrum
-from lcpcli.linalg.band import Band, affordable
-from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import Band, affordable
+from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -124,7 +124,7 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
 
             values = eigvalsh(dense)
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
-    found = spectrum.ends(M) if definite and affordable(M) else None
+    found = krylov.ends(M) if definite and affordable(M) else None
     return None if found is None or not np.isfinite(found).all() else Spectrum(*found, estimated=True)
 
 

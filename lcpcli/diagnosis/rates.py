@@ -10,7 +10,7 @@ import numpy as np
 from lcpcli.diagnosis import contraction
 from lcpcli.diagnosis.matrix import Spectrum
 from lcpcli.linalg import matrices
-from lcpcli.linalg.band import affordable
+from lcpcli.linalg.patterns import affordable
 from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import OMEGA
 from lcpcli.methods.shi import default_p

@@ -30,16 +30,11 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
             return _by_complements(M, sets, B, inverse, large)
     X = np.zeros(B.shape)
     for indices, rows in _batches(sets):
+        columns = M.T.take(indices, axis=0).transpose(0, 2, 1)  # first, which takes half the time of all at once
+        blocks = columns[np.arange(indices.shape[0])[:, np.newaxis], indices]
         places = rows[:, :, np.newaxis], indices[:, np.newaxis, :]
-        X[places] = _solved(_blocks(M, indices), B[places].transpose(0, 2, 1)).transpose(0, 2, 1)
+        X[places] = _solved(blocks, B[places].transpose(0, 2, 1)).transpose(0, 2, 1)
     return X
-
-
-def _blocks(M: Matrix, indices: Indices) -> Vector:
-    """M_PP for each row P of indices: its columns first, which takes half the time of all at once."""
-    columns = M.T.take(indices, axis=0).transpose(0, 2, 1)
-    blocks: Vector = columns[np.arange(indices.shape[0])[:, np.newaxis], indices]
-    return blocks
 
 
 def _by_complements(M: Matrix, sets: Mask, B: Vector, inverse: Matrix, large: Mask) -> Vector:

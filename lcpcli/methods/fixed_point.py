@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.products import product
-from lcpcli.linalg.spectrum import ends
+from lcpcli.linalg.krylov import ends
+from lcpcli.linalg.matrices import product
 from lcpcli.methods.anderson import Anderson
 from lcpcli.methods.iterate import Breakdown, Iterate, Stage, Stalled, ended
 from lcpcli.methods.registry import ANDERSON, OMEGA

@@ -15,9 +15,8 @@ import math
 
 import numpy as np
 
-from lcpcli.linalg.band import is_narrow
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector

@@ -22,8 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.products import product, transposed_product
+from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
@@ -128,7 +127,7 @@ class Smoothed:
 
         h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) - phi'(x - u/2)) / 2.
         """
-        y = transposed_product(self._problem.M, point.F)
+        y = product(self._problem.M.T, point.F)
         y -= point.F
         box, p, window = self._problem.box, self._p, point.window
         x, bounds = point.x[window], box.mapped(lambda bound: bound[window])

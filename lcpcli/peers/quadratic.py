@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.semidefinite import is_semidefinite
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.reductions.program import Program, ProgramData
 from lcpcli.typing import Vector

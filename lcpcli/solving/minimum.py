@@ -9,7 +9,7 @@ import numpy as np
 
 from lcpcli.classes.classify import classify
 from lcpcli.classes.verdict import NO, YES
-from lcpcli.linalg.semidefinite import is_semidefinite
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.reductions.program import SENSES, Program, ProgramData
 from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Minimum

@@ -16,9 +16,8 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.krylov import norm
-from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.iterate import FAULTS

@@ -15,8 +15,8 @@ import numpy as np
 
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
-from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.factors import PrincipalSolver
+from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg import products
-from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.principal import PrincipalSolver
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.model import scaled
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
@@ -74,7 +73,7 @@ def _at_rounding(problem: Problem, z: Vector) -> bool:
 
 def _sizes(problem: Problem, z: Vector) -> Vector:
     """|M| |z| + |q|."""
-    return products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    return matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:

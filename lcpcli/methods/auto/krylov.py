@@ -16,8 +16,7 @@ import numpy as np
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
-from lcpcli.linalg.matrices import is_symmetric
-from lcpcli.linalg.products import absolute_product
+from lcpcli.linalg.matrices import absolute_product, is_symmetric
 from lcpcli.methods.auto.multilevel import Hierarchy
 from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled, advance
 from lcpcli.model.box import Basis, Box

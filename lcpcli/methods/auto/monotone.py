@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.semidefinite import is_semidefinite
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 

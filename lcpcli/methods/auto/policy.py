@@ -11,8 +11,7 @@ import numpy as np
 
 from lcpcli import clock, interrupts
 from lcpcli.linalg import factors
-from lcpcli.linalg.band import is_narrow
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
 from lcpcli.methods.auto.small import PIVOTS, exactly, small
 from lcpcli.methods.auto.turns import Search, Turns, from_reference

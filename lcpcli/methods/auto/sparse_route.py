@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.equilibration import equilibrate
+from lcpcli.linalg.units import equilibrate
 from lcpcli.methods.auto.krylov import krylov, multilevel
 from lcpcli.methods.auto.turns import Turns
 from lcpcli.methods.finish import finish

@@ -12,8 +12,7 @@ import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.shifted_systems import Systems, systems
-from lcpcli.linalg.sparse_factors import SuperLU
+from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.interior.scaling import Scaled
 from lcpcli.methods.interior.steps import Point
 from lcpcli.typing import Indices, Mask, Vector

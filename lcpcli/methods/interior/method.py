@@ -15,8 +15,7 @@ import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.shifted_systems import systems
-from lcpcli.linalg.sparse_factors import SuperLU
+from lcpcli.linalg.shifted_systems import SuperLU, systems
 from lcpcli.methods.interior.finishing import basic_solutions
 from lcpcli.methods.interior.rays import proof_of
 from lcpcli.methods.interior.scaling import Scaled, scaled
