@@ -27,7 +27,7 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.patterns import order_of
-from lcpcli.methods.auto.restarts import restarts
+from lcpcli.methods.lemke import restarts
 from lcpcli.rational.numbers import fraction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving.limits import Limits

@@ -10,8 +10,8 @@ from scipy.sparse import csr_array, diags_array
 
 from lcpcli import Problem
 from lcpcli.linalg import factors
-from lcpcli.methods.finish import STEP, finish
-from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
+from lcpcli.methods.newton import STEP, finish
+from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import ORTHANT, Basis
 from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
@@ -136,7 +136,7 @@ def test_no_more_time_is_spent_than_the_method_has_taken() -> None:
         return original(solutions, basis)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lcpcli.methods.finish.MAX_CHANGE", 1.0)
+        patch.setattr("lcpcli.methods.newton.MAX_CHANGE", 1.0)
         patch.setattr(BasicSolutions, "at", slow)
         for _ in finish(problem, None, scripted(iterates()), clock):
             pass

@@ -15,7 +15,7 @@ from lcpcli import Problem, Result, Status, read
 from lcpcli.files import shipped
 from lcpcli.interrupts import TimeIsUp, silence
 from lcpcli.methods import enumeration, milp
-from lcpcli.methods.iterate import OutOfTime, Stalled, advance
+from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.run import run
 from lcpcli.verify.certificate import proves_infeasible

@@ -13,8 +13,8 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable, fill
 from lcpcli.linalg.shifted_systems import DECIDED, sparse_systems
-from lcpcli.methods.interior.scaling import Scaled, scaled
-from lcpcli.methods.interior.systems import Regularization
+from lcpcli.methods.interior_scaling import Scaled, scaled
+from lcpcli.methods.interior_steps import Regularization
 from lcpcli.model.problem import Problem
 
 MOST = 5_000_000  # entries of L that are affordable where a band is not

@@ -20,7 +20,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.methods import enumeration
-from lcpcli.methods.iterate import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
+from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.problem import Problem
 from lcpcli.model.scaled import Scaled, scale
 from lcpcli.typing import Indices, Mask, Matrix, Vector

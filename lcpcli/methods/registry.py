@@ -20,7 +20,7 @@ from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.options import Option
 
 if TYPE_CHECKING:
-    from lcpcli.methods.iterate import Stage
+    from lcpcli.methods.stages import Stage
     from lcpcli.model.problem import Problem
 
 ADDITIONS = {  # options of every method that iterates
@@ -138,7 +138,7 @@ METHODS = {
         takes_bounds=True,
         excludes_exactly=True,
         guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
-        location=("auto.policy", "auto"),
+        location=("policy", "auto"),
     ),
     "shi": Method(
         "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
@@ -168,7 +168,6 @@ METHODS = {
         options=(START_SLACK, REGULARIZATION),
         takes_bounds=True,
         guaranteed={"positive_definite": "it follows the central path to the solution, unless rounding stalls it"},
-        location=("interior.method", "interior"),
     ),
     "lemke": Method(
         "complementary pivoting (Lemke 1965)",

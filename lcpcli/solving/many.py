@@ -15,8 +15,7 @@ from lcpcli.linalg.factors import LONG_LU
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.column_starts import pivoted
-from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables, refined
+from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
 from lcpcli.model.columns import Block, Columns
 from lcpcli.options import THREADS
 from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run

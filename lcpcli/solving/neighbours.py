@@ -20,7 +20,7 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.krylov import norm
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import FAULTS
+from lcpcli.methods.stages import FAULTS
 from lcpcli.model.box import Basis
 from lcpcli.model.columns import Columns
 from lcpcli.model.problem import Problem

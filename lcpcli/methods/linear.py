@@ -17,9 +17,8 @@ import numpy as np
 from lcpcli import clock, interrupts
 from lcpcli.linalg.linear_program import linprog, minimized
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.methods.finish import finish
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
-from lcpcli.methods.transformed import in_given_variables
+from lcpcli.methods.newton import finish
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector

@@ -10,18 +10,30 @@ from itertools import chain
 import numpy as np
 
 from lcpcli import clock, interrupts
-from lcpcli.linalg import factors
+from lcpcli.linalg import factors, matrices
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_narrow, is_sparse
-from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
 from lcpcli.methods.auto.small import PIVOTS, exactly, small
-from lcpcli.methods.auto.turns import Search, Turns, from_reference
-from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
-from lcpcli.methods.newton import block_pivoting, from_states
-from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, block_pivoting, dense_route, from_states
+from lcpcli.methods.stages import (
+    Finished,
+    Iterate,
+    NoSolution,
+    Search,
+    Stage,
+    Stalled,
+    Turns,
+    advance,
+    as_lcp,
+    begin,
+    from_reference,
+    in_given_variables,
+    limited,
+)
 from lcpcli.model import scaled
 from lcpcli.model.far_bounds import Relaxed, relaxed
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import Matrix, Vector
 from lcpcli.verify import measure
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution, refined
@@ -143,7 +155,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield "newton", _while_fast(problem, block_pivoting(problem, x0, problem.n))
         yield "interior", begin("interior", problem, x0)
     elif large_and_sparse:
-        from lcpcli.methods.auto.sparse_route import sparse_route
+        from lcpcli.methods.sparse_route import sparse_route
 
         narrow = is_narrow(problem.M)
         yield "sparse", sparse_route(problem, x0, krylov_only=narrow or not problem.M.diagonal().all())
@@ -163,7 +175,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     if large_and_sparse or problem.is_mixed:
         yield "linear", _linear(problem, _remaining(deadline))
     yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
-    from lcpcli.methods.auto.restarts import restarts
+    from lcpcli.methods.lemke import restarts
 
     yield "lemke", as_lcp(restarts, problem, x0)
 
@@ -188,20 +200,18 @@ def _first(problem: Problem) -> str:
     """The method that programs are given to first: linear, interior, or "" for what is no program; M sparse."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
-    from lcpcli.methods.auto.linear import is_skew
-    from lcpcli.methods.auto.monotone import is_program
+    from lcpcli.methods.linear import is_skew
 
     return "linear" if is_skew(problem.M) else "interior" if is_program(problem) else ""
 
 
 def _is_monotone(problem: Problem) -> bool:
-    from lcpcli.methods.auto.monotone import is_monotone
 
     return is_monotone(problem.M)
 
 
 def _linear(problem: Problem, seconds: float) -> Stage:
-    from lcpcli.methods.auto.linear import linear
+    from lcpcli.methods.linear import linear
 
     return linear(problem, seconds)
 
@@ -231,3 +241,14 @@ def _refined(problem: Problem, last: Iterate) -> Iterate:
 def _remaining(deadline: float) -> float:
     """The remaining seconds, at least a millisecond."""
     return max(deadline - clock.seconds(), 1e-3)
+
+
+def is_monotone(M: Matrix) -> bool:
+    """Whether v'Mv >= 0 for all v, up to rounding."""
+    return bool(M.diagonal().min() >= 0) and is_semidefinite(M if matrices.is_symmetric(M) else (M + M.T) / 2)
+
+
+def is_program(problem: Problem) -> bool:
+    """Whether M, sparse, is monotone and has the signs of the conditions of a program, both of them."""
+    S = problem.signs
+    return S is not None and bool((S[0] != S).any()) and is_monotone(problem.M)
