@@ -1,20 +1,23 @@
-"""The route for sparse matrices: only products with M if these suffice, else one factorization and finishing."""
+"""The route for sparse matrices: only products with M if these suffice, else one factorization and finishing.
+
+Block principal pivoting without a factorization is a semismooth Newton method (M. Hintermüller, K. Ito and K. Kunisch,
+The primal-dual active set strategy as a semismooth Newton method, SIAM Journal on Optimization 13 (2003) 865-888); here
+with inexact solves: each step need only reduce the residual by a digit.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods.fixed_point import fixed_point
-from lcpcli.methods.multilevel import Hierarchy
+from lcpcli.methods.multilevel import Hierarchy, Preconditioners
 from lcpcli.methods.newton import finish
 from lcpcli.methods.stages import (
     Breakdown,
@@ -34,10 +37,20 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.scaled import in_units
 from lcpcli.options import AUTO
 from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 MEMORY = 10  # pairs for Anderson acceleration: more do not find the active set sooner (measured for 5 to 20)
 MODULUS_STEPS = 500  # ten times what it needs for the matrices that it is meant for
 GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
+REDUCTION = 0.1  # of the residual, by one inexact solve
+FINAL_REDUCTION = 1e-3  # the same once P is unchanged from the last step
+PATIENCE = 20  # products with M per digit: more indicate an ill-conditioned M
+PATIENCE_MULTILEVEL = 120  # even so they cost less than a factorization
+MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that count as cycling
+STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
+COARSE_TOLERANCE = 1e-3  # residual of the coarse solutions relative to |q|, unless COARSE_STEPS are reached first
+COARSE_STEPS = 12
+NOT_POSITIVE = "a diagonal entry of M is not positive"
 
 
 def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Stage:
@@ -74,7 +87,7 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
     ending = yield from turns.take("krylov", krylov(problem, x))
     if krylov_only or isinstance(ending, Stalled | Finished):
         return ending
-    if matrices.is_symmetric(problem.M):
+    if is_symmetric(problem.M):
         ending = yield from turns.take("multilevel", multilevel(problem))
         if isinstance(ending, Stalled):
             return (yield from turns.take("multilevel", finish(problem, turns.last.x, ended(ending))))
@@ -102,25 +115,11 @@ def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
     """Diagonals R, C of shape (n,) that make the diagonal of R M C one if it is positive, and preserve symmetry."""
     diagonal = M.diagonal()
     positive = bool(diagonal.min() > 0)
-    if positive and matrices.is_symmetric(M):
+    if positive and is_symmetric(M):
         root = 1 / np.sqrt(diagonal)
         return root, root
     R, C = equilibrate(M, q)
     return (1 / (diagonal * C) if positive else R), C
-
-
-REDUCTION = 0.1  # of the residual, by one inexact solve
-FINAL_REDUCTION = 1e-3  # the same once P is unchanged from the last step
-PATIENCE = 20  # products with M per digit: more indicate an ill-conditioned M
-PATIENCE_MULTILEVEL = 120  # even so they cost less than a factorization
-REUSE_CHANGE = 0.03  # of P: how far it may differ from the set for which the preconditioner was built
-MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that count as cycling
-STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
-COARSE_TOLERANCE = 1e-3  # residual of the coarse solutions relative to |q|, unless COARSE_STEPS are reached first
-COARSE_STEPS = 12
-NOT_POSITIVE = "a diagonal entry of M is not positive"
-
-Preconditioner = Callable[[Indices, Matrix], Callable[[Vector], Vector]]
 
 
 def krylov(problem: Problem, x0: Vector) -> Stage:
@@ -145,7 +144,7 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
         positive, a solve takes more than PATIENCE products per digit, or pivoting cycles; M is too ill-conditioned for
         this method, or not a P-matrix.
     """
-    return _iterates(problem, problem.box.z_of(x0), _Inner(is_symmetric(problem.M)))
+    return _iterates(_Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0)))
 
 
 def multilevel(problem: Problem) -> Stage:
@@ -163,17 +162,18 @@ def multilevel(problem: Problem) -> Stage:
     z = _coarse_start(hierarchy, problem)
     if not isinstance(z, np.ndarray):
         return z
-    return (yield from _iterates(problem, z, _Inner(True, _preconditioner(hierarchy, 0))))
+    own = _Inexact(problem.M, problem.q, problem.box, z, Preconditioners(hierarchy, 0))
+    return (yield from _iterates(own))
 
 
-def _iterates(problem: Problem, z: Vector, inner: _Inner) -> Stage:
-    box, states = problem.box, _pivot(problem.M, problem.q, problem.box, z, inner)
-    while isinstance(state := advance(states), _State):
-        x = box.x_within(state.z, state.w, state.basis)
-        w = box.reflected(x) - x
-        admissible = bool((state.z == box.project(state.z)).all())
-        yield Iterate(x, state.w - w if admissible else None, "", inner.products, signs_final=admissible)
-    return state
+def _iterates(own: _Inexact) -> Stage:
+    steps = _steps(own)
+    while isinstance(ending := advance(steps), _Inexact):
+        x = own.box.x_within(own.z, own.w, own.basis)
+        w = own.box.reflected(x) - x
+        admissible = bool((own.z == own.box.project(own.z)).all())
+        yield Iterate(x, own.w - w if admissible else None, "", own.products, signs_final=admissible)
+    return ending
 
 
 def _coarse_start(hierarchy: Hierarchy, problem: Problem) -> Vector | Ending:
@@ -185,132 +185,105 @@ def _coarse_start(hierarchy: Hierarchy, problem: Problem) -> Vector | Ending:
     z = coarse[-1][1].project(np.zeros(coarse[-1][0].size))
     for level in range(len(coarse) - 1, 0, -1):
         q, box = coarse[level]
-        states = _pivot(hierarchy.matrices[level], q, box, z, _Inner(True, _preconditioner(hierarchy, level)))
-        target = COARSE_TOLERANCE * norm(q)
-        for step in range(COARSE_STEPS + 1):
-            state = advance(states)
-            if isinstance(state, Finished):
+        own = _Inexact(hierarchy.matrices[level], q, box, z, Preconditioners(hierarchy, level))
+        steps, target = _steps(own), COARSE_TOLERANCE * norm(q)
+        for _ in range(COARSE_STEPS + 1):
+            ending = advance(steps)
+            if isinstance(ending, Finished) or own.size <= target:
                 break
-            if not isinstance(state, _State):
-                return state
-            z = state.z
-            if state.size <= target or step >= COARSE_STEPS:
-                break
-        z = hierarchy.prolongations[level - 1] @ box.project(z)
+            if not isinstance(ending, _Inexact):
+                return ending
+        z = hierarchy.prolongations[level - 1] @ box.project(own.z)
     return z
 
 
-def _preconditioner(hierarchy: Hierarchy, level: int) -> Preconditioner:
-    return lambda indices, block: hierarchy.preconditioner(level, indices, block)
-
-
-class _State(NamedTuple):
-    """z and w = M z + q, shape (n,), the states, and |min(diag(M) z, w)|_2."""
-
-    z: Vector
-    w: Vector
-    basis: Basis
-    size: float
-
-
-def _pivot(M: Matrix, q: Vector, box: Box, z: Vector, inner: _Inner) -> Generator[_State, None, Ending]:
-    diagonal = M.diagonal()
-    if not diagonal.min() > 0:
+def _steps(own: _Inexact) -> Generator[_Inexact, None, Ending]:
+    """The problem after each step, until its residual is zero or no longer falls."""
+    if not own.diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
-    w = M @ z + q
-    size = least = norm(box.gaps(z, w, diagonal))
-    stagnant_steps, basis = 0, None
-    if size == 0:
-        yield _State(z, w, box.basis_of(z / 2), size)
+    own.measure()
+    least, stagnant = own.size, 0
+    own.basis = own.box.basis_of(0.5 * (own.z - own.w / own.diagonal))
+    if own.size == 0:
+        yield own
         return Finished()
-    while True:
-        previous, basis = basis, box.basis_of(0.5 * (z - w / diagonal))
-        unchanged = previous is not None and not basis.changes(previous)
-        if not unchanged and not inner.select(M, np.flatnonzero(basis.basic)):
-            return Breakdown("a coarse version of M is singular")
-        at_bounds = box.nonbasic(basis)
-        b = -(q + M @ at_bounds if at_bounds.any() else q)[inner.indices]
-        solved = inner.solve(b, z[inner.indices], size, FINAL_REDUCTION if unchanged else REDUCTION)
-        if solved is None:
-            return Breakdown(f"{inner.patience} products with M did not gain a digit")
-        z = at_bounds
-        z[inner.indices] = solved
-        w = M @ z
-        w += q
-        size = norm(box.gaps(z, w, diagonal))
-        yield _State(z, w, basis, size)
-        stagnant_steps = 0 if size < least else stagnant_steps + 1
-        least = min(size, least)
-        if size == 0:
-            return Finished()
-        if stagnant_steps >= MAX_STAGNANT_STEPS:
-            if least <= STAGNATION * norm(absolute_product(M, np.abs(z)) + np.abs(q)):
-                return Stalled("the residual has stopped falling at rounding level")
-            return Breakdown("block principal pivoting has stopped making progress")
+    try:
+        for found in exchanging(own, own.basis):
+            yield own
+            if found.is_solution:
+                return Finished()
+            stagnant = 0 if own.size < least else stagnant + 1
+            least = min(own.size, least)
+            if stagnant >= MAX_STAGNANT_STEPS:
+                break
+    except SingularMatrix as error:
+        return Breakdown(str(error))
+    if least <= STAGNATION * norm(own.terms()):
+        return Stalled("the residual has stopped falling at rounding level")
+    return Breakdown("block principal pivoting has stopped making progress")
 
 
-class _Inner:
-    """Solves with principal submatrices by a Krylov method, preconditioned if a preconditioner is given."""
+class _Inexact:
+    """A problem whose basic solutions are approximated by a Krylov method, preconditioned if there is a preconditioner.
 
-    def __init__(self, symmetric: bool, precondition: Preconditioner | None = None) -> None:
+    z, w, basis : the last one; w = M z + q. size : |min(diag(M) z, w)|_2. products : those with M so far.
+    """
+
+    basis: Basis
+
+    def __init__(
+        self, M: Matrix, q: Vector, box: Box, z: Vector, precondition: Callable[[Indices, Matrix], Solve] | None = None
+    ) -> None:
+        self._M, self._q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
+        symmetric = precondition is not None or is_symmetric(M)
         self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
-        self._precondition = precondition
-        self.patience = PATIENCE if precondition is None else PATIENCE_MULTILEVEL
-        self._cycle: Callable[[Vector], Vector] = identity
-        self._built_cycle: Callable[[Vector], Vector] = identity
-        self._built: Indices = np.zeros(0, dtype=np.intp)
-        self.products = 1
-        self.indices: Indices = np.zeros(0, dtype=np.intp)
+        self._patience = PATIENCE if precondition is None else PATIENCE_MULTILEVEL
+        self._precondition = precondition or (lambda *_: identity)
+        self._cycle: Solve = identity
+        self._block: Matrix = None
+        self.products = 0
 
-    def select(self, M: Matrix, indices: Indices) -> bool:
-        """Select the principal submatrix of these indices; False if its preconditioner cannot be built."""
-        self.indices = indices
-        self._block = M if indices.size == M.shape[0] else M[indices][:, indices]
-        if self._precondition is None or not indices.size:
-            return True
-        positions = np.full(M.shape[0], -1)
-        positions[self._built] = np.arange(self._built.size)
-        positions = positions[indices]
-        known = np.flatnonzero(positions >= 0)
-        if indices.size + self._built.size - 2 * known.size <= REUSE_CHANGE * indices.size:
-            self._cycle = _carried_over(self._built_cycle, self._built.size, positions[known], known)
-            return True
-        try:
-            self._cycle = self._built_cycle = self._precondition(indices, self._block)
-        except SingularMatrix:
-            return False
-        self._built = indices
-        return True
-
-    def solve(self, b: Vector, start: Vector, residual: float, reduction: float) -> Vector | None:
-        """y with |b - A y|_2 <= reduction * residual, from a start; None if it falls far short."""
+    def measure(self) -> None:
+        """Compute w and the residual."""
+        self.w = self._M @ self.z
+        self.w += self._q
+        self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
         self.products += 1
+
+    def terms(self) -> Vector:
+        """|M| |z| + |q|."""
+        return absolute_product(self._M, np.abs(self.z)) + np.abs(self._q)
+
+    def at(self, basis: Basis) -> BasicSolution:
+        """Approximate the basic solution of a basis, and judge its signs after a step of Jacobi's method, at the lower
+        bound as below it; SingularMatrix if that takes too long."""
+        indices = basis.basic.nonzero()[0]
+        unchanged = self._block is not None and not basis.changes(self.basis)
+        z = self.box.nonbasic(basis)
+        if not unchanged:
+            self._block = self._M if indices.size == z.size else self._M[indices][:, indices]
+            self._cycle = self._precondition(indices, self._block) if indices.size else identity
+        b = -(self._q + self._M @ z if np.count_nonzero(z) else self._q)[indices]
+        z[indices] = self._solved(b, self.z[indices], FINAL_REDUCTION if unchanged else REDUCTION)
+        self.z, self.basis = z, basis
+        self.measure()
+        left = np.where(basis.basic, self.w, 0.0)
+        z, w = z - left / self.diagonal, self.w - left
+        wrong = self.box.wrong(z, w, basis) | (basis.basic & (z == self.box.lower))
+        return BasicSolution(basis, z, w, wrong, self.size == 0)
+
+    def _solved(self, b: Vector, start: Vector, reduction: float) -> Vector:
+        """y with |b - A y|_2 at most so much of the residual, from a start; SingularMatrix if it falls far short."""
         if not b.size:
             return b
-        max_iterations = int(self.patience * -np.log10(reduction)) // self._cost
+        most = int(self._patience * -np.log10(reduction)) // self._cost
         with np.errstate(all="ignore"):
-            y, remaining = self._method(self._product, b, start, reduction * residual, max_iterations, self._cycle)
-        return y if remaining <= REDUCTION * residual else None
+            y, left = self._method(self._product, b, start, reduction * self.size, most, self._cycle)
+        if not left <= REDUCTION * self.size:
+            raise SingularMatrix(f"{self._patience} products with M did not gain a digit")
+        return y
 
     def _product(self, v: Vector) -> Vector:
         self.products += 1
         image: Vector = self._block @ v
         return image
-
-
-def _carried_over(
-    cycle: Callable[[Vector], Vector], size: int, positions: Indices, known: Indices
-) -> Callable[[Vector], Vector]:
-    """A preconditioner for one index set from that of another, of given size: its principal part, and the identity.
-
-    known are the positions of the common indices in the new set, places those in the old one.
-    """
-
-    def carried(b: Vector) -> Vector:
-        old = np.zeros(size)
-        old[positions] = b[known]
-        x: Vector = b.copy()
-        x[known] = cycle(old)[positions]
-        return x
-
-    return carried
