@@ -2,25 +2,30 @@
 
 It keeps z inside its bounds by slacks s and multipliers w > 0 and drives s w and the residuals to 0: M. Kojima,
 N. Megiddo, T. Noma, A. Yoshise, A Unified Approach to Interior Point Algorithms for Linear Complementarity Problems,
-Springer (1991); with Mehrotra's and Gondzio's steps (`steps`), regularized factors (`systems`), and the basic solution
-of its active set at the end (`finishing`).
+Springer (1991); with Mehrotra's and Gondzio's steps, regularized factors, and at the end the basic solution
+of its active set, also where that basis is singular: the basic variables solve M_BB z_B = -(q + M z_N)_B by a proximal
+iteration, (M_BB + eps) dz = -w_B, which converges to the solution nearest to the interior point if there are several.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, plus_diagonal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
 from lcpcli.methods.interior_steps import AccurateSystems, Point, Regularization, Steps
 from lcpcli.methods.stages import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.typing import Indices, Vector
+from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 FINISH, BEST = "finish", "best"
 MOST = 150  # steps of an attempt
@@ -29,6 +34,13 @@ PATIENCE, NEAR, IMPATIENT = 25, 1e-8, 10  # steps without progress; below that m
 CLOSE, DROP = 1e-5, 1e-2  # the merit from which the active set is tried, and the drop after which it is again
 SMALL, VANISHED = 1e-24, 1e-30  # mu: where z_i and w_i are both 0, they are as large as its root
 EVERY = 5  # steps between searches for a proof that there is no solution
+SHIFT = 1e-9  # eps of the proximal iteration
+ITERATIONS, SLOW_PROXIMAL = 15, 0.7
+POLISHING = 2  # more iterations once the residual is rounding
+ROUNDS = 5  # of exchanges of wrong signs
+WORSE, FAR = 1e2, 1e-1  # exchanges end above that factor of the least natural residual so far, and above FAR
+POOR = 1e-3  # the factor of w_B above which pivoting is tried
+EXACT, WRONG = 1e-13, 1e-12  # in scaled units: a natural residual that is rounding, and a sign that is not
 
 
 @dataclass(frozen=True)
@@ -88,7 +100,7 @@ def interior(
     -------
     NoSolution with Farkas' y, from a diverging z; Breakdown or Stalled if no attempt comes to the solution.
     """
-    run = _Run(problem, scaled(problem))
+    run = _Run(problem)
     ending: Ending = Breakdown("no factorization succeeded")
     for attempt in ATTEMPTS:
         if attempt.pivots and not is_sparse(problem.M):
@@ -103,15 +115,16 @@ def interior(
 class _Run:
     """The attempts on one problem."""
 
-    def __init__(self, problem: Problem, within: Scaled) -> None:
-        self._given, self._within, self._count = problem, within, 0
+    def __init__(self, problem: Problem) -> None:
+        self._given, self._within, self._count = problem, scaled(problem), 0
 
     def attempt(self, attempt: Attempt, slack: float, regularization: Regularization) -> Stage:
-        within = self._within.shifted(attempt.shift) if attempt.shift else self._within
+        within = self._within
+        if attempt.shift:
+            within = replace(within, M=plus_diagonal(within.M, attempt.shift))
         try:
             factors = SuperLU(within.M, pivoting=True) if attempt.pivots else systems(within.M, within.S)
-            accurate = AccurateSystems(within.M, factors, regularization)
-            steps = Steps(within, accurate)
+            steps = Steps(within, AccurateSystems(within.M, factors, regularization))
             return (yield from self._steps(attempt, steps, steps.start(slack), regularization))
         except SingularMatrix:
             return Breakdown("a factorization failed")
@@ -130,8 +143,8 @@ class _Run:
                 tried = merit
                 yield from self._finish(at)  # before the point itself, which is less accurate
             if lengths:
-                told = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
-                yield self._shown(at.z, told)._replace(signs_final=mu < SMALL)  # else the next ones are better
+                step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
+                yield self._shown(at.z, step)._replace(signs_final=mu < SMALL)  # else the next ones are better
             due = k % EVERY == EVERY - 1 and merit > CLOSE
             if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)
@@ -157,61 +170,52 @@ class _Run:
             yield self._shown(z, FINISH)._replace(signs_final=is_exact or last)
 
     def _shown(self, z: Vector, step: str) -> Iterate:
-        return _iterate(self._given, self._within.given(z), step, self._count)
-
-
-def _iterate(problem: Problem, z: Vector, step: str, evaluations: int) -> Iterate:
-    return Iterate(problem.box.x_of(z, problem.w(z)), None, step, evaluations)
-
-
-SHIFT = 1e-9  # eps
-ITERATIONS, SLOW_PROXIMAL = 15, 0.7
-POLISHING = 2  # more iterations once the residual is rounding
-ROUNDS = 5  # of exchanges of wrong signs
-WORSE, FAR = 1e2, 1e-1  # exchanges end above that factor of the least natural residual so far, and above FAR
-POOR = 1e-3  # the factor of w_B above which pivoting is tried
-EXACT = 1e-13  # a natural residual that is rounding, in scaled units
-WRONG = 1e-12  # in scaled units
+        z = self._within.given(z)
+        return Iterate(self._given.box.x_of(z, self._given.w(z)), None, step, self._count)
 
 
 def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, bool]]:
     """z within its bounds, scaled, of the active set of a point, and after exchanges; and whether it is a solution up
     to rounding."""
-    low, high = _active(problem, at)
-    z = np.clip(at.z, problem.lower, problem.upper)
-    least = _natural_residual(problem, z, problem.M @ z + problem.q)
-    for _ in range(ROUNDS):
-        z = np.where(low, problem.lower, np.where(high, problem.upper, z))
-        basic = ~(low | high)
-        try:
-            z, w = _solved(problem, z, np.flatnonzero(basic))
-        except SingularMatrix:
-            return
-        size = _natural_residual(problem, z, w)
-        if not size <= max(WORSE * least, FAR):
-            return  # of a wrong basis, nearly singular
-        least = min(size, least)
-        yield np.clip(z, problem.lower, problem.upper), size <= EXACT
-        below, above = basic & (z < problem.lower - WRONG), basic & (z > problem.upper + WRONG)
-        from_low, from_high = low & (w < -WRONG), high & (w > WRONG)
-        if not (below | above | from_low | from_high).any():
-            return
-        low, high = (low | below) & ~from_low, (high | above) & ~from_high
-        z = np.clip(z, problem.lower, problem.upper)
+    own = _BasicSolutions(problem, at.z)
+    least = own.residual(own.z, problem.M @ own.z + problem.q)
+    with suppress(SingularMatrix):
+        for found in islice(exchanging(own, _active(problem, at)), ROUNDS):
+            size = own.residual(found.z, found.w)
+            if not size <= max(WORSE * least, FAR):
+                return  # of a wrong basis, nearly singular
+            least = min(size, least)
+            yield own.z, size <= EXACT
+            if found.is_solution:
+                return
 
 
-def _natural_residual(problem: Scaled, z: Vector, w: Vector) -> float:
-    return float(np.abs(z - np.clip(z - w, problem.lower, problem.upper)).max())
+class _BasicSolutions:
+    """Basic solutions of a scaled problem, each computed from z, the last one moved within its bounds."""
+
+    def __init__(self, problem: Scaled, z: Vector) -> None:
+        self._problem, self.box = problem, problem.box
+        self.z = self.box.project(z)
+
+    def at(self, basis: Basis) -> BasicSolution:
+        z = np.where(basis.basic, self.z, self.box.nonbasic(basis))
+        z, w = _solved(self._problem, z, np.flatnonzero(basis.basic))
+        wrong = self.box.violations(z, w, basis) > WRONG
+        self.z = self.box.project(z)
+        return BasicSolution(basis, z, w, wrong, not wrong.any())
+
+    def residual(self, z: Vector, w: Vector) -> float:
+        return float(np.abs(z - self.box.project(z - w)).max())
 
 
-def _active(problem: Scaled, at: Point) -> tuple[Mask, Mask]:
-    """Where the slack of the lower, or of the upper bound is less than its multiplier."""
-    n, count = problem.q.size, problem.low.size
-    s_low, s_high, w_low, w_high = np.full(n, np.inf), np.full(n, np.inf), np.zeros(n), np.zeros(n)
-    s_low[problem.low], w_low[problem.low] = at.s[:count], at.w[:count]
-    s_high[problem.high], w_high[problem.high] = at.s[count:], at.w[count:]
-    low, high = s_low < w_low, s_high < w_high
-    return low & ~(high & (s_low > s_high)), high & ~(low & (s_low <= s_high))
+def _active(problem: Scaled, at: Point) -> Basis:
+    """At a bound where its slack is less than its multiplier; of two such bounds at the nearer one."""
+    count = problem.low.size
+    s, w = np.full((2, problem.q.size), np.inf), np.zeros((2, problem.q.size))
+    s[0, problem.low], w[0, problem.low] = at.s[:count], at.w[:count]
+    s[1, problem.high], w[1, problem.high] = at.s[count:], at.w[count:]
+    active = s < w
+    return Basis(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))
 
 
 def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
@@ -221,17 +225,15 @@ def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]
     if not is_sparse(problem.M):
         return _proximal(problem, z, basic, systems(problem.M[np.ix_(basic, basic)], None))[:2]
     block = problem.M[basic][:, basic]
-    try:
-        found = _proximal(problem, z, basic, systems(block, None if problem.S is None else problem.S[basic]))
-    except SingularMatrix:
-        found = z, z, np.inf
-    if found[2] > POOR:
-        try:
-            found = min(found, _proximal(problem, z, basic, SuperLU(block, pivoting=True)), key=lambda each: each[2])
-        except SingularMatrix:
-            if found[2] == np.inf:
-                raise
-    return found[:2]
+    tries: list[tuple[Vector, Vector, float]] = []
+    with suppress(SingularMatrix):
+        tries.append(_proximal(problem, z, basic, systems(block, None if problem.S is None else problem.S[basic])))
+    if not tries or tries[0][2] > POOR:
+        with suppress(SingularMatrix):
+            tries.append(_proximal(problem, z, basic, SuperLU(block, pivoting=True)))
+    if not tries:
+        raise SingularMatrix
+    return min(tries, key=lambda each: each[2])[:2]
 
 
 @np.errstate(all="ignore")

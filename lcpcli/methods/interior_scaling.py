@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.alternative import simplest
@@ -38,17 +38,14 @@ class Scaled:
     high: Indices
 
     @property
+    def box(self) -> Box:
+        """The bounds."""
+        return Box(self.lower, self.upper)
+
+    @property
     def pairs(self) -> int:
         """The number of finite bounds."""
         return self.low.size + self.high.size
-
-    def shifted(self, eps: float) -> Scaled:
-        """The problem with M + eps I."""
-        if not is_sparse(self.M):
-            return replace(self, M=self.M + np.diag(np.full(self.q.size, eps)))
-        from scipy.sparse import eye_array
-
-        return replace(self, M=(self.M + eps * eye_array(self.q.size)).tocsr())
 
     def given(self, z: Vector) -> Vector:
         """The admissible z of the problem for one of the scaled problem."""

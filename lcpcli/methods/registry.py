@@ -46,22 +46,9 @@ K_STAR = Option(
     lambda k: k >= 1,
     "A steepest-descent step is inserted at every multiple of k*.",
 )
-RHO = Option(
-    "rho",
-    float,
-    1e-4,
-    "0 < rho < 1/2",
-    lambda rho: 0 < rho < 0.5,
-    "Sufficient decrease in the line search.",
-)
+RHO = Option("rho", float, 1e-4, "0 < rho < 1/2", lambda rho: 0 < rho < 0.5, "Sufficient decrease in the line search.")
 SIGMA = Option(
-    "sigma",
-    float,
-    0.9,
-    "rho < sigma < 1",
-    lambda sigma: 0 < sigma < 1,
-    "Curvature in the line search.",
-    above="rho",
+    "sigma", float, 0.9, "rho < sigma < 1", lambda sigma: 0 < sigma < 1, "Curvature in the line search.", above="rho"
 )
 OMEGA = Option(
     "omega",

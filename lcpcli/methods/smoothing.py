@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse, product
+from lcpcli.linalg.matrices import product
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
@@ -44,14 +44,7 @@ def p_within(problem: Problem, tol: float) -> float:
 
 
 def _distance_from_identity(problem: Problem) -> float:
-    M = problem.M
-    if is_sparse(M):
-        from scipy.sparse import eye_array
-
-        return matrices.norm_inf((M - eye_array(problem.n)).tocsr())
-    shifted = M.copy()
-    shifted.reshape(-1)[:: problem.n + 1] -= 1
-    return matrices.norm_inf(shifted)
+    return matrices.norm_inf(matrices.plus_diagonal(problem.M, -1.0))
 
 
 def excess(p: float, t: Vector) -> Vector:
