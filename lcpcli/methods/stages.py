@@ -82,6 +82,8 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 """A running method: a generator of the iterates after the start, which returns how it ended."""
 
 
+SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
+INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
 FAULTS = (FloatingPointError, MemoryError)
 """What a running method may raise when it cannot continue."""
 KINDS = {  # of FloatingPointError, by how numpy's message begins
@@ -126,36 +128,22 @@ def limited(stage: Stage, max_iterations: int) -> Stage:
     return Stalled(f"{max_iterations} iterations were not enough")
 
 
-SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
-INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
-
-
 class Transformation(Protocol):
-    """A scaled, shifted or presolved problem, with the way there and back."""
+    """A scaled, shifted or presolved problem, with the start there and the way back to the given one.
+
+    is_exact : whether it has not rounded, so that the two problems have the same solutions.
+    """
 
     @property
-    def problem(self) -> Problem:
-        """The transformed problem."""
-
+    def problem(self) -> Problem: ...
     @property
-    def given(self) -> Problem:
-        """The given one."""
-
+    def given(self) -> Problem: ...
     @property
-    def is_exact(self) -> bool:
-        """Whether it has not rounded, so that the two problems have the same solutions."""
-
-    def start(self, x: Vector) -> Vector:
-        """x of the transformed problem."""
-
-    def back(self, x: Vector) -> Vector:
-        """x of the given problem."""
-
-    def residual(self, F: Vector) -> Vector:
-        """F of the given problem."""
-
-    def multipliers(self, y: Vector) -> Vector:
-        """Farkas' y for the given problem."""
+    def is_exact(self) -> bool: ...
+    def start(self, x: Vector) -> Vector: ...
+    def back(self, x: Vector) -> Vector: ...
+    def residual(self, F: Vector) -> Vector: ...
+    def multipliers(self, y: Vector) -> Vector: ...
 
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
@@ -192,25 +180,23 @@ def _polished(form: StandardForm, stage: Stage) -> Stage:
                     if is_finite(found.w) and not solutions.violated(found).any():
                         x = form.given.box.x_within(found.z, found.w, found.basis)
         yield step._replace(x=x, F=None)
-    return _concluded(form, step) if isinstance(step, NoSolution) else step
+    return _concluded(form, step)
 
 
 def in_given_variables(transformation: Transformation, stage: Stage) -> Stage:
     """The stage with x, F and the final proof, if any, of the given problem."""
-    while True:
-        step = advance(stage)
-        if isinstance(step, NoSolution):
-            return _concluded(transformation, step)
-        if not isinstance(step, Iterate):
-            return step
+    while isinstance(step := advance(stage), Iterate):
         with np.errstate(over="ignore", invalid="ignore"):
             F = None if step.F is None else transformation.residual(step.F)
             x = transformation.back(step.x)
         yield step._replace(x=x, F=F)
+    return _concluded(transformation, step)
 
 
-def _concluded(transformation: Transformation | StandardForm, ending: NoSolution) -> Ending:
-    """The proof for the given problem, or that it is none."""
+def _concluded(transformation: Transformation | StandardForm, ending: Ending) -> Ending:
+    """The ending, with a proof for the given problem, if there is one."""
+    if not isinstance(ending, NoSolution):
+        return ending
     proof = ending.certificate
     if proof.kind == "exhaustion":
         return ending if transformation.is_exact else Stalled(INEXACT)
