@@ -10,8 +10,7 @@ from itertools import chain
 import numpy as np
 
 from lcpcli import clock, interrupts
-from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.krylov import is_semidefinite
+from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods.auto.small import PIVOTS, exactly, small
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, block_pivoting, dense_route, from_states
@@ -33,7 +32,7 @@ from lcpcli.methods.stages import (
 from lcpcli.model import scaled
 from lcpcli.model.far_bounds import Relaxed, relaxed
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify import measure
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution, refined
@@ -104,9 +103,10 @@ def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp:
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
-        if isinstance(ending, Finished) and problem.is_mixed and _solves(problem, turns.last):
+        point = Point(criterion, problem.box.z_of(turns.last.x))
+        if isinstance(ending, Finished) and problem.is_mixed and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual
-        if Point(criterion, problem.box.z_of(turns.last.x)).nearly_solves():
+        if point.nearly_solves():
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
             if (yield from _improved(problem, turns)):
                 return Finished()
@@ -127,7 +127,11 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     for rounding."""
     if problem.n <= measure.FEW:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
-    turns.last = _refined(problem, turns.last)
+    box, basis = problem.box, problem.box.basis_of(turns.last.x)
+    with np.errstate(over="ignore", invalid="ignore"):
+        z = refined(problem, box.z_of(turns.last.x), basis)
+        x = box.x_within(z, problem.w(z), basis)
+    turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
     yield turns.last
     return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
 
@@ -149,8 +153,10 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
     first = _first(problem) if large_and_sparse else ""
     if first == "linear":
+        from lcpcli.methods.linear import linear
+
         limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SECONDS)
-        yield first, _linear(problem, min(limit, _remaining(deadline)))
+        yield first, linear(problem, min(limit, _remaining(deadline)))
     if first:
         yield "newton", _while_fast(problem, block_pivoting(problem, x0, problem.n))
         yield "interior", begin("interior", problem, x0)
@@ -162,21 +168,21 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         if narrow:
             first = "interior"
             yield first, begin("interior", problem, x0)
-    if is_sparse(problem.M):
-        yield "newton", block_pivoting(problem, x0, problem.n)
-    else:
-        yield "newton", dense_route(problem, x0)
+    sparse = is_sparse(problem.M)
+    yield "newton", block_pivoting(problem, x0, problem.n) if sparse else dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
     if problem.n <= FEW:
         yield "lemke", limited(begin("lemke", problem, x0), PIVOTS * problem.n)
-    if not first and (large_and_sparse or _is_monotone(problem)):
+    from lcpcli.linalg.krylov import is_semidefinite
+    from lcpcli.methods.lemke import restarts
+    from lcpcli.methods.linear import linear
+
+    if not first and (large_and_sparse or is_semidefinite(problem.M)):
         yield "interior", begin("interior", problem, x0)
     if large_and_sparse or problem.is_mixed:
-        yield "linear", _linear(problem, _remaining(deadline))
+        yield "linear", linear(problem, _remaining(deadline))
     yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
-    from lcpcli.methods.lemke import restarts
-
     yield "lemke", as_lcp(restarts, problem, x0)
 
 
@@ -197,23 +203,17 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
 
 
 def _first(problem: Problem) -> str:
-    """The method that programs are given to first: linear, interior, or "" for what is no program; M sparse."""
+    """The method that programs are given to first, linear or interior, M sparse; "" for what has not the signs of the
+    conditions of a program, both of them, or is not monotone."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
+    from lcpcli.linalg.krylov import is_semidefinite
     from lcpcli.methods.linear import is_skew
 
-    return "linear" if is_skew(problem.M) else "interior" if is_program(problem) else ""
-
-
-def _is_monotone(problem: Problem) -> bool:
-
-    return is_monotone(problem.M)
-
-
-def _linear(problem: Problem, seconds: float) -> Stage:
-    from lcpcli.methods.linear import linear
-
-    return linear(problem, seconds)
+    if is_skew(problem.M):
+        return "linear"
+    S = problem.signs
+    return "interior" if S is not None and (S[0] != S).any() and is_semidefinite(problem.M) else ""
 
 
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
@@ -225,30 +225,6 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
     yield "lemke", in_given_variables(units, lemke)
 
 
-def _solves(problem: Problem, last: Iterate) -> bool:
-    return Point(Criterion(problem), problem.box.z_of(last.x)).solves()
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def _refined(problem: Problem, last: Iterate) -> Iterate:
-    """The iterate with z refined to its last digits."""
-    basis = problem.box.basis_of(last.x)
-    z = refined(problem, problem.box.z_of(last.x), basis)
-    x = problem.box.x_within(z, problem.w(z), basis)
-    return last._replace(x=x, F=None, step=REFINED, signs_final=True)
-
-
 def _remaining(deadline: float) -> float:
     """The remaining seconds, at least a millisecond."""
     return max(deadline - clock.seconds(), 1e-3)
-
-
-def is_monotone(M: Matrix) -> bool:
-    """Whether v'Mv >= 0 for all v, up to rounding."""
-    return bool(M.diagonal().min() >= 0) and is_semidefinite(M if matrices.is_symmetric(M) else (M + M.T) / 2)
-
-
-def is_program(problem: Problem) -> bool:
-    """Whether M, sparse, is monotone and has the signs of the conditions of a program, both of them."""
-    S = problem.signs
-    return S is not None and bool((S[0] != S).any()) and is_monotone(problem.M)
