@@ -1,4 +1,5 @@
-"""The problem that the interior point method works on: without fixed variables, in units of about 1."""
+"""The problem that the interior point method works on, without fixed variables, in units of about 1; and proofs that it
+has no solution, from iterates that diverge: Farkas' y is the direction in which they do."""
 
 from __future__ import annotations
 
@@ -16,6 +17,10 @@ from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_un
 
 ROUNDS, FARTHEST, CLOSE = 12, 1e8, 0.1  # of Ruiz's scaling
 FAR_APART = 60.0  # binary digits between the entries of M
+FAR = 1e2  # in scaled units: what diverges is at least that large
+COARSE = 1e-3  # of the largest entry of y: what is left out first
+CLEAR = 1e-10  # of the sum of |y|: what a proof is negative by
+ROUGHLY, NEARLY = 1e-2, 1e-5  # of the same: what is not yet 0 before and after rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,32 +127,25 @@ def _ruiz(M: Matrix, start: Vector) -> Vector:
     return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept
 
 
-FAR = 1e2  # in scaled units: what diverges is at least that large
-COARSE = 1e-3  # of the largest entry of y: what is left out first
-CLEAR = 1e-10  # of the sum of |y|: what a proof is negative by
-ROUGHLY, NEARLY = 1e-2, 1e-5  # of the same: what is not yet 0 before and after rounding
-
-
 def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
     """The certificate from one of the directions, or from the part of either sign S; None if none is one."""
-    given = conditions_of(problem)
-    low, high = np.isfinite(given.lower), np.isfinite(given.upper)
+    given, S = conditions_of(problem), within.S
+    least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
     for direction in directions:
         if not np.abs(direction).max() > FAR:
             continue
-        parts = [direction] if within.S is None else [np.where(s == within.S, direction, 0.0) for s in (1, -1)]
-        for part in (*parts, direction)[: len(parts) + (within.S is not None)]:
+        parts = [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
+        for part in (*parts, direction):
             y = np.zeros(problem.n)
             y[within.kept] = part * within.units
-            y = np.where(low & high, 0.0, np.where(low, np.maximum(y, 0.0), np.where(high, np.minimum(y, 0.0), y)))
+            y = np.clip(y, least, most)
             if not _is_clear(within, y, ROUGHLY):
                 continue
             for candidate in _simplest_first(y):
-                if not _is_clear(within, candidate, NEARLY):
-                    continue
-                proof = proof_in_units(problem, np.ones(problem.n), candidate)
-                if proof is not None:
-                    return Certificate("farkas", farkas_statement(problem), proof)
+                if _is_clear(within, candidate, NEARLY):
+                    proof = proof_in_units(problem, np.ones(problem.n), candidate)
+                    if proof is not None:
+                        return Certificate("farkas", farkas_statement(problem), proof)
     return None
 
 

@@ -1,13 +1,20 @@
-"""The steps: Mehrotra's predictor and corrector with Gondzio's further correctors, from infeasible points.
+"""The steps of the interior point method, and the linear systems that they solve.
 
-S. Mehrotra, On the implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio,
-Multiple centrality corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
+Mehrotra's predictor and corrector with Gondzio's further correctors, from infeasible points: S. Mehrotra, On the
+implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio, Multiple centrality
+corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
+
+The systems (M + D) x = b are solved more accurately than their regularized factors are, those of M + D + rho:
+refinement removes rho, and where it converges slowly, GMRES with the factors as its preconditioner (Y. Saad,
+M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and
+shrinks where it is what slows refinement.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -23,19 +30,21 @@ LONG, SHORT, SAFE_SIGMA = 0.95, 0.1, 0.5  # step lengths that are good enough, a
 TO_BOUNDARY = 0.995
 TINY = 1e-30
 ENOUGH = 1e-3  # of the infeasibility: how accurately systems are solved
+REFINEMENTS = 8
+SLOW = 0.3  # the factor per refinement above which GMRES takes over
+ACCURACY = 1e-13  # of a solution, relative to the right-hand side
+DOUBTFUL, POOR, USELESS = 1e-6, 1e-7, 1e-2  # residuals: of refinement, and of the factors
+KRYLOV, LOOK = 8, 4  # steps of GMRES: at most, and between looks at what is left
 
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive."""
+    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive. Also a
+    direction: the change of a point in a step of length 1."""
 
     z: Vector
     s: Vector
     w: Vector
-
-
-class Direction(Point):
-    """The change of a point in a step of length 1."""
 
 
 class Steps:
@@ -91,30 +100,40 @@ class Steps:
         return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
 
     @np.errstate(all="ignore")
-    def next(self, at: Point) -> tuple[Point, float, Direction]:
+    def next(self, at: Point) -> tuple[Point, float, Point]:
         """The next point, the step length and the direction."""
-        dual, primal = self.residuals(at)
-        ratio = at.w / at.s
+        ratio, pairs = at.w / at.s, self.problem.pairs
         self._systems.factorize(self._spread(ratio))
-        newton = _Newton(self, at, dual, primal, self._absorbing(ratio))
-        affine = newton.direction(-at.s * at.w)
-        if not self.problem.pairs:
+        direction = partial(self._direction, at, self._absorbing(ratio))
+        affine = direction(-at.s * at.w)
+        if not pairs:
             return self._moved(at, affine, 1.0), 1.0, affine
         mu, length = self.mu(at), longest(at, affine)
-        after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / self.problem.pairs
+        after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
         sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
-        found, step = self._corrected(newton, at, affine, sigma * mu)
+        found, step = self._corrected(direction, at, affine, sigma * mu)
         if step < SHORT and step < 0.5 * length:
-            central = newton.direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
+            central = direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
             if longest(at, central) > step:
                 found, step = central, longest(at, central)
         step = min(1.0, max(TO_BOUNDARY, 1.0 - mu) * step) if step < 1.0 else 1.0
         return self._moved(at, found, step), step, found
 
-    def _corrected(self, newton: _Newton, at: Point, affine: Direction, target: float) -> tuple[Direction, float]:
+    def _direction(self, at: Point, absorbing: Vector, products: Vector) -> Point:
+        """Newton's direction, which removes the residuals and changes s w by `products`, to first order, with factors
+        for w / s; `absorbing` is the share of the multipliers in what the system leaves over."""
+        dual, primal = self.residuals(at)
+        b = self._spread(self._sign * (products - at.w * primal) / at.s) - dual
+        z, left = self._systems.solve(b, ENOUGH * self.infeasibility(at))
+        ds = self._sign * z[self._index] + primal
+        return Point(z, ds, (products - at.w * ds) / at.s + absorbing * left[self._index])
+
+    def _corrected(
+        self, direction: Callable[[Vector], Point], at: Point, affine: Point, target: float
+    ) -> tuple[Point, float]:
         """Mehrotra's direction to products s w of `target`, and those of Gondzio that lengthen the step."""
         wanted = target - at.s * at.w - affine.s * affine.w
-        found = newton.direction(wanted)
+        found = direction(wanted)
         step = longest(at, found)
         for _ in range(CORRECTORS):
             if step > LONG:
@@ -123,14 +142,14 @@ class Steps:
             products = (at.s + aspired * found.s) * (at.w + aspired * found.w)
             correction = np.clip(products, target / SPREAD, target * SPREAD) - products
             more = wanted + np.maximum(correction, -SPREAD * target)
-            other = newton.direction(more)
+            other = direction(more)
             length = longest(at, other)
             if length < step + WORTH:
                 break
             found, step, wanted = other, length, more
         return found, step
 
-    def _moved(self, at: Point, along: Direction, step: float) -> Point:
+    def _moved(self, at: Point, along: Point, step: float) -> Point:
         s, w = (np.maximum(v + step * d, TINY) for v, d in ((at.s, along.s), (at.w, along.w)))
         if not (np.isfinite(s).all() and np.isfinite(w).all()):
             raise SingularMatrix
@@ -156,40 +175,13 @@ class Steps:
         return low, high + self.problem.low.size
 
 
-@dataclass(frozen=True, eq=False)
-class _Newton:
-    """Newton's equations at a point, with factors for its w / s."""
-
-    steps: Steps
-    at: Point
-    dual: Vector
-    primal: Vector
-    absorbing: Vector
-
-    def direction(self, products: Vector) -> Direction:
-        """The direction that removes the residuals and changes s w by `products`, to first order."""
-        own, s, w = self.steps, self.at.s, self.at.w
-        b = own._spread(own._sign * (products - w * self.primal) / s) - self.dual
-        size = max(float(np.abs(r).max(initial=0.0)) for r in (self.dual, self.primal))
-        z, left = own._systems.solve(b, ENOUGH * size)
-        ds = own._sign * z[own._index] + self.primal
-        return Direction(z, ds, (products - w * ds) / s + self.absorbing * left[own._index])
-
-
-def longest(at: Point, along: Direction) -> float:
+def longest(at: Point, along: Point) -> float:
     """The longest step, at most 1, that keeps s and w nonnegative."""
     lengths = [1.0]
     for v, d in ((at.s, along.s), (at.w, along.w)):
         shrinking = d < 0
         lengths.append(float((-v[shrinking] / d[shrinking]).min(initial=1.0)))
     return min(lengths)
-
-
-REFINEMENTS = 8
-SLOW = 0.3  # the factor per refinement above which GMRES takes over
-ACCURACY = 1e-13  # of a solution, relative to the right-hand side
-DOUBTFUL, POOR, USELESS = 1e-6, 1e-7, 1e-2  # residuals: of refinement, and of the factors
-KRYLOV, LOOK = 8, 4  # steps of GMRES: at most, and between looks at what is left
 
 
 @dataclass
