@@ -14,7 +14,7 @@ from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import factors, matrices
 from lcpcli.methods.newton import finish
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, advance, ended, limited
 from lcpcli.methods.tableau import Tableau
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
@@ -25,6 +25,10 @@ from lcpcli.verify.certificate import RAY, Certificate, proves_infeasible
 
 MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the inverse of the basis is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
+MOST_EXCHANGED = 1000  # since the exchanged problem is dense
+TRIES = 8  # of other starts
+MAX_PIVOTS = 5  # per unknown and try
+TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
 
 
 def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
@@ -131,14 +135,14 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificat
     return Certificate("ray", RAY, z)
 
 
-MOST_EXCHANGED = 1000  # since the exchanged problem is dense
-TRIES = 8
-MAX_PIVOTS = 5  # per unknown and try
-TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
-
-
 def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a method)
-    """Yield the end of the path of each try, if that is a solution."""
+    """Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield the end of the path
+    of each try, if that is a solution.
+
+    In M = [0 A; B' 0], q = -e, the bimatrix games, the path from the covering vector e ends at once, on a ray. With z_k
+    and one w_j exchanged it is a path as in C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, SIAM
+    Journal 12 (1964) 413-423, where z_k is the label that is dropped.
+    """
     if problem.n > MOST_EXCHANGED or not (problem.q < 0).any():
         return Finished()
     M, evaluations = matrices.dense(problem.M), 0
@@ -153,7 +157,8 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
         x = last.x.copy()
         x[pair] *= -1
         evaluations += last.evaluations
-        yield from finish(problem, None, _single(last._replace(x=x, F=None, step="restart", evaluations=evaluations)))
+        end = last._replace(x=x, F=None, step="restart", evaluations=evaluations)
+        yield from finish(problem, None, ended(Finished(), end))
     return Stalled("no path from another start ends at a solution")
 
 
@@ -169,11 +174,6 @@ def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
     except (ProblemError, FloatingPointError, np.linalg.LinAlgError):
         return None
     return last if isinstance(step, Finished) else None
-
-
-def _single(iterate: Iterate) -> Stage:
-    yield iterate
-    return Finished()
 
 
 def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:

@@ -112,10 +112,10 @@ def told(fault: FloatingPointError | MemoryError) -> str:
     return next((kind for message, kind in KINDS.items() if str(fault).startswith(message)), str(fault))
 
 
-def ended(ending: Ending) -> Stage:
-    """A stage that ends before its first iterate."""
+def ended(ending: Ending, *iterates: Iterate) -> Stage:
+    """A stage of these iterates, by default none, that ends so."""
+    yield from iterates
     return ending
-    yield
 
 
 def limited(stage: Stage, max_iterations: int) -> Stage:
