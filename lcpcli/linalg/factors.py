@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.interrupts import interruptibly
-from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, plus_diagonal, product
+from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product
 from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -24,6 +24,7 @@ QUICK = 10_000  # entries up to which a sparse factorization is too fast to need
 LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense ones are interruptible; see `_DenseFactors`
 LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
 UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
+CONDITION = 1e8  # up to which a matrix is well-conditioned
 Solve = Callable[[Vector], Vector]
 
 
@@ -152,6 +153,16 @@ def invert(A: Matrix) -> Solve:
         return refined
 
     return solve
+
+
+def well_conditioned_inverse(M: Matrix) -> Matrix | None:
+    """The inverse of a dense M, None if its condition number exceeds CONDITION."""
+    try:
+        inverse = np.linalg.inv(M)
+    except np.linalg.LinAlgError:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        return inverse if norm_inf(M) * norm_inf(inverse) <= CONDITION else None
 
 
 def definite_solver(M: Matrix) -> Solve | None:

@@ -12,23 +12,10 @@ import numpy as np
 from lcpcli import clock, interrupts
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_narrow, is_sparse
+from lcpcli.methods import stages
 from lcpcli.methods.auto.small import PIVOTS, exactly, small
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, block_pivoting, dense_route, from_states
-from lcpcli.methods.stages import (
-    Finished,
-    Iterate,
-    NoSolution,
-    Search,
-    Stage,
-    Stalled,
-    Turns,
-    advance,
-    as_lcp,
-    begin,
-    from_reference,
-    in_given_variables,
-    limited,
-)
+from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.far_bounds import Relaxed, relaxed
 from lcpcli.model.problem import Problem
@@ -90,7 +77,7 @@ def _relaxed_first(problem: Problem, change: Relaxed, x0: Vector, search: Search
 
 
 def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
-    return (small if problem.n <= measure.FEW else from_reference)(problem, x0, search)
+    return (small if problem.n <= measure.FEW else stages.from_reference)(problem, x0, search)
 
 
 def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp: bool = True) -> Stage:
@@ -118,7 +105,7 @@ def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp:
         undecided = ending
     if not milp:
         return undecided
-    ending = yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline)))
+    ending = yield from turns.take("milp", stages.begin("milp", problem, x0, time_limit=_remaining(deadline)))
     return undecided if problem.n <= measure.FEW and isinstance(ending, Stalled) else ending
 
 
@@ -159,7 +146,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield first, linear(problem, min(limit, _remaining(deadline)))
     if first:
         yield "newton", _while_fast(problem, block_pivoting(problem, x0, problem.n))
-        yield "interior", begin("interior", problem, x0)
+        yield "interior", stages.begin("interior", problem, x0)
     elif large_and_sparse:
         from lcpcli.methods.sparse_route import sparse_route
 
@@ -167,23 +154,23 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield "sparse", sparse_route(problem, x0, krylov_only=narrow or not problem.M.diagonal().all())
         if narrow:
             first = "interior"
-            yield first, begin("interior", problem, x0)
+            yield first, stages.begin("interior", problem, x0)
     sparse = is_sparse(problem.M)
     yield "newton", block_pivoting(problem, x0, problem.n) if sparse else dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
     if problem.n <= FEW:
-        yield "lemke", limited(begin("lemke", problem, x0), PIVOTS * problem.n)
+        yield "lemke", stages.limited(stages.begin("lemke", problem, x0), PIVOTS * problem.n)
     from lcpcli.linalg.krylov import is_semidefinite
     from lcpcli.methods.lemke import restarts
     from lcpcli.methods.linear import linear
 
     if not first and (large_and_sparse or is_semidefinite(problem.M)):
-        yield "interior", begin("interior", problem, x0)
+        yield "interior", stages.begin("interior", problem, x0)
     if large_and_sparse or problem.is_mixed:
         yield "linear", linear(problem, _remaining(deadline))
-    yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
-    yield "lemke", as_lcp(restarts, problem, x0)
+    yield "lemke", stages.limited(stages.begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
+    yield "lemke", stages.as_lcp(restarts, problem, x0)
 
 
 def _while_fast(problem: Problem, stage: Stage) -> Stage:
@@ -192,7 +179,7 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
     Circuits need three steps, each with one factorization; most programs end it at the first one.
     """
     basis, most = problem.box.basis_of(np.zeros(problem.n)), math.inf
-    while isinstance(step := advance(stage), Iterate):
+    while isinstance(step := stages.advance(stage), Iterate):
         before, basis = basis, problem.box.basis_of(step.x)
         changes = basis.changes(before)
         yield step
@@ -221,7 +208,7 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
     units = scaled.scale(problem)
     start = units.start(x0) if problem.is_mixed else np.sign(x0)
     yield "newton", in_given_variables(units, block_pivoting(units.problem, start, LEAST_INDEX_STEPS))
-    lemke = limited(begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
+    lemke = stages.limited(stages.begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
     yield "lemke", in_given_variables(units, lemke)
 
 

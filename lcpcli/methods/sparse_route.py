@@ -16,22 +16,11 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
 from lcpcli.linalg.units import equilibrate
+from lcpcli.methods import stages
 from lcpcli.methods.fixed_point import fixed_point
 from lcpcli.methods.multilevel import Hierarchy, Preconditioners
 from lcpcli.methods.newton import finish
-from lcpcli.methods.stages import (
-    Breakdown,
-    Ending,
-    Finished,
-    Iterate,
-    Stage,
-    Stalled,
-    Turns,
-    advance,
-    ended,
-    in_given_variables,
-    limited,
-)
+from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.scaled import in_units
@@ -79,7 +68,7 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     """
     R, C = _units(problem.M, problem.q)
     units = in_units(problem, R, C)
-    return (yield from in_given_variables(units, _parts(units.problem, units.start(x0), krylov_only)))
+    return (yield from stages.in_given_variables(units, _parts(units.problem, units.start(x0), krylov_only)))
 
 
 def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
@@ -90,11 +79,11 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
     if is_symmetric(problem.M):
         ending = yield from turns.take("multilevel", multilevel(problem))
         if isinstance(ending, Stalled):
-            return (yield from turns.take("multilevel", finish(problem, turns.last.x, ended(ending))))
+            return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
         if isinstance(ending, Finished):
             return ending
     last = turns.last.x
-    modulus = limited(fixed_point(problem, last, omega=AUTO, anderson=MEMORY), MODULUS_STEPS)
+    modulus = stages.limited(fixed_point(problem, last, omega=AUTO, anderson=MEMORY), MODULUS_STEPS)
     return (yield from turns.take("fixed-point", finish(problem, last, _while_bounded(modulus))))
 
 

@@ -12,9 +12,8 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import FAR, ROW_ROUNDING, are_moderate, is_finite
-from lcpcli.linalg.factors import SMALL
+from lcpcli.linalg.factors import SMALL, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
-from lcpcli.linalg.principal_many import well_conditioned_inverse
 from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, has_columns, own, with_infinity
 from lcpcli.model.box import Box
 from lcpcli.model.labels import by_label
