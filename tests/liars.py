@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, Result, run
-from lcpcli.methods.iterate import Ending, Finished, Iterate, Stage
 from lcpcli.methods.registry import METHODS, Method
+from lcpcli.methods.stages import Ending, Finished, Iterate, Stage
 from lcpcli.model.changes import shifted
 from lcpcli.typing import Vector
 

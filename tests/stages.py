@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lcpcli.methods.iterate import Ending, Finished, Iterate, Stage, advance
+from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, advance
 
 
 def through(stage: Stage) -> tuple[list[Iterate], Ending]:

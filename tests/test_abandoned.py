@@ -23,10 +23,10 @@ from lcpcli.files import writing
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg import factors
-from lcpcli.linalg.fill import order_of
+from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.linear_program import linprog
-from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.methods.auto.restarts import restarts
+from lcpcli.linalg.patterns import order_of
+from lcpcli.methods.lemke import restarts
 from lcpcli.options import Limits
 from lcpcli.rational.numbers import fraction
 from lcpcli.rational.problem import ExactProblem
@@ -169,7 +169,7 @@ def test_long_cholesky_finds_that_a_matrix_is_not_definite(monkeypatch: pytest.M
     A[0, 1] = A[1, 0] = 2.0
     monkeypatch.setattr(factors, "LONG_CHOLESKY", 300)
     with pytest.raises(factors.SingularMatrix):
-        factors.interruptible_cholesky(A)
+        factors.dense_factors().cholesky(A)
     np.testing.assert_allclose(PrincipalSolver(A).solve(np.arange(300), A.sum(axis=1)), np.ones(300))
 
 

@@ -8,9 +8,8 @@ from scipy import sparse
 
 from lcpcli import Problem, from_qp, run
 from lcpcli.linalg import shifted_systems
-from lcpcli.linalg.bordered import MOST, Bordered, dense_places
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.sparse_factors import SuperLU
+from lcpcli.linalg.shifted_systems import MOST, Bordered, SuperLU, dense_places
 
 
 def arrow(n: int, places: list[int], random: np.random.Generator) -> sparse.csr_array:

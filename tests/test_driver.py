@@ -12,7 +12,7 @@ from lcpcli import Problem, Status, Trace, read
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import shipped
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
+from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import PendingRow

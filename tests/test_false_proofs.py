@@ -17,7 +17,7 @@ from lcpcli import Problem, Status, from_qp, write
 from lcpcli.cli import solve
 from lcpcli.cli.methods import MethodChoice
 from lcpcli.gallery import families
-from lcpcli.methods.iterate import Ending, Finished, NoSolution
+from lcpcli.methods.stages import Ending, Finished, NoSolution
 from lcpcli.typing import Vector
 from lcpcli.verify import certificate
 from lcpcli.verify.certificate import RAY, UNVERIFIED, Certificate, proves_infeasible

@@ -10,8 +10,8 @@ from scipy.sparse import csr_array, diags_array
 
 from lcpcli import Problem
 from lcpcli.linalg import factors
-from lcpcli.methods.finish import STEP, finish
-from lcpcli.methods.iterate import Breakdown, Ending, Finished, Iterate, Stage, Stalled
+from lcpcli.methods.newton import FINISH, finish
+from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import ORTHANT, Basis
 from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
@@ -50,7 +50,7 @@ def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
         problem = Problem(csr_array(M), problem.q, solutions=problem.solutions)
     start = np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)
     *_, last = finish(problem, None, constant(start))
-    assert last.step == STEP
+    assert last.step == FINISH
     z = ORTHANT.z_of(last.x)
     rounding = 1e-13 * (np.abs(M) @ z + np.abs(problem.q)).max()
     assert np.abs(np.minimum(z, problem.w(z))).max() <= rounding
@@ -65,7 +65,7 @@ def test_a_few_wrong_signs_are_corrected(seed: int) -> None:
     wrong = np.random.default_rng(seed).choice(n, 3, replace=False)
     x[wrong] = -x[wrong]
     *_, last = finish(problem, None, constant(x))
-    assert last.step == STEP
+    assert last.step == FINISH
     assert np.allclose(ORTHANT.z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)
 
 
@@ -74,7 +74,7 @@ def test_iterates_are_passed_on_unchanged_before() -> None:
     iterates, _ = through(constant(x))
     passed = list(finish(problem, None, scripted(iterates)))
     assert passed[:-1] == iterates[: len(passed) - 1]
-    assert passed[-1].step == STEP
+    assert passed[-1].step == FINISH
 
 
 def test_degenerate_solution_is_recognised() -> None:
@@ -83,7 +83,7 @@ def test_degenerate_solution_is_recognised() -> None:
     problem = Problem(M, np.array([0.0, 0.0, 1.0]) - M @ z)  # z_2 = w_2 = 0
     for sign in (1.0, -1.0):
         *_, last = finish(problem, None, constant(np.array([1.0, sign, -1.0])))
-        assert last.step == STEP
+        assert last.step == FINISH
         assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-15)
 
 
@@ -106,7 +106,7 @@ def test_active_set_of_the_start_counts_too() -> None:
 def test_a_method_that_ends_is_finished_at_its_last_iterate() -> None:
     problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 7)
     steps = [iterate.step for iterate in finish(problem, None, constant(x, Stalled("here"), times=1))]
-    assert steps == ["", STEP]
+    assert steps == ["", FINISH]
 
 
 def test_no_more_time_is_spent_than_the_method_has_taken() -> None:
@@ -136,7 +136,7 @@ def test_no_more_time_is_spent_than_the_method_has_taken() -> None:
         return original(solutions, basis)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lcpcli.methods.finish.MAX_CHANGE", 1.0)
+        patch.setattr("lcpcli.methods.newton.MAX_CHANGE", 1.0)
         patch.setattr(BasicSolutions, "at", slow)
         for _ in finish(problem, None, scripted(iterates()), clock):
             pass
@@ -151,5 +151,5 @@ def test_sparse_blocks_are_not_made_dense() -> None:
     z, w = 2 * np.maximum(x, 0), 2 * np.maximum(-x, 0)
     problem = Problem(M, w - M @ z)
     *_, last = finish(problem, None, constant(x))
-    assert last.step == STEP
+    assert last.step == FINISH
     assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-12)

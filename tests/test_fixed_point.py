@@ -15,8 +15,7 @@ from lcpcli import Problem, Status, read
 from lcpcli.errors import OptionError
 from lcpcli.files import shipped
 from lcpcli.linalg import factors
-from lcpcli.methods.anderson import Anderson
-from lcpcli.methods.fixed_point import best_omega, fixed_point
+from lcpcli.methods.fixed_point import Anderson, best_omega, fixed_point
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 

@@ -19,8 +19,8 @@ from lcpcli.inspection.inspection import inspect
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.fill import fill
-from lcpcli.methods.interior.systems import Regularization
+from lcpcli.linalg.patterns import fill
+from lcpcli.methods.interior_steps import Regularization
 from lcpcli.report import inspection_json, inspection_text
 
 N = 500

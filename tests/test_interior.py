@@ -16,10 +16,9 @@ from scipy import sparse
 from lcpcli import Problem, Status, Trace, from_qp, run
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg import shifted_systems
-from lcpcli.linalg.signs import signs
-from lcpcli.methods.interior.rays import proof_of
-from lcpcli.methods.interior.scaling import scaled
-from lcpcli.methods.interior.systems import AccurateSystems
+from lcpcli.linalg.patterns import signs
+from lcpcli.methods.interior_scaling import proof_of, scaled
+from lcpcli.methods.interior_steps import AccurateSystems
 from lcpcli.typing import Vector
 
 SEEDS = int(os.environ.get("LCP_SEEDS", "60"))

@@ -9,11 +9,9 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, Trace
-from lcpcli.linalg.shifted_systems import systems
-from lcpcli.linalg.sparse_factors import SuperLU
-from lcpcli.methods.interior.scaling import scaled
-from lcpcli.methods.interior.steps import Steps
-from lcpcli.methods.interior.systems import AccurateSystems, Regularization
+from lcpcli.linalg.shifted_systems import SuperLU, systems
+from lcpcli.methods.interior_scaling import scaled
+from lcpcli.methods.interior_steps import AccurateSystems, Regularization, Steps
 from lcpcli.typing import Matrix, Vector
 
 from .mixed_problems import definite, monotone, with_all_bounds

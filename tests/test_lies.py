@@ -10,8 +10,8 @@ import pytest
 from scipy.sparse import diags_array
 
 from lcpcli import Problem, Status, from_game, from_qp, run, solve_qp
-from lcpcli.linalg.products import product
-from lcpcli.methods.iterate import Breakdown, Finished, OutOfTime, Stalled
+from lcpcli.linalg.matrices import product
+from lcpcli.methods.stages import Breakdown, Finished, OutOfTime, Stalled
 from lcpcli.model.start import states_of
 from lcpcli.solving.minimum import equilibrium
 from lcpcli.typing import Vector

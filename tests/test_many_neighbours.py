@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, diags_array
 import lcpcli
 from lcpcli import Problem
 from lcpcli.gallery import families
-from lcpcli.linalg import principal
+from lcpcli.linalg import factors
 
 K = 6
 
@@ -44,14 +44,14 @@ def test_results_are_those_of_run(family: str, change: float, turned: float) -> 
 def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = families.make("obstacle", 2500, 0)
     count = 0
-    factorized = principal.PrincipalSolver._factorized
+    factorized = factors.PrincipalSolver._factorized
 
     def counted(*given: Any) -> Any:
         nonlocal count
         count += 1
         return factorized(*given)
 
-    monkeypatch.setattr(principal.PrincipalSolver, "_factorized", counted)
+    monkeypatch.setattr(factors.PrincipalSolver, "_factorized", counted)
     Q = problem.q[:, np.newaxis] * np.linspace(1, 2, 20)
     results = lcpcli.solve_many(problem.M, Q)
     next(results)

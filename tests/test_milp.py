@@ -15,7 +15,7 @@ from lcpcli import Problem, Result, Status, read
 from lcpcli.files import shipped
 from lcpcli.interrupts import TimeIsUp, silence
 from lcpcli.methods import enumeration, milp
-from lcpcli.methods.iterate import OutOfTime, Stalled, advance
+from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible

@@ -9,9 +9,9 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron
 from lcpcli import Problem
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity
 from lcpcli.linalg.matrices import is_symmetric
-from lcpcli.methods.auto.krylov import multilevel
-from lcpcli.methods.auto.multilevel import COARSEST, Hierarchy
-from lcpcli.methods.iterate import Breakdown
+from lcpcli.methods.multilevel import COARSEST, Hierarchy
+from lcpcli.methods.sparse_route import multilevel
+from lcpcli.methods.stages import Breakdown
 from lcpcli.typing import Mask, Matrix
 
 from .stages import through

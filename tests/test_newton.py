@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import shipped
 from lcpcli.gallery import families
-from lcpcli.linalg import factors, principal
+from lcpcli.linalg import factors
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 
@@ -70,7 +70,7 @@ def factorizations(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         return counted
 
     for name in ("cholesky", "lu"):
-        monkeypatch.setattr(principal._DenseFactors, name, counting(getattr(principal._DenseFactors, name)))
+        monkeypatch.setattr(factors._DenseFactors, name, counting(getattr(factors._DenseFactors, name)))
     return sizes
 
 
@@ -80,7 +80,7 @@ def test_factors_are_updated_while_few_indices_change(symmetric: bool, monkeypat
     generator = np.random.default_rng(1)
     A, n = generator.standard_normal((2, 300, 300)), 300
     M = A[0] @ A[0].T + np.eye(n) + (0 if symmetric else A[1] - A[1].T)
-    solver, b = principal.PrincipalSolver(M), generator.standard_normal(n)
+    solver, b = factors.PrincipalSolver(M), generator.standard_normal(n)
     P = np.arange(n) % 2 == 0
     for exchanged in ([], [0, 1], [2, 4, 7, 9], [11, 298], list(range(9))):
         P[exchanged] = ~P[exchanged]
@@ -97,7 +97,7 @@ def test_set_that_makes_the_update_singular_is_factorized_anew(monkeypatch: pyte
     """M_KK is regular for the set K that was factorized, M_PP is not: that is said, not a solution made up."""
     sizes = factorizations(monkeypatch)
     M = np.diag(np.r_[np.ones(299), 0.0])
-    solver = principal.PrincipalSolver(M)
+    solver = factors.PrincipalSolver(M)
     solver.at(np.arange(298))
     with pytest.raises(factors.SingularMatrix):
         solver.solve(np.r_[np.arange(298), 299], np.ones(299))

@@ -19,7 +19,7 @@ from lcpcli.cli import progress
 from lcpcli.files import writing
 from lcpcli.gallery import families as gallery
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Finished, Iterate, Stage
+from lcpcli.methods.stages import Finished, Iterate, Stage
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import INTERVAL, Observer

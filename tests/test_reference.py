@@ -14,7 +14,7 @@ from scipy import sparse
 
 from lcpcli import Problem, read, run
 from lcpcli.files import shipped
-from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.solving import reference
 from lcpcli.solving.reference import with_reference
 from lcpcli.verify.refinement import refined

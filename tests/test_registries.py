@@ -55,7 +55,7 @@ METHOD = '''
 
 import numpy as np
 
-from lcpcli.methods.iterate import Finished, Iterate
+from lcpcli.methods.stages import Finished, Iterate
 
 
 def toy(problem, x0, *, shift, scale_by):

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from lcpcli import Problem, Status, Trace, read, run
 from lcpcli.files import shipped
-from lcpcli.methods.iterate import Iterate
 from lcpcli.methods.shi import AVERAGE, PLANE, SELECTED, STEEPEST, STEEPEST_AT_MULTIPLE, direction, shi
 from lcpcli.methods.smoothing import Smoothed
+from lcpcli.methods.stages import Iterate
 
 Vector = NDArray[np.float64]
 EXAMPLE_1, EXAMPLE_2 = (read(shipped.path(f"paper-example-{number}.json")) for number in (1, 2))

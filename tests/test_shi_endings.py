@@ -13,9 +13,9 @@ from lcpcli import Problem, Status, read
 from lcpcli.errors import OptionError
 from lcpcli.files import shipped
 from lcpcli.gallery.families import make
-from lcpcli.methods.iterate import Breakdown
 from lcpcli.methods.shi import shi
 from lcpcli.methods.smoothing import Point, Smoothed
+from lcpcli.methods.stages import Breakdown
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli import Problem
-from lcpcli.methods.smoothing import WINDOW, Smoothed, excess, slope, split
+from lcpcli.methods.smoothing import WINDOW, Smoothed, excess, slope
 
 SIZES = st.floats(min_value=1e-300, max_value=1e300)
 NUMBERS = st.floats(min_value=-1e300, max_value=1e300)
@@ -26,8 +26,7 @@ def exact_modulus(p: float, x: float) -> tuple[Decimal, Decimal]:
 
 def computed_split(p: float, x: float) -> tuple[float, float]:
     """z~ and w~ at one x."""
-    z, w = np.empty(1), np.empty(1)
-    split(p, np.array([x]), z, w)
+    z, w, _ = Smoothed(Problem([[1.0]], [0.0]), p).split(np.array([x]))
     return float(z[0]), float(w[0])
 
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from lcpcli import Problem
-from lcpcli.methods.auto.sparse_route import sparse_route
-from lcpcli.methods.iterate import Breakdown, Iterate, Stalled, advance
+from lcpcli.methods.sparse_route import sparse_route
+from lcpcli.methods.stages import Breakdown, Iterate, Stalled, advance
 from lcpcli.model.box import ORTHANT
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.point import Criterion, Point

@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli.linalg.equilibration import equilibrate, range_of_units
 from lcpcli.linalg.matrices import norm_inf, row_and_column_maxima
-from lcpcli.linalg.units import units
+from lcpcli.linalg.units import equilibrate, range_of_units, units
 
 
 @settings(deadline=None)

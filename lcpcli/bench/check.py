@@ -8,10 +8,9 @@ import numpy as np
 
 from lcpcli.bench.runs import NONE, SOLUTION, Answer, Curve
 from lcpcli.inspection.theory import contraction, measured
-from lcpcli.linalg import products
-from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, are_moderate
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
 from lcpcli.report.numbers import finite
@@ -68,7 +67,7 @@ class Checker:
             return Check(answer.claim == NONE and hopeless, false, optimality=optimality(problem, None))
         z = np.asarray(answer.z, dtype=np.float64)
         point = Point(self._criterion, z, is_admissible=False)
-        terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+        terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
         success = claimed and point.scaled_residual <= self._accept and not hopeless
         as_said = point.residual <= self._accept * float(terms.max()) < np.inf and not hopeless
         error = problem.error(z)
@@ -99,7 +98,7 @@ def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
         return {}
     given = conditions_of(problem)
     M, q = given.M, given.q
-    terms = products.absolute_product(M, np.abs(z)) + np.abs(q)
+    terms = matrices.absolute_product(M, np.abs(z)) + np.abs(q)
     moderate = all(map(are_moderate, (M.data if is_sparse(M) else M, q, z)))
     w = accurate_residual(M, -z, q) if moderate else problem.w(z)
     residuals, sizes = _residuals(problem.origin, given, z, w, terms)
@@ -125,7 +124,7 @@ def _residuals(
     k = origin.variables
     ranges = np.arange(z.size) >= z.size - origin.ranges
     rows = (np.arange(z.size) >= k) & ~ranges
-    curvature = np.abs(z[:k]) @ products.absolute_product(M[:k, :k], np.abs(z[:k]))
+    curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
     residuals = (
         _largest(outside[:k], left[rows], outside[ranges]),
         _largest(left[:k], outside[rows]),

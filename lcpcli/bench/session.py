@@ -18,7 +18,7 @@ from lcpcli.bench.runs import REST, Answer, measure, run_method, run_peer
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 from lcpcli.linalg import threads
-from lcpcli.linalg.products import THREADED
+from lcpcli.linalg.matrices import THREADED
 from lcpcli.model.problem import Problem
 from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers

@@ -17,9 +17,9 @@ import numpy as np
 from lcpcli.inspection.dominance import scaled_dominance
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, shown, signs
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.band import affordable
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import linear
 from lcpcli.typing import Matrix, Vector
 

@@ -10,14 +10,13 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg import factors, matrices, spectrum
-from lcpcli.linalg.band import Band, affordable
+from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.fill import fill
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import Band, affordable, fill
 from lcpcli.linalg.shifted_systems import DECIDED, sparse_systems
-from lcpcli.methods.interior.scaling import Scaled, scaled
-from lcpcli.methods.interior.systems import Regularization
+from lcpcli.methods.interior_scaling import Scaled, scaled
+from lcpcli.methods.interior_steps import Regularization
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
@@ -132,7 +131,7 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
 
             values = eigvalsh(dense)
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
-    found = spectrum.ends(M) if definite and affordable(M) else None
+    found = krylov.ends(M) if definite and affordable(M) else None
     return None if found is None or not np.isfinite(found).all() else Spectrum(*found, estimated=True)
 
 

@@ -14,11 +14,10 @@ import numpy as np
 
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, index_set, shown, signs
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.band import affordable
+from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.linalg.products import product
+from lcpcli.linalg.matrices import is_sparse, product
+from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import elimination, sums
 from lcpcli.typing import Matrix, Vector
 

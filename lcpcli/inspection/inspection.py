@@ -16,10 +16,10 @@ from lcpcli.inspection.theory import Guarantee, guarantees
 from lcpcli.inspection.verdict import NO, YES, Check, Verdict
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
-from lcpcli.linalg.band import affordable
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.patterns import affordable
+from lcpcli.linalg.units import equilibrate
 from lcpcli.model import far_bounds
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS

@@ -29,7 +29,7 @@ import numpy as np
 from lcpcli.inspection.difficulty import Spectrum
 from lcpcli.inspection.verdict import CALLED, NO, UNDECIDED, YES, Verdict
 from lcpcli.linalg import matrices
-from lcpcli.linalg.band import affordable
+from lcpcli.linalg.patterns import affordable
 from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
 from lcpcli.methods.shi import default_p

@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from lcpcli.linalg import matrices, products
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import elimination, sums
@@ -153,8 +153,8 @@ class Context:
         if not np.isfinite(v).all() or not v.any():
             return False
         with np.errstate(over="ignore", invalid="ignore"):
-            value = float(v @ products.product(self.M, v))
-            size = float(np.abs(v) @ products.absolute_product(self.M, np.abs(v)))
+            value = float(v @ matrices.product(self.M, v))
+            size = float(np.abs(v) @ matrices.absolute_product(self.M, np.abs(v)))
         underflow = (self.n * self.n + 1) * SMALLEST_NORMAL * max(1.0, float(np.abs(v).max()))
         if abs(value) > (2 * self.n + 4) * EPS * size + underflow:
             return value < 0
@@ -173,8 +173,8 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
     """
     n = d.size
     with np.errstate(over="ignore", invalid="ignore"):
-        value = products.product(A, d)
-        size = products.absolute_product(A, np.abs(d))
+        value = matrices.product(A, d)
+        size = matrices.absolute_product(A, np.abs(d))
         bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
     sign: Vector = np.sign(value)
     if np.array_equal(d, np.ones(n)) and _sums_exactly(A, float(size.max())):

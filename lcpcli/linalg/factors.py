@@ -1,25 +1,30 @@
-"""Factorizations of dense and sparse matrices: each gives a solver, or reports that the matrix is singular.
+"""Factorizations of dense and sparse matrices and of their principal submatrices, exploiting positive definiteness.
 
-scipy is imported only when needed: for sparse or large matrices.
+Each gives a solver, or reports that the matrix is singular. scipy is imported only when needed: for sparse or large
+matrices.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from contextlib import suppress
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from lcpcli.interrupts import interruptibly
-from lcpcli.linalg.fill import order_of
-from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric
-from lcpcli.linalg.products import product
+from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product
 from lcpcli.linalg.threads import include_loaded
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
 SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
 QUICK = 10_000  # entries up to which a sparse factorization is too fast to need an interruptible thread
-LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense ones are interruptible; see `interruptible_cholesky`
+LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense ones are interruptible; see `_DenseFactors`
+LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
+UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
+CONDITION = 1e8  # up to which a matrix is well-conditioned
 Solve = Callable[[Vector], Vector]
 
 
@@ -34,10 +39,15 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
     working precision. The test is a system with known solution, of which a solve must recover a digit. Unlike a
     condition number, this is insensitive to the units of rows and columns.
     """
-    factorize = _sparse_factorizer(M) if is_sparse(M) else _dense_factorizer(M)
+    factorize: Callable[[Matrix], Solve] = invert
+    if is_sparse(M):
+        lu = sparse_lu(is_symmetric(M))
+        factorize = lambda A: lu(A).solve  # noqa: E731
+    elif M.shape[0] > SMALL:
+        factorize = partial(dense_factors().lu, overwrite=True)
 
     def checked(shift: float) -> Solve:
-        solve = factorize(shift)
+        solve = factorize(plus_diagonal(M, shift, order="F"))
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             known = 1 / np.maximum(column_maxima(M), shift)
             computed = solve(product(M, known) + shift * known)
@@ -46,19 +56,6 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
         return solve
 
     return checked
-
-
-def _sparse_factorizer(M: Matrix) -> Callable[[float], Solve]:
-    from scipy.sparse import eye_array
-
-    lu = sparse_lu(is_symmetric(M))
-    identity = eye_array(M.shape[0], format="csr")
-
-    def factorize(shift: float) -> Solve:
-        solve: Solve = lu(M + shift * identity).solve
-        return solve
-
-    return factorize
 
 
 def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
@@ -72,6 +69,8 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     from scipy.sparse.csgraph import structural_rank
     from scipy.sparse.linalg import splu
 
+    from lcpcli.linalg.patterns import order_of
+
     include_loaded()
     chosen: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
 
@@ -83,11 +82,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
                 raise SingularMatrix
         # a symmetric csr_array is a csc_array with the same three arrays
         columns = A.T if symmetric else A.tocsc()
-        order = order_of(A) if symmetric else "COLAMD"
-
-        def factors() -> Any:
-            return splu(columns, permc_spec=order, **chosen)
-
+        factors = partial(splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **chosen)
         try:
             return interruptibly(factors) if A.nnz > QUICK else factors()
         except RuntimeError as error:
@@ -103,54 +98,46 @@ def positive_pivots(lu: Any) -> bool:
     return bool(np.array_equal(lu.perm_r, lu.perm_c) and lu.U.diagonal().min() > 0)
 
 
-def _dense_factorizer(M: Matrix) -> Callable[[float], Solve]:
-    if M.shape[0] <= SMALL:
-        return lambda shift: invert(_shifted(M, shift))
-    from scipy.linalg import get_lapack_funcs
+class _DenseFactors:
+    """LAPACK's factorizations of dense matrices of any order of storage. They raise SingularMatrix."""
 
-    include_loaded()
-    getrf, getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
+    def __init__(self) -> None:
+        from scipy.linalg import get_lapack_funcs
 
-    def factorize(shift: float) -> Solve:
-        lu, pivots, info = dense_lu(getrf, _shifted(M, shift), overwrite_a=True)
+        include_loaded()
+        self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
+
+    def cholesky(self, A: Matrix) -> Solve:
+        """Factors of a positive definite A: scipy's potrf holds the interpreter's lock, so that neither Ctrl-C nor a
+        time limit can end the wait for it; numpy's releases it, but copies A twice and takes a third longer."""
+        if A.shape[0] >= LONG_CHOLESKY:
+            upper = interruptibly(partial(_cholesky, A.T)).T
+            return lambda b: self._potrs(upper, b)[0]
+        factor, info = self._potrf(A.T, lower=True, clean=False)
         if info > 0:
             raise SingularMatrix
+        return lambda b: self._potrs(factor, b, lower=True)[0]
 
-        def solve(b: Vector) -> Vector:
-            x: Vector = getrs(lu, pivots, b)[0]
-            return x
-
-        return solve
-
-    return factorize
-
-
-def dense_lu(getrf: Callable[..., Any], A: Matrix, **how: bool) -> Any:
-    """What LAPACK's getrf returns for A."""
-    return interruptibly(lambda: getrf(A, **how)) if A.shape[0] >= LONG_LU else getrf(A, **how)
+    def lu(self, A: Matrix, overwrite: bool) -> Solve:
+        by_columns = A.flags.f_contiguous
+        factorize = partial(self._getrf, A if by_columns else A.T, overwrite_a=overwrite)
+        factor, pivots, info = interruptibly(factorize) if A.shape[0] >= LONG_LU else factorize()
+        if info > 0:
+            raise SingularMatrix
+        return lambda b: self._getrs(factor, pivots, b, trans=not by_columns)[0]
 
 
-def interruptible_cholesky(A: Matrix) -> Solve:
-    """A solver of A x = b for a symmetric positive definite A of at least LONG_CHOLESKY rows; else SingularMatrix.
+@cache
+def dense_factors() -> _DenseFactors:
+    return _DenseFactors()
 
-    scipy's potrf holds the interpreter's lock, so that neither Ctrl-C nor a time limit can end the wait for it. numpy's
-    releases it, but copies A twice and takes a third longer, which pays where potrf would take more than a second.
-    """
-    from scipy.linalg import get_lapack_funcs
 
-    include_loaded()
-    (potrs,) = get_lapack_funcs(("potrs",), (A,))
+def _cholesky(A: Matrix) -> Matrix:
+    """L with A = L L' by numpy; SingularMatrix if A is not positive definite."""
     try:
-        upper = interruptibly(lambda: np.linalg.cholesky(A.T)).T
+        return np.linalg.cholesky(A)
     except np.linalg.LinAlgError:
         raise SingularMatrix from None
-    return lambda b: potrs(upper, b)[0]
-
-
-def _shifted(M: Matrix, shift: float) -> Matrix:
-    A = M.copy(order="F")
-    A.reshape(-1, order="F")[:: A.shape[0] + 1] += shift
-    return A
 
 
 def invert(A: Matrix) -> Solve:
@@ -166,3 +153,145 @@ def invert(A: Matrix) -> Solve:
         return refined
 
     return solve
+
+
+def well_conditioned_inverse(M: Matrix) -> Matrix | None:
+    """The inverse of a dense M, None if its condition number exceeds CONDITION."""
+    try:
+        inverse = np.linalg.inv(M)
+    except np.linalg.LinAlgError:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        return inverse if norm_inf(M) * norm_inf(inverse) <= CONDITION else None
+
+
+def definite_solver(M: Matrix) -> Solve | None:
+    """A solver of M x = b if M is symmetric positive definite to working precision, else None."""
+    if not is_symmetric(M) or not M.diagonal().min() > 0:
+        return None
+    with suppress(SingularMatrix):
+        if is_sparse(M):
+            lu = sparse_lu(symmetric=True)(M)
+            return lu.solve if positive_pivots(lu) else None
+        if M.shape[0] > SMALL:
+            return dense_factors().cholesky(M)
+        _cholesky(M)
+        return invert(M)
+    return None
+
+
+class PrincipalSolver:
+    """Solves M_PP x = b for one set of indices P after another.
+
+    Blocks of a symmetric M are assumed positive definite until one is found not to be: Cholesky for dense ones,
+    diagonal pivots for sparse ones. The factors of a large or sparse block are kept for the same P, and those of a
+    dense one are updated while P differs in few indices from that block's.
+    """
+
+    def __init__(self, M: Matrix) -> None:
+        self._M = M
+        self._small = not is_sparse(M) and M.shape[0] <= SMALL
+        self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
+        self._definite = not self._small and bool(M.diagonal().min() > 0) and not (is_sparse(M) and not is_symmetric(M))
+        self._kept: tuple[Indices, Solve] | None = None
+
+    def solve(self, indices: Indices, b: Vector) -> Vector:
+        """x with one step of iterative refinement, for b of shape (k,); SingularMatrix if there is none."""
+        if indices.size == 0:
+            return np.empty(0)
+        solve = self.at(indices)
+        with np.errstate(over="ignore", invalid="ignore"):
+            x = solve(b)
+            refined: Vector = x + solve(b - self._product(indices, x))
+        if not np.isfinite(refined).all():
+            raise SingularMatrix
+        return refined
+
+    def at(self, indices: Indices) -> Solve:
+        """A solver of systems with M_PP, without refinement; it, or this, raises SingularMatrix if there is none."""
+        if self._small:
+            return self._factorized(indices)
+        if self._kept is not None and np.array_equal(indices, self._kept[0]):
+            return self._kept[1]
+        if self._kept is not None and self._dense is not None:
+            with suppress(SingularMatrix):
+                if (solve := self._updated(indices, *self._kept)) is not None:
+                    return solve
+        solve = self._factorized(indices)
+        self._kept = indices, solve
+        return solve
+
+    def block(self, indices: Indices) -> Matrix:
+        """M_PP for the indices of P; small ones by columns, so that their rows can be exchanged."""
+        if self._small:
+            return self._M.T.take(indices, 0).take(indices, 1).T
+        return self._M if indices.size == self._M.shape[0] else self._M[indices][:, indices]
+
+    def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
+        """A solver of systems with M_PP, without refinement; SingularMatrix if there is none."""
+        if self._dense is None and not is_sparse(block):
+            return partial(_solve, block)
+        if self._definite and (is_sparse(block) or is_symmetric(block)):
+            try:
+                return self._dense.cholesky(block) if self._dense else sparse_lu(symmetric=True)(block).solve
+            except SingularMatrix:
+                self._definite = False
+        return self._dense.lu(block, overwrite) if self._dense else sparse_lu(False)(block).solve
+
+    def _factorized(self, indices: Indices) -> Solve:
+        """The same for the indices of P; a copy of M_PP is not kept."""
+        block = self.block(indices)
+        return self.factorized(block, overwrite=block is not self._M)
+
+    def _product(self, indices: Indices, x: Vector) -> Vector:
+        """M_PP x."""
+        if is_sparse(self._M):
+            return product(self.block(indices), x)
+        z = np.zeros(self._M.shape[0])
+        z[indices] = x
+        return product(self._M, z)[indices]
+
+    def _updated(self, indices: Indices, kept: Indices, solve: Solve) -> Solve | None:
+        """A solver for P from one for the set K that was factorized, by a Schur complement; None if they differ much.
+
+        With K extended by the indices of P that it lacks, N, and one equation x_i = 0 with a multiplier for each index
+        of K outside P, the rows in K are solved by the known factors.
+        """
+        n, M = self._M.shape[0], self._M
+        before, now = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+        before[kept], now[indices] = True, True
+        added, dropped = indices[~before[indices]], np.flatnonzero(~now[kept])
+        changes = added.size + dropped.size
+        if changes > UPDATED * kept.size:
+            return None
+        if not changes:
+            return solve
+        columns = np.zeros((kept.size, changes), order="F")
+        columns[:, : added.size] = M[np.ix_(kept, added)]
+        columns[dropped, np.arange(added.size, changes)] = 1
+        rows = M[np.ix_(added, kept)]
+        inner = solve(columns)
+        small = np.zeros((changes, changes))
+        small[: added.size, : added.size] = M[np.ix_(added, added)]
+        small[: added.size] -= product(rows, inner)
+        small[added.size :] -= inner[dropped]
+        solve_small = invert(small)
+
+        def updated(b: Vector) -> Vector:
+            right = np.zeros(kept.size)
+            right[now[kept]] = b[before[indices]]
+            first = solve(right)
+            outer = solve_small(np.concatenate([b[~before[indices]] - product(rows, first), -first[dropped]]))
+            x = np.empty(indices.size)
+            x[before[indices]] = (first - product(inner, outer))[now[kept]]
+            x[~before[indices]] = outer[: added.size]
+            return x
+
+        return updated
+
+
+def _solve(A: Matrix, b: Vector) -> Vector:
+    try:
+        return np.linalg.solve(A, b).astype(np.float64, copy=False)
+    except np.linalg.LinAlgError:
+        raise SingularMatrix from None

@@ -1,4 +1,4 @@
-"""Krylov methods for sparse systems: conjugate gradients and BiCGSTAB, preconditioned, down to a given residual.
+"""Krylov methods: conjugate gradients and BiCGSTAB, preconditioned; rough eigenvalues and semidefiniteness.
 
 M. R. Hestenes and E. Stiefel, Methods of conjugate gradients for solving linear systems, Journal of Research of the
 National Bureau of Standards 49 (1952) 409-436; H. A. van der Vorst, Bi-CGSTAB: a fast and smoothly converging variant
@@ -14,8 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.typing import Vector
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.factors import definite_solver
+from lcpcli.linalg.matrices import absolute_product, is_symmetric, plus_diagonal, row_maxima, scaled
+from lcpcli.typing import Matrix, Vector
 
+STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue
+SEMIDEFINITE = 10 * EPS  # times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1 below 0
 Operator = Callable[[Vector], Vector]
 
 
@@ -100,3 +105,41 @@ def bicgstab(
 def identity(v: Any) -> Any:
     """No preconditioner."""
     return v
+
+
+def ends(M: Matrix) -> tuple[float, float] | None:
+    """Rough smallest and largest eigenvalues of a symmetric positive definite M; None for any other M."""
+    solve = definite_solver(M)
+    if solve is None:
+        return None
+    return float(1 / _rayleigh(solve, M.shape[0])), _rayleigh(lambda v: M @ v, M.shape[0])
+
+
+def _rayleigh(product: Operator, n: int) -> float:
+    """The Rayleigh quotient of a symmetric positive definite operator after STEPS steps of power iteration."""
+    v: Vector = np.random.default_rng(0).standard_normal(n)
+    size = 0.0
+    for _ in range(STEPS):
+        v /= norm(v)
+        image = product(v)
+        size = dot(v, image)
+        v = image
+    return size
+
+
+def is_semidefinite(M: Matrix) -> bool:
+    """Whether v'Mv >= 0 for all v up to rounding: whether the symmetric part of M is positive semidefinite.
+
+    Diagonal dominance settles it without a factorization. Otherwise M is scaled to a diagonal of about 1 first, so that
+    the answer does not depend on units.
+    """
+    diagonal, n = M.diagonal(), M.shape[0]
+    if diagonal.min() < 0:
+        return False
+    M = M if is_symmetric(M) else (M + M.T) / 2
+    if row_maxima(M)[diagonal == 0].any():
+        return False
+    if (absolute_product(M, np.ones(n)) <= 2 * diagonal).all():
+        return True
+    C = np.exp2(-np.rint(0.5 * np.log2(np.where(diagonal > 0, diagonal, 1.0))))  # powers of two: M stays symmetric
+    return definite_solver(plus_diagonal(scaled(M, C, C), SEMIDEFINITE * n)) is not None

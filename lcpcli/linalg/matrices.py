@@ -1,20 +1,28 @@
-"""Operations in which dense and sparse matrices differ. scipy is imported only when needed: for sparse matrices.
+"""Operations in which dense and sparse matrices differ, products, and residuals as if in doubled precision.
 
-Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n).
+Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n). scipy is imported only when needed: for
+sparse matrices.
 """
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Callable, Iterator
-from typing import Any
+from itertools import chain, pairwise
+from typing import Any, Literal
 
 import numpy as np
 
+from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import LARGEST
 from lcpcli.typing import Indices, Matrix, Vector
 
 FEW = 10_000  # entries of which a copy costs less than a second reduction
 BLOCK_BYTES = 1 << 20
+NARROW = 4  # times the entries of M
+THREADED = 64  # rows from which a BLAS may use threads
+SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits
 MODERATE = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
 
 
@@ -109,13 +117,25 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
     return result
 
 
+def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") -> Matrix:
+    """M + diag(d), for a number d M + d I, as a new matrix; a dense one by rows (C) or by columns (F)."""
+    if not is_sparse(M):
+        A = M.copy(order)
+        diagonal = np.einsum("ii->i", A)  # a view
+        diagonal += d
+        return A
+    from scipy.sparse import diags_array
+
+    return (M + diags_array(np.broadcast_to(d, M.shape[:1]), format="csr")).tocsr()
+
+
 def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
     """A function that multiplies entries by their R and C, given as arrays, without intermediate over- or underflow.
 
     Where the product itself overflows, the result is the largest finite number.
     """
     if min(R.min(), C.min()) >= 1 / MODERATE and max(R.max(), C.max()) <= MODERATE:
-        return _plain_product
+        return lambda entries, left, right: left * entries * right
 
     def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
         (left, left_power), (right, right_power) = np.frexp(left), np.frexp(right)
@@ -124,12 +144,6 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
         return np.clip(result, -LARGEST, LARGEST, out=result)
 
     return multiply
-
-
-def _plain_product(entries: Vector, left: Vector, right: Vector) -> Vector:
-    result: Vector = left * entries
-    result *= right
-    return result
 
 
 def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
@@ -174,6 +188,13 @@ def is_symmetric(M: Matrix) -> bool:
     return bool((M != M.T).nnz == 0)
 
 
+def is_narrow(M: Matrix) -> bool:
+    """Whether the entries of a sparse M are so near its diagonal, as in one dimension, that its factors cannot have
+    many more."""
+    width = np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0)
+    return bool(M.shape[0] * (2 * width + 1) <= NARROW * M.nnz)
+
+
 def stack(blocks: list[list[Matrix]]) -> Matrix:
     """The block matrix, sparse if the first block is."""
     if not is_sparse(blocks[0][0]):
@@ -181,3 +202,66 @@ def stack(blocks: list[list[Matrix]]) -> Matrix:
     from scipy.sparse import block_array, csr_array
 
     return block_array([[csr_array(block) for block in row] for row in blocks], format="csr")
+
+
+def product(M: Matrix, v: Vector) -> Vector:
+    """M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k) for k vectors at once.
+
+    numpy and scipy each have a BLAS with its own threads, which keep spinning for a while after each call. When both
+    are used in turn they compete for the processors: a factorization by scipy between products by numpy was observed to
+    take three to fifteen times as long. So scipy's, once loaded, computes the products with large dense matrices too.
+    """
+    flags = getattr(M, "flags", None) if M.shape[0] >= THREADED else None
+    blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
+    if blas is None or flags is None:
+        plain: Vector = M @ v
+        return plain
+    by_columns = flags.f_contiguous
+    multiply = blas.dgemv if v.ndim == 1 else blas.dgemm
+    transpose = {"trans" if v.ndim == 1 else "trans_a": not by_columns}
+    result: Vector = multiply(1.0, M if by_columns else M.T, v, **transpose)
+    return result
+
+
+def absolute_product(M: Matrix, z: Vector) -> Vector:
+    """|M| z by blocks of rows, so that |M| is never formed."""
+    if is_sparse(M):
+        result: Vector = abs(M) @ z
+        return result
+    if M.size <= FEW:
+        small: Vector = np.abs(M) @ z
+        return small
+    return np.concatenate([product(block, z) for _, block in row_blocks(M)])
+
+
+def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
+    """b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (barring under- and overflow).
+
+    Every product is split into its rounded value and its error (Dekker 1971), and math.fsum adds them up exactly.
+    """
+    if is_sparse(A):
+        terms, errors = _products(A.data, x[A.indices])
+        rows = [slice(start, stop) for start, stop in pairwise(A.indptr.tolist())]
+        sums = [
+            math.fsum(chain((value,), terms[row], errors[row])) for value, row in zip(b.tolist(), rows, strict=True)
+        ]
+    else:
+        sums = [math.fsum(chain((value,), *_products(row, x))) for value, row in zip(b.tolist(), A, strict=True)]
+    return np.array(sums)
+
+
+def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
+    """Two lists that add up to -a_i x_i, entry by entry, without error."""
+    check()
+    terms = a * x
+    a_high, a_low = _split(a)
+    x_high, x_low = _split(x)
+    errors = a_low * x_low - (((terms - a_high * x_high) - a_low * x_high) - a_high * x_low)
+    return (-terms).tolist(), (-errors).tolist()
+
+
+def _split(v: Vector) -> tuple[Vector, Vector]:
+    """v as the sum of two vectors of 26 bits each."""
+    large = SPLITTER * v
+    high = large - (large - v)
+    return high, v - high

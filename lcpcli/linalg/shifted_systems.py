@@ -1,48 +1,35 @@
 """Systems with M + diag(d) for one d after another: the pattern is analysed once.
 
-If signs S make S M symmetric, no pivoting is needed (see `signs`): LDL' by QDLDL, where it is installed and faster, or
-SuperLU with diagonal pivots in an order for symmetric patterns, without dense rows and columns (see `bordered`). Dense
-M has LU factors with partial pivoting.
+If signs S make S M symmetric, no pivoting is needed (see `patterns.signs`): LDL' by QDLDL, where it is installed and
+faster, or SuperLU with diagonal pivots in an order for symmetric patterns, without dense rows and columns. Dense M has
+LU factors with partial pivoting.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from functools import partial
+from importlib.util import find_spec
+from typing import Any, TypeAlias
+
+import numpy as np
 
 from lcpcli import clock
-from lcpcli.linalg import factors
-from lcpcli.linalg.bordered import Bordered, dense_places
-from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.interrupts import interruptibly
+from lcpcli.linalg import factors, matrices
+from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.sparse_factors import LDL, SuperLU
+from lcpcli.linalg.patterns import order_of
 from lcpcli.linalg.threads import include_loaded
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
+DENSE, MOST = 10.0, 30  # times the root of n: the entries of a row that is dense; and so many are split off
 PATIENCE = 0.02  # seconds of a factorization from which it is worth trying another library for the next
 DECIDED = 3  # factorizations that tell which library is faster: two by QDLDL, one by SuperLU in its order
-
-
-class Systems(Protocol):
-    """Systems with M + diag(d) of one M."""
-
-    def factorize(self, d: Vector) -> None:
-        """Factorize M + diag(d); SingularMatrix if that fails."""
-
-    def solve(self, b: Vector) -> Vector:
-        """(M + diag(d))^-1 b for the last d."""
-
-
-class SparseSystems(Systems, Protocol):
-    """Those of sparse M."""
-
-    @property
-    def library(self) -> str:
-        """The one that the last factors are by."""
-
-    @property
-    def nonzeros(self) -> int:
-        """Those of the last factors, without a unit diagonal."""
+SparseSystems: TypeAlias = "SuperLU | LDL | Bordered | _Faster"
+"""Those of sparse M; library and nonzeros are those of the last factors, without a unit diagonal."""
+Systems: TypeAlias = "SparseSystems | _Dense"
+"""Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) is for the last d."""
 
 
 def systems(M: Matrix, S: Vector | None) -> Systems:
@@ -59,24 +46,179 @@ def sparse_systems(M: Matrix, S: Vector | None) -> SparseSystems:
     return _Faster(lambda: ldl, lambda: SuperLU(M, order=ldl.order))
 
 
-class _Dense:
-    def __init__(self, M: Matrix) -> None:
-        from scipy.linalg import get_lapack_funcs
+def _has_qdldl() -> bool:
+    return find_spec("qdldl") is not None
 
-        include_loaded()
+
+class _Dense:
+    solve: Solve
+
+    def __init__(self, M: Matrix) -> None:
         self._M = M
-        self._getrf, self._getrs = get_lapack_funcs(("getrf", "getrs"), (M,))
 
     def factorize(self, d: Vector) -> None:
-        A = self._M.copy(order="F")
-        A.reshape(-1, order="F")[:: A.shape[0] + 1] += d
-        self._lu, self._pivots, info = factors.dense_lu(self._getrf, A, overwrite_a=True)
-        if info:
-            raise SingularMatrix
+        self.solve = factors.dense_factors().lu(matrices.plus_diagonal(self._M, d, order="F"), overwrite=True)
+
+
+class SuperLU:
+    """scipy's; with diagonal pivots in an order that is given or found once, or with partial pivoting.
+
+    Its own search for an order may take longer than all factorizations.
+    """
+
+    library = "SuperLU"
+
+    def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
+        from scipy.sparse.linalg import splu
+
+        include_loaded()
+        self._splu, self._columns, self._places = splu, *_columns(*_entries(M), M.shape[0])
+        self._diagonal = M.diagonal()
+        self._order = self._inverse = np.arange(M.shape[0])
+        self._how: dict[str, Any] = {"permc_spec": "COLAMD"}
+        self._seeks_order = not pivoting and order is None
+        if not pivoting:
+            options = {"SymmetricMode": True, "Equil": False}
+            self._how = {
+                "permc_spec": order_of(M) if order is None else "",
+                "diag_pivot_thresh": 0.0,
+                "options": options,
+            }
+        if order is not None:
+            self._keep_order(order)
+
+    def factorize(self, d: Vector) -> None:
+        self._columns.data[self._places] = (self._diagonal + d)[self._inverse]
+        self._lu = _factorized(partial(self._splu, self._columns, **self._how), self._columns.nnz)
+        self._solving = self._order
+        if self._seeks_order:
+            self._keep_order(self._lu.perm_c)
 
     def solve(self, b: Vector) -> Vector:
-        x: Vector = self._getrs(self._lu, self._pivots, b)[0]
+        permuted = np.empty_like(b)
+        permuted[self._solving] = b
+        x: Vector = self._lu.solve(permuted)[self._solving]
         return x
+
+    @property
+    def nonzeros(self) -> int:
+        return int(self._lu.L.nnz + self._lu.U.nnz - self._diagonal.size)
+
+    def _keep_order(self, order: Indices) -> None:
+        """Permute rows and columns to these places, so that the next factorizations need not look for an order."""
+        coo = self._columns.tocoo()
+        self._columns, self._places = _columns(coo.data, order[coo.row], order[coo.col], order.size)
+        self._order, self._inverse = order, np.argsort(order)
+        self._how["permc_spec"], self._seeks_order = "NATURAL", False
+
+
+class LDL:
+    """QDLDL's, of S (M + diag(d))."""
+
+    library = "QDLDL"
+
+    def __init__(self, M: Matrix, S: Vector) -> None:
+        from scipy.sparse import csc_matrix
+
+        values, rows, columns = _entries(M)
+        upper = rows <= columns
+        entries, self._places = _columns((S[rows] * values)[upper], rows[upper], columns[upper], S.size)
+        self._upper = csc_matrix(entries)
+        self._S, self._diagonal = S, M.diagonal()
+        self._solver: Any = None
+
+    def factorize(self, d: Vector) -> None:
+        import qdldl
+
+        self._upper.data[self._places] = self._S * (self._diagonal + d)
+        again = qdldl.Solver if self._solver is None else self._solver.update
+        made = _factorized(partial(again, self._upper, upper=True), self._upper.nnz)
+        self._solver = self._solver or made
+
+    def solve(self, b: Vector) -> Vector:
+        x: Vector = self._solver.solve(self._S * b)
+        return x
+
+    @property
+    def order(self) -> Indices:
+        """The place of each row and column among the pivots."""
+        pivots: Indices = self._solver.factors()[2]
+        return np.argsort(pivots)
+
+    @property
+    def nonzeros(self) -> int:
+        L, D, _ = self._solver.factors()
+        return int(L.nnz + D.size)
+
+
+def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
+    """The factors of a matrix with so many entries; SingularMatrix for what a library raises."""
+    try:
+        return interruptibly(factorize) if entries > factors.QUICK else factorize()
+    except RuntimeError as error:
+        raise SingularMatrix from error
+
+
+def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:
+    """Values, rows and columns of the entries of M, with all of the diagonal, which is last."""
+    coo, every = M.tocoo(), np.arange(M.shape[0])
+    off = coo.row != coo.col
+    values = np.concatenate((coo.data[off], M.diagonal()))
+    return values, np.concatenate((coo.row[off], every)), np.concatenate((coo.col[off], every))
+
+
+def _columns(values: Vector, rows: Indices, columns: Indices, n: int) -> tuple[Any, Indices]:
+    """The matrix of these entries in compressed sparse columns, and where those of the diagonal are."""
+    from scipy.sparse import csc_array
+
+    matrix = csc_array((values, (rows, columns)), shape=(n, n))
+    matrix.sort_indices()
+    owners = np.repeat(np.arange(n), np.diff(matrix.indptr))
+    return matrix, np.flatnonzero(matrix.indices == owners)
+
+
+def dense_places(M: Matrix) -> Indices:
+    """The indices of dense rows and columns; none if they are too many."""
+    n = M.shape[0]
+    counts = np.maximum(np.diff(M.indptr), np.bincount(M.indices, minlength=n))
+    places = np.flatnonzero(counts > DENSE * np.sqrt(n))
+    return places if places.size <= MOST else places[:0]
+
+
+class Bordered:
+    """The border at some places; `inner` makes the systems of the rest."""
+
+    def __init__(self, M: Matrix, places: Indices, inner: Callable[[Matrix], SparseSystems]) -> None:
+        self._places, self._rest = places, np.setdiff1d(np.arange(M.shape[0]), places)
+        rows, border = M[self._rest], M[places]
+        self._inner = inner(rows[:, self._rest])
+        self._B, self._C = matrices.dense(rows[:, places]), border[:, self._rest]
+        self._E = matrices.dense(border[:, places])
+
+    def factorize(self, d: Vector) -> None:
+        self._inner.factorize(d[self._rest])
+        self._W = np.column_stack([self._inner.solve(column) for column in self._B.T])
+        schur = self._E + np.diag(d[self._places]) - self._C @ self._W
+        try:
+            self._inverse = np.linalg.inv(schur)
+        except np.linalg.LinAlgError as error:
+            raise SingularMatrix from error
+
+    def solve(self, b: Vector) -> Vector:
+        y = self._inner.solve(b[self._rest])
+        x = np.empty_like(b)
+        x[self._places] = self._inverse @ (b[self._places] - self._C @ y)
+        x[self._rest] = y - self._W @ x[self._places]
+        return x
+
+    @property
+    def library(self) -> str:
+        return self._inner.library
+
+    @property
+    def nonzeros(self) -> int:
+        """Those of the inner factors, the border and its inverse."""
+        return int(self._inner.nonzeros + self._W.size + self._C.nnz + self._inverse.size)
 
 
 class _Faster:
@@ -84,6 +226,9 @@ class _Faster:
 
     The time of the second factorization counts, as the first one includes the analysis of the pattern.
     """
+
+    solve: Solve
+    library: str
 
     def __init__(self, *candidates: Callable[[], SparseSystems]) -> None:
         self._used, self._untried = candidates[0](), list(candidates[1:])
@@ -101,20 +246,8 @@ class _Faster:
         self._used.factorize(d)
         self._seconds = clock.seconds() - began
         self._count += 1
-
-    def solve(self, b: Vector) -> Vector:
-        return self._used.solve(b)
-
-    @property
-    def library(self) -> str:
-        return self._used.library
+        self.solve, self.library = self._used.solve, self._used.library
 
     @property
     def nonzeros(self) -> int:
         return self._used.nonzeros
-
-
-def _has_qdldl() -> bool:
-    from importlib.util import find_spec
-
-    return find_spec("qdldl") is not None

@@ -66,9 +66,8 @@ def _number(M: Matrix, asked: int | None) -> int | None:
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
         if _controller(_scipy_is_loaded()) is None:
-            raise ParameterError(
-                options.THREADS.name, "needs threadpoolctl", "pip install 'linear-complementarity[threads]'"
-            )
+            hint = "pip install 'linear-complementarity[threads]'"
+            raise ParameterError(options.THREADS.name, "needs threadpoolctl", hint)
         return int(asked)
     if M.shape[0] < FEWEST_ROWS or _decided_by_environment():
         return None
@@ -94,41 +93,26 @@ def limited(number: int) -> Iterator[None]:
     if _controller(_scipy_is_loaded()) is None or not _changing.acquire(blocking=False):
         yield
         return
-    try:
-        with ExitStack() as changes:
-            token = _change.set(_Change(number, changes))
-            try:
-                include_loaded()
-                yield
-            finally:
-                _change.reset(token)
-    finally:
-        _changing.release()
+    with ExitStack() as changes:
+        changes.callback(_changing.release)
+
+        @cache  # once for the BLAS of numpy and, once it is loaded, once for that of scipy
+        def limit(of_scipy: bool) -> None:
+            changes.enter_context(_controller(of_scipy).limit(limits=number, user_api="blas"))
+
+        changes.callback(_limit.reset, _limit.set(limit))
+        include_loaded()
+        yield
 
 
-class _Change:
-    """A number in force, in the BLAS of numpy and, once it is loaded, in that of scipy, until `changes` is closed."""
-
-    def __init__(self, number: int, changes: ExitStack) -> None:
-        self._number, self._changes = number, changes
-        self._of_scipy: bool | None = None
-
-    def include_loaded(self) -> None:
-        """Put the number in force in what has been loaded since."""
-        of_scipy = _scipy_is_loaded()
-        if of_scipy is not self._of_scipy:
-            self._of_scipy = of_scipy
-            self._changes.enter_context(_controller(of_scipy).limit(limits=self._number, user_api="blas"))
-
-
-_change: ContextVar[_Change | None] = ContextVar("change", default=None)
+_limit: ContextVar[Callable[[bool], None] | None] = ContextVar("limit", default=None)
 
 
 def include_loaded() -> None:
     """Limit the threads of scipy's BLAS too, if it has just been loaded and the number is limited."""
-    change = _change.get()
-    if change is not None:
-        change.include_loaded()
+    limit = _limit.get()
+    if limit is not None:
+        limit(_scipy_is_loaded())
 
 
 def _scipy_is_loaded() -> bool:

@@ -1,26 +1,38 @@
-"""The units of rows and columns that a matrix itself suggests, and which of them belong together.
+"""The units of rows and columns that a matrix itself suggests, which of them belong together, and equilibration.
 
 A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
 Mathematics 10 (1972) 118-124: R and C with the least sum of squares of log2 |R_i M_ij C_j| over the nonzero entries.
 They are unique up to a constant for each connected component of rows and columns, with an edge where M_ij is not 0, so
 that what is measured in them does not depend on the units in which M is given. Of each |M_ij| only the exponent counts,
 so that powers of two in rows and columns change nothing at all.
+
+Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z / C with w scaled by R. With R and
+C computed from the matrix itself, what is measured in scaled units hardly depends on the units of the data.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import FAR
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 SETTLED = 0.01  # of a power of two: the error in the normal equations that is left
 MOST_STEPS = 500  # of conjugate gradients; a matrix without zeros takes two
 EXPONENT, BIAS = 0x7FF, 1022  # the bits of a double's exponent, and its value for 1/2 <= |a| < 1
+SWEEPS = 30
+FAR_APART = 40.0  # exponent of the ratio of units above which logarithms are balanced first, then the largest entries
+NEAR = 4.0  # exponent of the ratio of units up to which the exponents of the first sweep limit those of the others
+MARGIN = 4.0  # binary digits by which exponents may leave the range of the first sweep's
+FEW = 2.0 ** (2 * NEAR - 2)  # the ratio of units up to which that is certain
+LARGEST_POWER = 1000.0  # exponents are limited to this, so that R, C and what they divide stay finite
 
 
 class Units(NamedTuple):
@@ -46,29 +58,20 @@ def units(M: Matrix) -> Units:
     """The units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
     if is_sparse(M):
         return _sparse_units(M)
-    exponents = _exponents(np.ascontiguousarray(M))
+    n, weights = M.shape[0], _exponents(np.ascontiguousarray(M))
     if np.count_nonzero(M) == M.size:
-        n = M.shape[0]
-        rows, columns = _least_squares(
-            exponents.sum(axis=1),
-            exponents.sum(axis=0),
-            np.full((2, n), float(n)),
-            lambda v: np.full(n, v.sum()),
-            lambda v: np.full(n, v.sum()),
-        )
-        nothing = np.zeros(n, dtype=np.intp)
-        return Units(rows, columns, nothing, nothing, 1)
+
+        def sums(v: Vector) -> Vector:
+            return np.full(n, v.sum())
+
+        counts, nothing = np.full((2, n), float(n)), np.zeros(n, dtype=np.intp)
+        return Units(*_least_squares(weights, counts, sums, sums), nothing, nothing, 1)
     used = M != 0
     entries = used.astype(np.float64)
-    weights = exponents * used
-    rows, columns = _least_squares(
-        weights.sum(axis=1),
-        weights.sum(axis=0),
-        np.array([entries.sum(axis=1), entries.sum(axis=0)]),
-        lambda v: entries @ v,
-        lambda v: entries.T @ v,
-    )
-    return Units(rows, columns, *_parts(used))
+    counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
+    found = _least_squares(weights * used, counts, entries.__matmul__, entries.T.__matmul__)
+    row_part, column_part, parts = _components(used)
+    return Units(*found, row_part, column_part, parts)
 
 
 def _sparse_units(M: Matrix) -> Units:
@@ -78,22 +81,14 @@ def _sparse_units(M: Matrix) -> Units:
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, exponents = M.shape[0], _exponents(M.data).astype(np.float64)
+    n, coo = M.shape[0], M.tocoo()
     entries = csr_array((np.ones(M.nnz), M.indices, M.indptr), shape=M.shape)
-    weights = csr_array((exponents, M.indices, M.indptr), shape=M.shape)
-    ones = np.ones(n)
-    turned = entries.T.tocsr()
-    rows, columns = _least_squares(
-        weights @ ones,
-        weights.T @ ones,
-        np.array([entries @ ones, turned @ ones]),
-        lambda v: entries @ v,
-        lambda v: turned @ v,
-    )
-    coo = M.tocoo()
+    weights = csr_array((_exponents(M.data).astype(np.float64), M.indices, M.indptr), shape=M.shape)
+    counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
+    found = _least_squares(weights, counts, entries.__matmul__, entries.T.tocsr().__matmul__)
     graph = coo_array((np.ones(M.nnz, dtype=np.int8), (coo.row, coo.col + n)), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
-    return Units(rows, columns, part[:n], part[n:], parts)
+    return Units(*found, part[:n], part[n:], parts)
 
 
 def _exponents(values: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -102,21 +97,17 @@ def _exponents(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _least_squares(
-    of_rows: Vector,
-    of_columns: Vector,
-    counts: Vector,
-    times: Callable[[Vector], Vector],
-    transposed: Callable[[Vector], Vector],
+    exponents: Matrix, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
 ) -> tuple[Vector, Vector]:
     """rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate gradients on
     the normal equations, preconditioned by their diagonal.
 
-    of_rows, of_columns : the sums of e_ij over rows and over columns. counts : how many entries there are in these,
-    shape (2, n). times, transposed : products with the matrix that has ones for the entries, and with its transpose.
+    counts : how many entries there are in rows and in columns, shape (2, n). times, transposed : products with the
+    matrix that has ones for the entries, and with its transpose.
     """
     counts = np.maximum(counts, 1.0)
     x = np.zeros(counts.shape)
-    residual = -np.array([of_rows, of_columns], dtype=np.float64)
+    residual = -np.array([exponents.sum(axis=1), exponents.sum(axis=0)], dtype=np.float64)
     step = residual / counts
     direction, size = step, float((residual * step).sum())
     for _ in range(MOST_STEPS):
@@ -134,7 +125,7 @@ def _least_squares(
     return x[0], x[1]
 
 
-def _parts(used: Mask) -> tuple[Indices, Indices, int]:
+def _components(used: Mask) -> tuple[Indices, Indices, int]:
     """The components of rows and of columns where entries are used, and how many there are, by breadth-first search."""
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
@@ -161,3 +152,77 @@ def _largest(values: Vector, part: Indices, parts: int) -> Vector:
     found = np.full((*values.shape[:-1], parts), -np.inf)
     found[..., numbers] = np.maximum.reduceat(values[..., order], starts, axis=-1)
     return found
+
+
+def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vector, Vector]:
+    """Diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
+
+    Rows and columns are divided simultaneously by the square roots of their largest entries (D. Ruiz, A scaling
+    algorithm to equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), repeatedly until every largest
+    entry lies between 1/2 and 2, at most SWEEPS times. The divisors are powers of two, so that scaling is exact, and
+    stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled until its entry of q is as large as the
+    largest other one; a zero column, which has no scale, is left unscaled. Uncoupled blocks of M keep the units that
+    they have in common. No exponent ends more than MARGIN outside the range of those that the first sweep asks for.
+
+    rows : the largest |entry| of each row of M, if they are known: M need then not be read if its diagonal is nearly as
+        large.
+    """
+    rows, diagonal = matrices.row_maxima(M) if rows is None else rows, np.abs(M.diagonal())
+    low, high = range_of_units(float(diagonal.min()), float(rows.max()))
+    if low == high:
+        common = np.full(q.size, low)
+        return common, common
+    columns = matrices.column_maxima(M)
+    logarithms = np.log2(diagonal, where=diagonal > 0, out=np.full(q.size, -np.inf))
+    low, high = -LARGEST_POWER, LARGEST_POWER
+    row_power, column_power = np.zeros(q.size), np.zeros(q.size)
+    if _are_far_apart(rows) or _are_far_apart(columns):
+        powers = units(M)
+        row_power, column_power = np.clip(np.rint([powers.rows, powers.columns]), low, high)
+        rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
+    else:
+        changes = np.concatenate([_half_power(rows), _half_power(columns)])
+        if changes.max() - changes.min() <= NEAR:
+            low, high = -changes.max() - MARGIN, -changes.min() + MARGIN
+    for _ in range(SWEEPS):
+        row_change, column_change = _half_power(rows), _half_power(columns)
+        if not row_change.any() and not column_change.any():
+            break
+        row_power = np.clip(row_power - row_change, low, high)
+        column_power = np.clip(column_power - column_change, low, high)
+        if (row_power + column_power + logarithms >= -1).all():
+            break  # as no entry is now above 2, all largest ones lie between 1/2 and 2
+        rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
+    empty = (rows == 0) & (q != 0)
+    if empty.any():
+        sizes = row_power[~empty] + 2 * _half_power(np.abs(q[~empty]))
+        size = sizes[q[~empty] != 0].max(initial=-LARGEST_POWER)
+        own = 2 * _half_power(np.abs(q[empty]))
+        row_power[empty] = np.clip((size if size > -LARGEST_POWER else 0.0) - own, -LARGEST_POWER, LARGEST_POWER)
+    return np.exp2(row_power), np.exp2(column_power)
+
+
+def range_of_units(least: float, largest: float) -> tuple[float, float]:
+    """Bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are far
+    from each other or from 1.
+
+    The largest entry of each row and column lies between the two. If both ask for the same power of two, that is it.
+    """
+    if not (least > 0 and largest <= least * FEW and least > 1 / FAR and largest < FAR):
+        return 0.0, math.inf
+    first, last = -round(math.log2(largest) / 2), -round(math.log2(least) / 2)
+    if first == last:
+        return 2.0**first, 2.0**first
+    return 2.0 ** (first - MARGIN), 2.0 ** (last + MARGIN)
+
+
+def _are_far_apart(sizes: Vector) -> bool:
+    """Whether sizes differ by more than units in common use do."""
+    used = sizes[sizes > 0]
+    return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > FAR_APART)
+
+
+def _half_power(sizes: Vector) -> Vector:
+    """Half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
+    half: Vector = np.rint(0.5 * np.log2(sizes, where=sizes > 0, out=np.zeros_like(sizes)))
+    return half

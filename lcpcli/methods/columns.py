@@ -1,28 +1,38 @@
 """Block principal pivoting for many right-hand sides at once: what has the same active set shares its factorization.
 
 M. H. Van Benthem and M. R. Keenan, Fast algorithm for the solution of large-scale non-negativity-constrained least
-squares problems, Journal of Chemometrics 18 (2004) 441-450, with the exchanges of `newton`, as in J. Kim and H. Park,
+squares problems, Journal of Chemometrics 18 (2004) 441-450, with the safeguard of `newton`, as in J. Kim and H. Park,
 Fast nonnegative matrix factorization: an active-set-like method and comparisons, SIAM Journal on Scientific Computing
-33 (2011) 3261-3281. Products with M are taken for all columns together.
+33 (2011) 3261-3281. Products with M are taken for all columns together. So that few systems are solved, it starts from
+nearly right active sets: for right-hand sides that follow each other closely, as in time, from that of a neighbour's
+solution; for the others from that at which projected gradients arrive, each step of which is one product with M for
+all.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
-from lcpcli.methods.newton import PATIENCE
+from lcpcli.methods.gradients import gradient_steps
+from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.model.box import Basis, Box, moved
 from lcpcli.model.columns import Block
 from lcpcli.typing import Indices, Mask, Vector
-from lcpcli.verify.basic_solution import FEW_WRONG
+from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, Safeguard, exchanging, in_units_of_state
+
+STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
+NEAR = 0.25  # of the distance of q from 0: the distance from another one that makes it a neighbour
+FASTER = 0.5  # of the changes of state between two looks: the most between the next two, if gradients are to go on
+SETTLED = 0.1  # changes of state of a problem, on average, between two looks
 
 
-class Frame(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Frame:
     """Problems of a block with their reference points moved to 0, one in each row.
 
     block : where M is. q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
@@ -36,12 +46,26 @@ class Frame(NamedTuple):
         """Some of the problems."""
         if rows.size == self.q.shape[0]:
             return self
-        return self._replace(q=self.q[rows], box=self.box.mapped(lambda bound: bound[rows]))
+        return replace(self, q=self.q[rows], box=self.box.mapped(lambda bound: bound[rows]))
 
-    @property
-    def start(self) -> Basis:
-        """The states that each reference point has with its own w."""
-        return self.box.basis_of(-0.5 * self.q)
+    def at(self, basis: Basis) -> BasicSolution:
+        """The basic solutions of the states, not finite where M_PP is singular or numbers overflow."""
+        M, z = self.block.M, self.box.nonbasic(basis)
+        right = self.q + self.block.times_M(z) if z.any() else self.q
+        z += solve_principal(M, basis.basic, -right, self.block.columns.inverse)
+        w = self.block.times_M(z)
+        w += self.q
+        w[basis.basic] = 0.0
+        wrong = self.box.wrong(z, w, basis)
+        count = np.count_nonzero(wrong, axis=1)
+        solved = count == 0
+        few = ((count > 0) & (count <= max(1, FEW_WRONG * z.shape[1]))).nonzero()[0]
+        if few.size:
+            part, states = self.part(few), basis.part(few)
+            terms = ROW_ROUNDING * (self.block.sizes(z[few]) + np.abs(part.q))
+            by_rounding = in_units_of_state(terms, self.block.like.row_maxima, states.basic)
+            solved[few] = (part.box.violations(z[few], w[few], states) <= by_rounding).all(axis=1)
+        return BasicSolution(basis, z, w, wrong, solved)
 
 
 def frame_of(block: Block) -> Frame:
@@ -60,7 +84,8 @@ def in_given_variables(frame: Frame, z: Vector) -> Vector:
     return given.project(np.where(z == box.lower, given.lower, inside))
 
 
-class Pivoted(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Pivoted:
     """Where pivoting ended.
 
     z : basic solutions that have the signs that their states ask for, or violate them by rounding alone, shape (m, n).
@@ -83,44 +108,48 @@ class Pivoted(NamedTuple):
         return cls(np.zeros((m, n)), basis, np.zeros(m, dtype=np.intp), *masks)
 
 
-def block_pivoting(
-    frame: Frame,
-    rows: Indices,
-    basis: Basis,
-    found: Pivoted,
-    patience: int,
-    most_steps: int,
-    is_late: Callable[[], bool],
-) -> None:
-    """The steps of `newton.block_pivoting` for some rows of the frame at once; ended early once it is late.
+def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, is_late: Callable[[], bool]) -> Pivoted:
+    """Block pivoting for the wanted problems, shape (m,), in at most so many steps, ended early once it is late.
 
-    basis : the states that they start from. found : what is found is written there.
-    patience : how many exchanges of least indices each may make. most_steps : how many steps in all.
+    R, C : units in which sizes are compared, shape (n,).
     """
-    frame = frame.part(rows)
-    fewest, waiting, left, least = (
-        np.full(rows.size, value) for value in (frame.q.shape[1] + 1, PATIENCE, patience, False)
-    )
-    step = 0
-    while rows.size and step < most_steps and not is_late():
-        step += 1
-        z, wrong, count, regular = _basic_solutions(frame, basis)
-        done = regular & (count == 0)
+    found, rows = Pivoted.none(*frame.q.shape), wanted.nonzero()[0]
+    leaders, near = _neighbours(frame.q[rows] * R)
+    cold, warm, leaders = rows[~near], rows[near], rows[leaders[near]]
+    start, found.by_gradient[cold] = _start(frame.part(cold), R, C)
+    _pivot(frame, cold, start, found, most_steps, is_late)
+    ended = found.ended[leaders]
+    warm, leaders = warm[ended], leaders[ended]
+    _pivot(frame, warm, found.basis.part(leaders), found, most_steps, is_late)
+    return found
+
+
+def _pivot(
+    frame: Frame, rows: Indices, basis: Basis, found: Pivoted, most_steps: int, is_late: Callable[[], bool]
+) -> None:
+    """Pivot some rows of the frame, from their states, and write what is found into `found`."""
+    if not rows.size:
+        return
+    guard = Safeguard(frame.q.shape[1], LEAST_INDEX_STEPS)
+    pivoting = exchanging(frame.part(rows), basis)
+    going: Indices | None = None
+    for step in range(1, most_steps + 1):
+        if is_late():
+            return
+        now = next(pivoting) if going is None else pivoting.send(going)
+        regular = np.isfinite(now.z.sum(axis=1)) & np.isfinite(now.w.sum(axis=1))
+        done = regular & now.is_solution
         found.steps[rows], found.ended[rows] = step, done
         ended = rows[done]
-        found.z[ended], found.basis.basic[ended] = z[done], basis.basic[done]
-        if basis.upper is not None and found.basis.upper is not None:
-            found.basis.upper[ended] = basis.upper[done]
-        fewer = count < fewest
-        fewest, waiting = np.where(fewer, count, fewest), np.where(fewer, PATIENCE, waiting - 1)
-        single = waiting < 1
-        waiting[single], least, left = 1, (least | single) & ~fewer, left - single
-        going = (regular & ~done & (left >= 0)).nonzero()[0]
-        wrong[least] &= np.cumsum(wrong[least], axis=1) == 1
-        basis = frame.box.exchanged(basis, wrong, z)
-        if going.size < rows.size:
-            frame, rows, basis = frame.part(going), rows[going], basis.part(going)
-            fewest, waiting, left, least = fewest[going], waiting[going], left[going], least[going]
+        found.z[ended], found.basis.basic[ended] = now.z[done], now.basis.basic[done]
+        if now.basis.upper is not None and found.basis.upper is not None:
+            found.basis.upper[ended] = now.basis.upper[done]
+        guard.choose(now.wrong, np.count_nonzero(now.wrong, axis=1))
+        going = (regular & ~done & (guard.left >= 0)).nonzero()[0]
+        rows = rows[going]
+        if not rows.size:
+            return
+        guard.keep(going)
 
 
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
@@ -130,30 +159,51 @@ def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
     return z
 
 
-def _basic_solutions(frame: Frame, basis: Basis) -> tuple[Vector, Mask, Indices, Mask]:
-    """z of the states, where signs are wrong, how many are so beyond rounding, and which are regular and in range."""
-    nonbasic, right = frame.box.nonbasic(basis), frame.q
-    if nonbasic.any():
-        right = right + frame.block.times_M(nonbasic)
-    z = solve_principal(frame.block.M, basis.basic, -right, frame.block.columns.inverse)
-    z += nonbasic
-    w = frame.block.times_M(z)
-    w += frame.q
-    w[basis.basic] = 0.0
-    wrong = frame.box.wrong(z, w, basis)
-    count = np.count_nonzero(wrong, axis=1)
-    regular = np.isfinite(z.sum(axis=1)) & np.isfinite(w.sum(axis=1))
-    few = (regular & (count > 0) & (count <= max(1, FEW_WRONG * z.shape[1]))).nonzero()[0]
-    if few.size:
-        part, states = frame.part(few), basis.part(few)
-        violations = part.box.violations(z[few], w[few], states)
-        count[few] = np.count_nonzero(violations > _by_rounding(part, z[few], states.basic), axis=1)
-    return z, wrong, count, regular
+def _neighbours(q: Vector) -> tuple[Indices, Mask]:
+    """For each row the first one of its stride, and whether to start from its solution; only if most are neighbours."""
+    rows = np.arange(q.shape[0])
+    leaders, near = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
+    last = rows[STRIDE - 1 :: STRIDE]
+    if 2 * np.count_nonzero(_are_near(q, last, leaders[last])) > last.size:
+        near[:] = _are_near(q, rows, leaders)
+        near[::STRIDE] = False
+    return leaders, near
 
 
-def _by_rounding(frame: Frame, z: Vector, basic: Mask) -> Vector:
-    """How far rounding alone may take the signs, as `basic_solution.violation_by_rounding`."""
-    terms = ROW_ROUNDING * (frame.block.sizes(z) + np.abs(frame.q))
-    maxima = frame.block.like.row_maxima
-    in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
-    return np.where(basic, in_z, terms)
+def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
+    distances, sizes = q[rows] - q[others], q[rows]
+    near: Mask = (distances**2).sum(axis=1) < NEAR**2 * (sizes**2).sum(axis=1)
+    return near
+
+
+def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
+    """The states to start from, and where gradients have found them; elsewhere those of the reference points."""
+    start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
+    if not (diagonal.min() > 0 and frame.q.size):
+        return start, np.zeros(frame.q.shape[0], dtype=bool)
+    basis, good = _projected_gradient(frame, R, C)
+    for states, better in zip(start, basis, strict=True):
+        if states is not None and better is not None:
+            states[good] = better[good]
+    return start, good
+
+
+def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
+    """The states at which projected gradients arrive, and where these do not diverge. They go on while the states
+    settle: while each look finds less than FASTER of the changes of the last one."""
+    half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
+    R, C = R * half, C * half
+    M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R
+
+    def w_of(z: Vector) -> Vector:
+        w: Vector = z @ M
+        w += q
+        return w
+
+    most = np.inf
+    for look in gradient_steps(frame.box.in_units(C), w_of, np.zeros(q.shape), q):
+        *_, basis, changes, bounded = look
+        if changes <= SETTLED * q.shape[0] or changes > FASTER * most:
+            break
+        most = changes
+    return basis, bounded

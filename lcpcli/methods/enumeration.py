@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lcpcli import clock
 from lcpcli.linalg import matrices
-from lcpcli.methods.iterate import Finished, OutOfTime, Stalled
+from lcpcli.methods.stages import Finished, OutOfTime, Stalled
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative

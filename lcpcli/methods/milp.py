@@ -9,18 +9,21 @@ max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
-from lcpcli.linalg.matrices import is_sparse, stack
+from lcpcli.linalg.matrices import stack
 from lcpcli.methods import enumeration
-from lcpcli.methods.iterate import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
+from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.changes import Scaled, scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -146,11 +149,8 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
     it is a solution up to rounding, row by row."""
     best, active = None, np.flatnonzero(P)
     with np.errstate(all="ignore"):
-        for solve in (_nonsingular, _singular):
+        for z_P in _solutions(M, q, active, np.flatnonzero(~P)):
             z = np.zeros(q.size)
-            z_P = solve(M, q, P)
-            if z_P is None:
-                continue
             z[active] = np.maximum(z_P, 0.0)
             w = M @ z + q
             if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE * max(z.max(), 1.0):
@@ -163,39 +163,26 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
     return best, False
 
 
+def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iterator[Vector]:
+    """z_P with M_PP z_P = -q_P: by factors, and then one with z_P >= 0 and M_NP z_P + q_N >= 0, if M_PP may be
+    singular: a vertex by an LP, then least squares on its support."""
+    with suppress(SingularMatrix):
+        yield PrincipalSolver(M).solve(active, -q[active])
+    if not active.size:
+        return
+    A, beside = (matrices.dense(M[rows][:, active]) for rows in (active, inactive))
+    found = linprog(np.ones(active.size), -beside, q[inactive], equal=(A, -q[active]))
+    if found is None:
+        return
+    support = np.flatnonzero(found.x > farkas.SNAP * found.x.max())
+    z: Vector = np.zeros(active.size)
+    for _ in range(2):
+        z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[active], rcond=None)[0]
+    yield z if z.min() >= 0 else found.x
+
+
 @np.errstate(all="ignore")
 def _in_units(units: Scaled, s: float, w: Vector, z: Vector, P: Mask) -> Vector | None:
     """x = (z - w) / 2 in the problem's own units; None if it overflows."""
     x: Vector = (units.C * z - np.where(P, 0.0, np.maximum(w, 0.0)) / units.R) / (2 * s)
     return x if np.isfinite(x).all() else None
-
-
-def _nonsingular(M: Matrix, q: Vector, P: Mask) -> Vector | None:
-    """z_P with M_PP z_P = -q_P, by one solve and one step of refinement; None if M_PP is singular."""
-    active = np.flatnonzero(P)
-    A = _block(M, active, active)
-    try:
-        z = np.linalg.solve(A, -q[active])
-        refined: Vector = z - np.linalg.solve(A, A @ z + q[active])
-    except np.linalg.LinAlgError:
-        return None
-    return refined if np.isfinite(refined).all() else None
-
-
-def _singular(M: Matrix, q: Vector, P: Mask) -> Vector | None:
-    """z_P >= 0 with M_PP z_P = -q_P and M_NP z_P + q_N >= 0: a vertex by an LP, then least squares on its support."""
-    active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
-    A, beside = _block(M, active, active), _block(M, inactive, active)
-    found = linprog(np.ones(active.size), -beside, q[inactive], equal=(A, -q[active])) if active.size else None
-    if found is None:
-        return None
-    support = np.flatnonzero(found.x > farkas.SNAP * found.x.max())
-    z: Vector = np.zeros(active.size)
-    for _ in range(2):
-        z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[active], rcond=None)[0]
-    return z if z.min() >= 0 else found.x
-
-
-def _block(M: Matrix, rows: Indices, columns: Indices) -> Vector:
-    part: Vector = M[rows][:, columns].toarray() if is_sparse(M) else M[np.ix_(rows, columns)]
-    return part

@@ -1,32 +1,37 @@
-"""Generalized Newton on F(x) = 0, which is block principal pivoting, with a safeguard that makes it finite.
+"""Block principal pivoting on one problem: newton, from given states, and to finish what another method has begun.
 
-Where x has no zero, F is linear, and the Newton step from x leads to the basic solution of the complementary set
-P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative entries are exchanged.
-With bounds, a basic variable goes to the bound that it violates, and one whose w has the wrong sign becomes basic.
-M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its Applications 21
-(1978) 207-215. The safeguard: J. J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale
-strictly monotone linear complementarity problems, Computers and Operations Research 21 (1994) 587-596, after
-K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem, Opsearch 11 (1974) 123-130.
+Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step from x leads to the basic solution
+of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
+entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and one whose w has the wrong
+sign becomes basic. The exchanges, their safeguard and their sources are in `verify.basic_solution`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 import numpy as np
 
-from lcpcli.linalg.band import is_narrow
+from lcpcli.clock import seconds
+from lcpcli.linalg import factors
+from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
+from lcpcli.linalg.matrices import is_narrow, is_sparse
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions, Safeguard
 
-LEAST_INDEX = "least index"
-PATIENCE = 10  # block steps without a new minimum of infeasible indices, before single exchanges
+LEAST_INDEX, FINISH = "least index", "finish"
+LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, these may take 2^n
 FAST = 0.5  # of the violations: what a fast step from given states leaves at most
 SLOW, SLOW_NARROW = 2, 12  # other steps after which they are not nearly right; one costs little if the band is narrow
+
+STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
+MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
 def newton(problem: Problem, x0: Vector) -> Stage:
@@ -54,27 +59,39 @@ def newton(problem: Problem, x0: Vector) -> Stage:
 
 def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
     """The same, stalled after so many exchanges of least indices: block steps advance, these may take 2^n."""
-    fewest, waiting, step = problem.n + 1, PATIENCE, "block"
-    pivoting = BasicSolutions(problem).exchanging(problem.box.basis_of(x0))
+    guard, step = Safeguard(problem.n, patience), "block"
     try:
-        for evaluations, found in enumerate(pivoting, 1):
+        for evaluations, found in enumerate(BasicSolutions(problem).exchanging(problem.box.basis_of(x0)), 1):
             yield Iterate(found.x, None, step, evaluations, signs_final=found.is_solution)
-            infeasible = found.wrong.nonzero()[0]
-            if not infeasible.size:
+            infeasible = int(np.count_nonzero(found.wrong))
+            if not infeasible:
                 break
-            if infeasible.size < fewest:
-                fewest, waiting, step = infeasible.size, PATIENCE, "block"
-            elif waiting > 1:
-                waiting -= 1
-            elif patience > 0:
-                patience, step = patience - 1, LEAST_INDEX
-            else:
+            guard.choose(found.wrong, infeasible)
+            if guard.left < 0:
                 return Stalled("the least-index steps were not enough")
-            if step == LEAST_INDEX:
-                found.wrong[infeasible[1:]] = False
+            step = LEAST_INDEX if guard.single else "block"
     except SingularMatrix as error:
         return Breakdown(str(error))
     return Finished()
+
+
+def dense_route(problem: Problem, x0: Vector) -> Stage:
+    """Newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the active
+    set at which projected gradients arrive.
+
+    A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
+    block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
+    """
+    reference = 0.0 if problem.reference_z is None else problem.reference_z
+    start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
+    if problem.n <= factors.SMALL:
+        return (yield from block_pivoting(problem, start, LEAST_INDEX_STEPS))
+    from lcpcli.methods.gradients import projected_gradient
+
+    turns = Turns(x0)
+    ending = yield from turns.take("gradient", projected_gradient(problem, x0))
+    start = start if isinstance(ending, Breakdown) else turns.last.x
+    return (yield from turns.take("newton", block_pivoting(problem, start, LEAST_INDEX_STEPS)))
 
 
 def from_states(problem: Problem, x0: Vector) -> Stage:
@@ -90,8 +107,7 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
     slow = SLOW_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW
     try:
         for evaluations, found in enumerate(solutions.exchanging(problem.box.basis_of(x0)), 1):
-            found.wrong[:] = solutions.violated(found)
-            violations = int(np.count_nonzero(found.wrong))
+            violations = solutions.count_violations(found)
             if not violations:
                 yield Iterate(problem.box.x_within(found.z, found.w, found.basis), None, "block", evaluations)
                 return Finished()
@@ -102,3 +118,98 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
     except SingularMatrix as error:
         return Breakdown(str(error))
     return Stalled("the given basis is not nearly right")
+
+
+def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:
+    """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it.
+
+    An attempt is made when P is nearly unchanged for STABLE_ITERATES iterates, and when the stage ends; it continues
+    pivoting while the number of violations decreases. All attempts together take no longer than the iterations so far,
+    as far as earlier pivoting steps predict; only the attempt at the end of the stage has no time limit.
+
+    x0 : the start of the stage, whose active set counts too; None if it has none.
+
+    Yields
+    ------
+    Iterate : those of the stage; finally, if an attempt succeeds, the basic solution, with step "finish". There x is
+        (z - w) / 2, and no sign is violated beyond rounding.
+
+    Returns
+    -------
+    Finished if an attempt succeeded, else how the stage ended.
+    """
+    finisher, iterated = _Finisher(problem, clock), 0.0
+    last = None if x0 is None else Iterate(x0, None, "", 0)
+    if last is not None:
+        finisher.is_stable(problem.box.basis_of(last.x))
+    while True:
+        began = clock()
+        step = advance(stage)
+        iterated += clock() - began
+        if isinstance(step, Iterate):
+            yield step
+            last, budget, ready = step, iterated, finisher.is_stable(problem.box.basis_of(step.x))
+        else:
+            budget, ready = np.inf, last is not None
+        if ready and last is not None:
+            finished = finisher.attempt(problem.box.basis_of(last.x), budget, last.evaluations)
+            if finished is not None:
+                yield finished
+                return Finished()
+        if not isinstance(step, Iterate):
+            return step
+
+
+class _Finisher:
+    """The attempts and the time that they have taken."""
+
+    def __init__(self, problem: Problem, clock: Callable[[], float]) -> None:
+        self._problem, self._clock = problem, clock
+        self._solutions = BasicSolutions(problem)
+        self._spent = self._longest = 0.0
+        self._previous: Basis | None = None
+        self._stable = 0
+        self._tried: Basis | None = None
+        self._unfinished: tuple[int, Iterator[BasicSolution]] | None = None
+
+    def is_stable(self, basis: Basis) -> bool:
+        """Whether the states, with this newest version, have been nearly unchanged for STABLE_ITERATES iterates."""
+        previous, self._previous = self._previous, basis
+        near = previous is not None and basis.changes(previous) <= MAX_CHANGE * self._problem.n
+        self._stable = self._stable + 1 if near else 0
+        return self._stable >= STABLE_ITERATES
+
+    def attempt(self, basis: Basis, budget: float, evaluations: int) -> Iterate | None:
+        """Pivot from these states while violations decrease and the budget, in seconds for all attempts, lasts: if that
+        is enough for two steps, and the states differ from the last attempt's or that one ran out of time."""
+        is_new = self._tried is None or basis.changes(self._tried) > 0
+        if self._spent + 2 * self._longest > budget or not (is_new or self._unfinished):
+            return None
+        fewest, pivoting = self._unfinished or (0, iter(()))
+        if is_new or not self._unfinished:
+            self._tried, fewest, pivoting = basis, self._problem.n + 1, self._solutions.exchanging(basis)
+        self._unfinished = None
+        while True:
+            began = self._clock()
+            found = _next(pivoting)
+            took = self._clock() - began
+            self._spent, self._longest = self._spent + took, max(took, self._longest)
+            violations = fewest if found is None else self._solutions.count_violations(found)
+            evaluations += 1
+            if found is not None and not violations:
+                x = self._problem.box.x_within(found.z, found.w, found.basis)
+                return Iterate(x, None, FINISH, evaluations)
+            if violations >= fewest:
+                return None
+            fewest = violations
+            if self._spent + took > budget:
+                self._unfinished = fewest, pivoting
+                return None
+
+
+def _next(pivoting: Iterator[BasicSolution]) -> BasicSolution | None:
+    """The next basic solution; None if there is none, or its w overflows."""
+    with np.errstate(over="ignore", invalid="ignore"), suppress(SingularMatrix):
+        found = next(pivoting)
+        return found if is_finite(found.w) else None
+    return None

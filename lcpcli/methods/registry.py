@@ -20,7 +20,7 @@ from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.options import Option
 
 if TYPE_CHECKING:
-    from lcpcli.methods.iterate import Stage
+    from lcpcli.methods.stages import Stage
     from lcpcli.model.problem import Problem
 
 ADDITIONS = {  # options of every method that iterates
@@ -46,22 +46,9 @@ K_STAR = Option(
     lambda k: k >= 1,
     "A steepest-descent step is inserted at every multiple of k*.",
 )
-RHO = Option(
-    "rho",
-    float,
-    1e-4,
-    "0 < rho < 1/2",
-    lambda rho: 0 < rho < 0.5,
-    "Sufficient decrease in the line search.",
-)
+RHO = Option("rho", float, 1e-4, "0 < rho < 1/2", lambda rho: 0 < rho < 0.5, "Sufficient decrease in the line search.")
 SIGMA = Option(
-    "sigma",
-    float,
-    0.9,
-    "rho < sigma < 1",
-    lambda sigma: 0 < sigma < 1,
-    "Curvature in the line search.",
-    above="rho",
+    "sigma", float, 0.9, "rho < sigma < 1", lambda sigma: 0 < sigma < 1, "Curvature in the line search.", above="rho"
 )
 OMEGA = Option(
     "omega",
@@ -138,7 +125,7 @@ METHODS = {
         takes_bounds=True,
         excludes_exactly=True,
         guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
-        location=("auto.policy", "auto"),
+        location=("policy", "auto"),
     ),
     "shi": Method(
         "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
@@ -168,7 +155,6 @@ METHODS = {
         options=(START_SLACK, REGULARIZATION),
         takes_bounds=True,
         guaranteed={"positive_definite": "it follows the central path to the solution, unless rounding stalls it"},
-        location=("interior.method", "interior"),
     ),
     "lemke": Method(
         "complementary pivoting (Lemke 1965)",

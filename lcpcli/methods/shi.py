@@ -14,10 +14,9 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, Stage, Stalled
-from lcpcli.methods.line_search import search
 from lcpcli.methods.registry import K_STAR, RHO, SIGMA, P
-from lcpcli.methods.smoothing import Smoothed, error
+from lcpcli.methods.smoothing import Smoothed, error, search
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 

@@ -1,4 +1,4 @@
-"""The smoothed equation F~(p, x) = 0 of El foutayeni and Khaladi (2012, section 4), matrix-free and without overflow.
+"""The smoothed equation F~(p, x) = 0 of El foutayeni and Khaladi (2012, section 4), and its line search.
 
 With phi(x) = ln(1 + e^(px) + e^(-px)) / p in place of |x|,
 
@@ -12,46 +12,47 @@ taken only for the few components within that window.
 With bounds, an extension: z = mid(l, u, 2x) is a sum of such moduli, l/2 + x + |x - l/2| for a lower bound alone,
 (l + u)/2 + |x - l/2| - |x - u/2| for a box, and each is smoothed like |x|, so that w~ = z~ - 2x and
 z~ = mid(l, u, 2x) + delta_l - delta_u; a bound that is infinite has no delta. The bound on the smoothing error stays.
+
+The line search satisfies the two conditions of step 2.7, the weak Wolfe conditions, in finitely many trials. With f
+along the direction s from x, d = -grad f(x) and D = <d, s> > 0,
+
+    f(x + gamma s) <= f(x) - gamma rho D        (sufficient decrease)
+    <grad f(x + gamma s), s> >= -sigma D        (curvature).
+
+A trial is accepted or becomes an end of the bracket: the upper one if it violates the decrease, the lower one if it
+satisfies the decrease but not the curvature. The bracket expands while it has no upper end; from then on each pair of
+trials at least halves it. Between the halvings the minimiser of a parabola that interpolates f is tried, which is exact
+if f is quadratic (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the decrease holds.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.products import product, transposed_product
-from lcpcli.model.box import Box
+from lcpcli.linalg.matrices import product
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
 NOWHERE = np.empty(0, dtype=np.intp)
 WINDOW = 746.0  # e^-746 is zero in double precision, denormals included
+MAX_TRIALS = 200
+SHORT_STEP = 1e-6  # relative to the first trial length: for shorter trials, whether x changes at all is checked
 
 
 def error(problem: Problem, p: float) -> float:
     """The bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
     with np.errstate(over="ignore"):
-        return math.log(3) / p * _distance_from_identity(problem)
+        return math.log(3) / p * matrices.norm_inf(matrices.plus_diagonal(problem.M, -1.0))
 
 
 def p_within(problem: Problem, tol: float) -> float:
     """The p for which that bound is tol |q|_inf."""
     return error(problem, 1.0) / tol / (float(np.max(np.abs(problem.q))) or 1.0)
-
-
-def _distance_from_identity(problem: Problem) -> float:
-    M = problem.M
-    if is_sparse(M):
-        from scipy.sparse import eye_array
-
-        return matrices.norm_inf((M - eye_array(problem.n)).tocsr())
-    shifted = M.copy()
-    shifted.reshape(-1)[:: problem.n + 1] -= 1
-    return matrices.norm_inf(shifted)
 
 
 def excess(p: float, t: Vector) -> Vector:
@@ -68,33 +69,6 @@ def slope(p: float, x: Vector) -> Vector:
     return steepness
 
 
-def split(p: float, x: Vector, z: Vector, w: Vector) -> Indices:
-    """Write z~ = phi + x into z and w~ = phi - x into w, of shape (n,); return the indices with p |x_i| <= WINDOW."""
-    distance = np.abs(x, out=w)
-    half_width = WINDOW / p
-    window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NOWHERE
-    np.add(distance, x, out=z)
-    np.subtract(distance, x, out=w)
-    if window.size:
-        delta = excess(p, np.abs(x[window]))
-        z[window] += delta
-        w[window] += delta
-    return window
-
-
-def split_within(box: Box, p: float, x: Vector, z: Vector, w: Vector) -> Indices:
-    """The same with bounds; return the indices for which p |x_i - l_i / 2| or p |x_i - u_i / 2| is at most WINDOW."""
-    z[:] = box.z_of(x)
-    np.subtract(z, 2 * x, out=w)
-    low, high = np.abs(x - box.lower / 2), np.abs(x - box.upper / 2)
-    window = np.flatnonzero(np.minimum(low, high) <= WINDOW / p)
-    if window.size:
-        delta = excess(p, low[window]) - excess(p, high[window])
-        z[window] += delta
-        w[window] += delta
-    return window
-
-
 @dataclass(frozen=True, eq=False)
 class Point:
     """F~ and f = |F~|^2 / 2 at one x, each vector of shape (n,); window holds the indices of smoothed components."""
@@ -106,18 +80,33 @@ class Point:
 
 
 class Smoothed:
-    """F~ of one problem for one p > 0, with working space for its evaluations."""
+    """F~ of one problem for one p > 0."""
 
     def __init__(self, problem: Problem, p: float) -> None:
         self._problem, self._p = problem, p
-        self._z, self._w = np.empty(problem.n), np.empty(problem.n)
+        self._ends = [end / 2 for end in problem.box.vectors(problem.n)]
+        self._kinks = [(s, end) for s, end in zip((1.0, -1.0), self._ends, strict=True) if np.isfinite(end).any()]
+
+    def split(self, x: Vector) -> tuple[Vector, Vector, Indices]:
+        """z~ and w~, each of shape (n,), and the indices for which p |x_i - l_i / 2| or p |x_i - u_i / 2| is at most
+        WINDOW."""
+        t, half_width = x + x, WINDOW / self._p
+        z: Vector = self._problem.box.project(t)
+        w = np.subtract(z, t, out=t)
+        near = [np.abs(x - kink) for _, kink in self._kinks]
+        distance = near[0] if len(near) == 1 else np.minimum.reduce(near, initial=np.inf)
+        window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NOWHERE
+        if window.size:
+            delta = sum(s * excess(self._p, t[window]) for (s, _), t in zip(self._kinks, near, strict=True))
+            z[window] += delta
+            w[window] += delta
+        return z, w, window
 
     def at(self, x: Vector) -> Point:
         """F~ and f at x, with one product with M; f is infinite if it overflows."""
-        box, to = self._problem.box, (self._p, x, self._z, self._w)
-        window = split_within(box, *to) if self._problem.is_mixed else split(*to)
-        F = product(self._problem.M, self._z)
-        F -= self._w
+        z, w, window = self.split(x)
+        F = product(self._problem.M, z)
+        F -= w
         F += self._problem.q
         with np.errstate(over="ignore"):
             f = 0.5 * float(F @ F)
@@ -128,14 +117,78 @@ class Smoothed:
 
         h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) - phi'(x - u/2)) / 2.
         """
-        y = transposed_product(self._problem.M, point.F)
+        y = product(self._problem.M.T, point.F)
         y -= point.F
-        box, p, window = self._problem.box, self._p, point.window
-        x, bounds = point.x[window], box.mapped(lambda bound: bound[window])
-        h = 0.5 * (slope(p, x - bounds.lower / 2) - slope(p, x - bounds.upper / 2))
-        inner = h * y[window]
-        y *= box.basis_of(point.x).basic
+        window = point.window
+        low, high = (slope(self._p, point.x[window] - end[window]) for end in self._ends)
+        inner = 0.5 * (low - high) * y[window]
+        y *= self._problem.box.basis_of(point.x).basic
         y[window] = inner
         y += point.F
         y *= 2
         return y
+
+
+@dataclass
+class Bracket:
+    """Lengths low < high between which both conditions can be satisfied; f and its slope at low, f at high."""
+
+    low: float
+    f_low: float
+    slope_low: float
+    high: float = math.inf
+    f_high: float = math.inf
+    halve: bool = False
+
+    def raise_low(self, gamma: float, f: float, slope: float) -> None:
+        self.halve = gamma - self.low < 0.5 * (self.high - self.low)
+        self.low, self.f_low, self.slope_low = gamma, f, slope
+
+    def cut_high(self, gamma: float, f: float) -> None:
+        self.halve = gamma - self.low > 0.5 * (self.high - self.low)
+        self.high, self.f_high = gamma, f
+
+    def next_trial(self, slope_start: float) -> float:
+        if self.high == math.inf:
+            flattening = self.slope_low / slope_start
+            return self.low * (min(max(1 / (1 - flattening), 2.0), 10.0) if flattening < 1 else 10.0)
+        width = self.high - self.low
+        bend = self.f_high - self.f_low - self.slope_low * width
+        inner = self.low - 0.5 * self.slope_low * width * (width / bend) if 0 < bend < math.inf else self.low
+        if self.halve or not self.low < inner < self.high:
+            return self.low + 0.5 * width
+        return inner
+
+
+class Step(NamedTuple):
+    """The end of a step, the gradient of f there, and the number of lengths tried."""
+
+    point: Point
+    gradient: Vector
+    trials: int
+
+
+def search(
+    smoothed: Smoothed, start: Point, s: Vector, slope: float, gamma: float, rho: float, sigma: float
+) -> Step | int:
+    """The step from start along s, where f has the slope <grad f, s> < 0, with first trial length gamma > 0.
+
+    Returns only the number of trials if they become too short to change x: the decrease is below rounding.
+    """
+    bracket, first = Bracket(0.0, start.f, slope), gamma
+    for trial in range(1, MAX_TRIALS + 1):
+        x = gamma * s
+        x += start.x
+        point = smoothed.at(x)
+        if not point.f <= start.f + gamma * rho * slope:
+            if gamma < SHORT_STEP * first and np.array_equal(x, start.x):
+                break
+            bracket.cut_high(gamma, point.f)
+        else:
+            g = smoothed.gradient(point)
+            slope_here = float(g @ s)
+            if slope_here >= sigma * slope:
+                return Step(point, g, trial)
+            bracket.raise_low(gamma, point.f, slope_here)
+        gamma = bracket.next_trial(slope)
+    return trial

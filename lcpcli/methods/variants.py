@@ -5,13 +5,13 @@ Nothing heavy is imported, so that a mistake in one is reported at once.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from lcpcli import options
 from lcpcli.errors import OptionError, likely, quoted
-from lcpcli.methods.registry import ADDITIONS, OPTIONS, declared
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, declared
 from lcpcli.options import AUTO, Option
 
 TRUTHS = {"true": True, "false": False}
@@ -31,7 +31,9 @@ class Variant:
 
     def __str__(self) -> str:
         """As it is written: shi:p=10,k-star=5."""
-        return _written(self.method, self.settings)
+        alone = {(name, "true") for name in ADDITIONS}
+        parts = [_dashed(each[0]) + ("" if each in alone else f"={each[1]}") for each in self.settings]
+        return f"{self.method}:{','.join(parts)}" if parts else self.method
 
 
 def parse(text: str) -> Variant:
@@ -40,8 +42,7 @@ def parse(text: str) -> Variant:
     Raises OptionError for an unknown method, for an option that it does not have, and for a value out of range.
     """
     method, _, rest = text.partition(":")
-    settings = [_setting(part) for part in rest.split(",")] if rest else []
-    return _checked(Variant(method, tuple(settings)))
+    return _checked(Variant(method, tuple(_setting(part) for part in rest.split(",") if rest)))
 
 
 def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
@@ -51,7 +52,10 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
     one that a variant sets already.
     """
     for axis in axes:
-        name, values = _axis(axis)
+        name, values = _named(axis)[0], [value.strip() for value in axis.partition("=")[2].split(",")]
+        if not all(values):
+            hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
+            raise OptionError("--sweep", f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
             raise _without_effect(name, variants)
         swept: list[Variant] = []
@@ -68,49 +72,32 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
 
 def labels(variants: Sequence[Variant]) -> list[str]:
     """A name for each variant: its method, with the settings in which the variants of that method differ."""
-    shared = {
-        method: set.intersection(*(set(each.settings) for each in variants if each.method == method))
-        for method, own in _counts(variants).items()
-        if own > 1
-    }
-    return [
-        _written(each.method, [setting for setting in each.settings if setting not in shared.get(each.method, ())])
-        for each in variants
-    ]
-
-
-def _counts(variants: Sequence[Variant]) -> Mapping[str, int]:
-    return {method: sum(each.method == method for each in variants) for method in {each.method for each in variants}}
-
-
-def _written(method: str, settings: Sequence[tuple[str, str]]) -> str:
-    parts = [_dashed(name) if (name, value) in _ALONE else f"{_dashed(name)}={value}" for name, value in settings]
-    return f"{method}:{','.join(parts)}" if parts else method
-
-
-_ALONE = {(name, "true") for name in ADDITIONS}
+    names = []
+    for variant in variants:
+        alike = [set(each.settings) for each in variants if each.method == variant.method]
+        shared = set.intersection(*alike) if len(alike) > 1 else set()
+        settings = tuple(setting for setting in variant.settings if setting not in shared)
+        names.append(str(Variant(variant.method, settings)))
+    return names
 
 
 def _dashed(name: str) -> str:
     return name.replace("_", "-")
 
 
-def _setting(part: str) -> tuple[str, str]:
+def _named(part: str) -> tuple[str, str, str]:
+    """The name of an option as in Python, "=" if there is one, and what follows."""
     name, equals, value = (word.strip() for word in part.partition("="))
-    name = name.replace("-", "_")
+    return name.replace("-", "_"), equals, value
+
+
+def _setting(part: str) -> tuple[str, str]:
+    name, equals, value = _named(part)
     if not equals and name in ADDITIONS:
         return name, "true"
     if not equals or not value:
         raise OptionError("--method", f"{quoted(part)} has no value", "write METHOD:OPTION=VALUE, as in shi:p=10")
     return name, value
-
-
-def _axis(axis: str) -> tuple[str, list[str]]:
-    name, _, rest = axis.partition("=")
-    name, values = name.strip().replace("-", "_"), [value.strip() for value in rest.split(",")]
-    if not all(values):
-        raise OptionError("--sweep", f"{quoted(axis)} lacks a value", "write OPTION=VALUE,VALUE,..., as in p=1,10,100")
-    return name, values
 
 
 def _known(method: str) -> list[str]:
@@ -153,8 +140,6 @@ def _value(name: str, text: str) -> Any:
 
 
 def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
-    from lcpcli.methods.registry import METHODS
-
     owners = [method for method in METHODS if name in _known(method)]
     if owners:
         fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"

@@ -8,8 +8,8 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import are_moderate
-from lcpcli.linalg.equilibration import LARGEST_POWER, equilibrate
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.units import LARGEST_POWER, equilibrate
 from lcpcli.model.box import LARGEST_X, moved
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector

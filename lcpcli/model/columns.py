@@ -11,10 +11,8 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import FAR, are_moderate, is_finite
-from lcpcli.linalg.factors import SMALL
-from lcpcli.linalg.matrices import dense
-from lcpcli.linalg.principal_many import well_conditioned_inverse
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.factors import SMALL, well_conditioned_inverse
+from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model.array_likes import by_label
 from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, has_columns, own, with_infinity
 from lcpcli.model.box import Box

@@ -14,8 +14,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.doubles import FAR, size, sizes
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.products import product
+from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.linalg.units import Units, units
 from lcpcli.model.array_likes import plain
 from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
@@ -189,7 +188,7 @@ class Problem:
         """S = +-1 with S M symmetric, as for the conditions of programs; None if there is none, or M is dense."""
         if not is_sparse(self.M):
             return None
-        from lcpcli.linalg.signs import signs
+        from lcpcli.linalg.patterns import signs
 
         return signs(self.M)
 

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product
 from lcpcli.model.box import Box
 from lcpcli.typing import Indices, Matrix, Vector
 

@@ -14,8 +14,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
-from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.typing import Matrix

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import shi, smoothing
 from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA
 from lcpcli.model import changes

@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli import clock, options
 from lcpcli.errors import ParameterError, count
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of

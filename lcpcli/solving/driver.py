@@ -16,8 +16,7 @@ from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.iterate import Stage
-from lcpcli.methods.transformed import Transformation, begin, in_given_variables
+from lcpcli.methods.stages import Stage, Transformation, begin, in_given_variables
 from lcpcli.model import changes as scaled
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -139,7 +138,7 @@ def _stage(
         in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
     stage = begin(method, problem, start, **in_force)
     if finishing_clock is not None:
-        from lcpcli.methods.finish import finish
+        from lcpcli.methods.newton import finish
 
         stage = finish(problem, start, stage, finishing_clock)
     for change in reversed(changes):

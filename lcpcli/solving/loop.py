@@ -10,7 +10,8 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.methods.iterate import (
+from lcpcli.methods.registry import METHODS
+from lcpcli.methods.stages import (
     FAULTS,
     Breakdown,
     Ending,
@@ -22,7 +23,6 @@ from lcpcli.methods.iterate import (
     advance,
     told,
 )
-from lcpcli.methods.registry import METHODS
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits

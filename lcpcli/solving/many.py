@@ -13,15 +13,13 @@ import numpy as np
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ParameterError, ProblemError
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.factors import LONG_LU, SingularMatrix
+from lcpcli.linalg.factors import LONG_LU, PrincipalSolver, SingularMatrix
 from lcpcli.linalg.krylov import norm
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.column_starts import pivoted
-from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables, refined
-from lcpcli.methods.iterate import FAULTS
+from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
+from lcpcli.methods.stages import FAULTS
 from lcpcli.model.box import Basis
 from lcpcli.model.columns import Block, Columns
 from lcpcli.model.problem import Problem

@@ -15,9 +15,9 @@ import numpy as np
 
 from lcpcli.inspection.classify import classify
 from lcpcli.inspection.verdict import NO, YES
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
-from lcpcli.linalg.semidefinite import is_semidefinite
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData

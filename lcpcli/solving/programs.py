@@ -9,7 +9,7 @@ import warnings
 from typing import Any
 
 from lcpcli.errors import OptionError
-from lcpcli.linalg.semidefinite import is_semidefinite
+from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions import from_qpsolvers, qpsolvers_program
 from lcpcli.solving.answer import STATIONARY

@@ -1,34 +1,43 @@
-"""Basic solutions: some variables at a bound, for the others w = 0; and which signs they violate beyond rounding.
+"""Basic solutions, which signs they violate beyond rounding, and block principal pivoting, which exchanges these.
+
+In a basic solution some variables are at a bound, and for the others w = 0.
 
 For a set B of basic variables and z_N at their bounds, M_BB z_B = -(q + M z_N)_B and w_N = (M z + q)_N. It solves the
 problem if each basic variable lies within its bounds and w has the sign that each bound asks for. A violation counts
 if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| + |q|)_i; for a z_i, in units of w, as much as the
 largest |M_ij| makes of it.
+
+Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
+and its Applications 21 (1978) 207-215. The safeguard, single exchanges of the least index once block exchanges do not
+advance: J. J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
+complementarity problems, Computers and Operations Research 21 (1994) 587-596, after K. G. Murty, Note on a Bard-type
+scheme for solving the complementarity problem, Opsearch 11 (1974) 123-130.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Generator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
-from lcpcli.linalg.principal import PrincipalSolver
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.factors import PrincipalSolver
+from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
 FEW_WRONG = 0.05  # of all signs: if no more are wrong, whether they are so beyond rounding is checked
+PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
 
 
 class BasicSolution(NamedTuple):
-    """The basic solution of one basis.
+    """The basic solution of one basis, or of m bases, one in each row.
 
-    z, w : shape (n,); w is 0 where basic.
-    wrong : where a sign is violated, by however little; shape (n,).
+    z, w : shape (n,) or (m, n); w is 0 where basic.
+    wrong : where a sign is violated, by however little; of the same shape.
     is_solution : whether none is violated beyond rounding; if many are wrong, it is assumed that some are.
     """
 
@@ -44,6 +53,53 @@ class BasicSolution(NamedTuple):
         return 0.5 * (self.z - self.w)
 
 
+class Safeguard:
+    """The choice of the signs that are exchanged: all that are wrong while the fewest so far become fewer, after
+    PATIENCE steps without that only the first one.
+
+    left : how many more single exchanges may be made, negative once there were too many. single : whether the next
+    exchange is one. For m problems both are arrays of shape (m,), as the other numbers are, after the first step.
+    """
+
+    def __init__(self, n: int, patience: float) -> None:
+        self._fewest: Any = n + 1
+        self._waiting: Any = PATIENCE
+        self.left: Any = patience
+        self.single: Any = False
+
+    def choose(self, wrong: Mask, count: Any) -> None:
+        """Leave only the signs to exchange next in `wrong`; count is how many of them count, a number or shape (m,)."""
+        fewer = count < self._fewest
+        others = fewer ^ True
+        self._fewest = fewer * count + others * self._fewest
+        self._waiting = fewer * PATIENCE + others * (self._waiting - 1)
+        spent = self._waiting < 1
+        self._waiting, self.left = self._waiting + spent, self.left - spent
+        self.single = (self.single | spent) & others
+        if np.any(self.single):
+            wrong[(wrong.cumsum(axis=-1) > 1) & np.expand_dims(self.single, -1)] = False
+
+    def keep(self, rows: Indices) -> None:
+        """Go on with these of m problems."""
+        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
+        self.left, self.single = self.left[rows], self.single[rows]
+
+
+def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices | None, None]:
+    """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
+    pivoting. Whoever changes `wrong` in between chooses what is exchanged, by a `Safeguard` for instance.
+
+    problem : has its bounds, `box`, and basic solutions, `at(basis)`; or those of m problems, of which `part(rows)` are
+        the ones whose rows are sent, to go on with these.
+    """
+    while True:
+        found = problem.at(basis)
+        rows = yield found
+        basis = problem.box.exchanged(found.basis, found.wrong, found.z)
+        if rows is not None:
+            problem, basis = problem.part(rows), basis.part(rows)
+
+
 class BasicSolutions:
     """The basic solutions of a problem, one after another: factors are kept while they can be updated.
 
@@ -52,15 +108,11 @@ class BasicSolutions:
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self._solver = problem, solver or PrincipalSolver(problem.M)
+        self.box = problem.box
 
-    def exchanging(self, basis: Basis) -> Iterator[BasicSolution]:
-        """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block
-        principal pivoting (M. M. Kostreva, Linear Algebra and its Applications 21 (1978) 207-215). Whoever changes
-        `wrong` in between chooses what is exchanged. SingularMatrix as for `at`."""
-        while True:
-            found = self.at(basis)
-            yield found
-            basis = self._problem.box.exchanged(found.basis, found.wrong, found.z)
+    def exchanging(self, basis: Basis) -> Generator[BasicSolution, Indices | None, None]:
+        """Block principal pivoting from a basis, as by the function `exchanging`; SingularMatrix as for `at`."""
+        return exchanging(self, basis)
 
     def at(self, basis: Basis) -> BasicSolution:
         """Return the basic solution of a basis; SingularMatrix, with a clause for the user, if M_BB is singular or
@@ -114,6 +166,11 @@ class BasicSolutions:
         terms = absolute_product(problem.M, np.abs(z))[rows]
         return bool(np.count_nonzero(size <= ROW_ROUNDING * (terms + own)) == rows.size)
 
+    def count_violations(self, found: BasicSolution) -> int:
+        """How many signs are violated beyond rounding; only these stay `wrong`."""
+        found.wrong[:] = self.violated(found)
+        return int(np.count_nonzero(found.wrong))
+
     def violated(self, found: BasicSolution) -> Mask:
         """Where signs are violated beyond rounding."""
         problem = self._problem
@@ -127,6 +184,10 @@ class BasicSolutions:
 def violation_by_rounding(problem: Problem, z: Vector, basis: Basis, rows: Indices) -> Vector:
     """How far rounding errors alone may take the signs of these rows of a basic solution: w_i, or z_i if basic."""
     terms = ROW_ROUNDING * (absolute_product(problem.M[rows], np.abs(z)) + np.abs(problem.q[rows]))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        in_z = np.where(terms > 0, terms / problem.row_maxima[rows], 0.0)
-    return np.where(basis.basic[rows], in_z, terms)
+    return in_units_of_state(terms, problem.row_maxima[rows], basis.basic[rows])
+
+
+def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
+    """Errors of rows of w, as far as they take the sign of the state: z_i if basic, by the largest |M_ij|, else w_i."""
+    in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
+    return np.where(basic, in_z, terms)

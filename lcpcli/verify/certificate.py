@@ -11,8 +11,8 @@ import numpy as np
 from lcpcli import interrupts
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
-from lcpcli.linalg.equilibration import equilibrate
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE, refutes

@@ -12,9 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.model import changes as scaled
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector

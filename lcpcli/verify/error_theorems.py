@@ -43,12 +43,11 @@ from collections.abc import Callable
 import numpy as np
 
 from lcpcli.interrupts import interruptibly
-from lcpcli.linalg import factors, matrices, products
-from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, identity, norm
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model.box import Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
@@ -119,7 +118,7 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
         if solve is None:
             t = (s / gain).max() * u
             for _ in range(JACOBI_STEPS):  # from above down to nearly <M>^-1 s
-                t = np.maximum((products.absolute_product(M, t) + s) / diagonal - t, 0.0)
+                t = np.maximum((matrices.absolute_product(M, t) + s) / diagonal - t, 0.0)
         else:
             t = np.abs(units.C * solve(units.R * s))
         missing = np.maximum(s - at_least(M, diagonal, t), 0.0)
@@ -132,7 +131,7 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
 def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
     """A lower bound on <M> u for u >= 0: 2 L u - |M| u minus a bound on the rounding errors."""
     terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
-    own, others = 2 * diagonal * u, products.absolute_product(M, u)
+    own, others = 2 * diagonal * u, matrices.absolute_product(M, u)
     lower: Vector = own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL)
     return lower
 
@@ -148,7 +147,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
         return None
     u = np.ones(diagonal.size)
     for _ in range(POWER_STEPS):
-        ratios = (products.absolute_product(M, u) / diagonal - u) / u
+        ratios = (matrices.absolute_product(M, u) / diagonal - u) / u
         if ratios.max() < SLOW:
             return u, None
         if not 0 < ratios.max() < np.inf or ratios.min() > 1:
@@ -225,7 +224,7 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
         power = 2.0 ** math.frexp(largest)[1]
         first, second = first / power, second / power
         g = first + second @ A
-        off = factor(g.size) * (np.abs(first) + products.absolute_product(A.T, np.abs(second)) + SMALLEST_NORMAL)
+        off = factor(g.size) * (np.abs(first) + matrices.absolute_product(A.T, np.abs(second)) + SMALLEST_NORMAL)
         plain = float(D.max()) * _norm(np.abs(g) + off) / least
         return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + SMALLEST_NORMAL
 
@@ -268,7 +267,7 @@ def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -
     """An upper bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 containing e; g is off by at most `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
-    image_off = 2 * factor(c.size) * (products.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
+    image_off = 2 * factor(c.size) * (matrices.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
     left = _norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
     gap = np.abs(c) @ (off + image_off + factor(c.size) * (np.abs(g) + np.abs(image)))
     square = max(float(c @ (g - image)) + float(gap) * (1 + factor(c.size)), 0.0)

@@ -17,8 +17,8 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.linalg import matrices
-from lcpcli.linalg.equilibration import equilibrate
 from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.units import equilibrate
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lcpcli.linalg import products
+from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
@@ -42,7 +42,7 @@ def _fault(point: Point) -> str:
     if (relative <= ROUGH).all():
         return ""
     change = _last_digit(z)
-    change_of_w = products.absolute_product(problem.M, change)
+    change_of_w = matrices.absolute_product(problem.M, change)
     lower, upper = problem.lower, problem.upper
     wrong = (z < lower - change) | (z > upper + change)
     wrong |= ((w < -change_of_w) & (z < upper - change)) | ((w > change_of_w) & (z > lower + change))

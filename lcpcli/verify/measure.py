@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS, LARGEST, ROW_ROUNDING
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.linear_program import minimized
-from lcpcli.linalg.matrices import row_maxima, scaled
-from lcpcli.linalg.products import absolute_product, product
+from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
 from lcpcli.model.program import ProgramData
 from lcpcli.typing import Vector
 

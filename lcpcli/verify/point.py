@@ -7,9 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import are_moderate, least, size
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector

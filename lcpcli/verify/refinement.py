@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg import products
-from lcpcli.linalg.accurate import accurate_residual
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.principal import PrincipalSolver
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.model import changes
 from lcpcli.model.box import Basis
 from lcpcli.model.changes import shifted
@@ -65,7 +64,7 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
     criterion = Criterion(problem)
     if Point(criterion, better).relative_residual <= 2 * Point(criterion, z).relative_residual:
         return better
-    terms = products.absolute_product(problem.M, np.abs(better)) + np.abs(problem.q)
+    terms = matrices.absolute_product(problem.M, np.abs(better)) + np.abs(problem.q)
     gaps = np.abs(problem.box.gaps(better, problem.w(better)))
     return better if (gaps <= LAST_DIGITS * terms).all() else z  # as small as rounding z allows
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.linalg import matrices, products
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
@@ -35,7 +35,7 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
     too large for rational arithmetic and too ill-conditioned for doubles.
     """
     w = problem.w(z)
-    terms = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     box = problem.box
     between, vanishing = (z > box.lower) & (z < box.upper), ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
     for active in (between | vanishing, between):

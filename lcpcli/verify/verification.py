@@ -20,7 +20,7 @@ from typing import Any, Generic, Literal, TypeVar
 import numpy as np
 
 from lcpcli.errors import count
-from lcpcli.linalg import products
+from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.rational.problem import ExactProblem
@@ -228,7 +228,7 @@ def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
     if (z != problem.box.project(z)).any():
         return math.inf
     changes = np.maximum(problem.box.excess(z, w), 0.0)
-    sizes = products.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    sizes = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     return float(np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli import interrupts
 from lcpcli.interrupts import TimeIsUp, alarm
-from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled
+from lcpcli.methods.stages import Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.problem import Problem
 from lcpcli.rational.infeasibility import farkas_vector
 from lcpcli.rational.numbers import rounded, rounded_direction

@@ -10,10 +10,20 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import sizes
-from lcpcli.methods.auto.dense_route import dense_route
-from lcpcli.methods.auto.turns import Search, Turns, from_reference
-from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
-from lcpcli.methods.transformed import begin
+from lcpcli.methods.newton import dense_route
+from lcpcli.methods.stages import (
+    Finished,
+    Iterate,
+    NoSolution,
+    Search,
+    Stage,
+    Stalled,
+    Turns,
+    advance,
+    begin,
+    from_reference,
+    limited,
+)
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point

@@ -1,18 +1,26 @@
-"""The problem that the interior point method works on: without fixed variables, in units of about 1."""
+"""The problem that the interior point method works on, without fixed variables, in units of about 1; and proofs that it
+has no solution, from iterates that diverge: Farkas' y is the direction in which they do."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.verify.alternative import simplest
+from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
 
 ROUNDS, FARTHEST, CLOSE = 12, 1e8, 0.1  # of Ruiz's scaling
 FAR_APART = 60.0  # binary digits between the entries of M
+FAR = 1e2  # in scaled units: what diverges is at least that large
+COARSE = 1e-3  # of the largest entry of y: what is left out first
+CLEAR = 1e-10  # of the sum of |y|: what a proof is negative by
+ROUGHLY, NEARLY = 1e-2, 1e-5  # of the same: what is not yet 0 before and after rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,17 +43,14 @@ class Scaled:
     high: Indices
 
     @property
+    def box(self) -> Box:
+        """The bounds."""
+        return Box(self.lower, self.upper)
+
+    @property
     def pairs(self) -> int:
         """The number of finite bounds."""
         return self.low.size + self.high.size
-
-    def shifted(self, eps: float) -> Scaled:
-        """The problem with M + eps I."""
-        if not is_sparse(self.M):
-            return replace(self, M=self.M + np.diag(np.full(self.q.size, eps)))
-        from scipy.sparse import eye_array
-
-        return replace(self, M=(self.M + eps * eye_array(self.q.size)).tocsr())
 
     def given(self, z: Vector) -> Vector:
         """The admissible z of the problem for one of the scaled problem."""
@@ -120,3 +125,43 @@ def _ruiz(M: Matrix, start: Vector) -> Vector:
         if (np.abs(sizes - 1) < CLOSE).all():
             break
     return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept
+
+
+def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
+    """The certificate from one of the directions, or from the part of either sign S; None if none is one."""
+    given, S = conditions_of(problem), within.S
+    least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
+    for direction in directions:
+        if not np.abs(direction).max() > FAR:
+            continue
+        parts = [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
+        for part in (*parts, direction):
+            y = np.zeros(problem.n)
+            y[within.kept] = part * within.units
+            y = np.clip(y, least, most)
+            if not _is_clear(within, y, ROUGHLY):
+                continue
+            for candidate in _simplest_first(y):
+                if _is_clear(within, candidate, NEARLY):
+                    proof = proof_in_units(problem, np.ones(problem.n), candidate)
+                    if proof is not None:
+                        return Certificate("farkas", farkas_statement(problem), proof)
+    return None
+
+
+def _simplest_first(y: Vector) -> Iterator[Vector]:
+    """What y may be an approximation of: integers, fractions, and itself, without small entries and with them."""
+    for least in (COARSE * float(np.abs(y).max()), 0.0):
+        yield from reversed(list(simplest(np.where(np.abs(y) < least, 0.0, y))))
+
+
+def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:
+    """Whether y is nearly a proof, and one that does not hang on the last digits of the data, which may have been
+    rounded from others that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
+    y = y[within.kept] / within.units
+    product, size = within.M.T @ y, float(np.abs(y).sum())
+    ends = np.where(product > 0, within.upper, within.lower)
+    finite = np.isfinite(ends)
+    if np.abs(product[~finite]).max(initial=0.0) > nearly * size:
+        return False
+    return bool(within.q @ y + ends[finite] @ product[finite] < -CLEAR * size)

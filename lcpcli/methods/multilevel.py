@@ -9,11 +9,13 @@ Scientific Computing 34 (2012) C123-C152, section 3.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.factors import Solve, sparse_lu
+from lcpcli.linalg.factors import SingularMatrix, Solve, sparse_lu
+from lcpcli.linalg.krylov import identity
 from lcpcli.typing import Indices, Matrix, Vector
 
 COARSEST = 500  # n up to which a matrix is factorized
@@ -22,6 +24,7 @@ MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one le
 MAX_ENTRIES_RATIO = 1.5  # the same for the numbers of entries
 SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
 RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation hardly reduces
+REUSE_CHANGE = 0.03  # of an index set: how far it may differ from that for which a preconditioner was built
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,40 @@ class Hierarchy:
             block = restriction @ (block @ P)
         coarse = _coarse_solver(block)
         return lambda b: _v_cycle(levels, coarse, b)
+
+
+class Preconditioners:
+    """Those of principal submatrices of one level, one after another, carried over while the indices change little."""
+
+    def __init__(self, hierarchy: Hierarchy, level: int) -> None:
+        self._new = partial(hierarchy.preconditioner, level)
+        self._built: Indices = np.zeros(0, dtype=np.intp)
+        self._cycle: Solve = identity
+
+    def __call__(self, indices: Indices, block: Matrix) -> Solve:
+        """That of the block at the given indices; SingularMatrix if there is none."""
+        positions = np.full(max(indices.max(), self._built.max(initial=0)) + 1, -1)
+        positions[self._built] = np.arange(self._built.size)
+        known = np.flatnonzero(positions[indices] >= 0)
+        places = positions[indices[known]]
+        if indices.size + self._built.size - 2 * known.size > REUSE_CHANGE * indices.size:
+            try:
+                self._cycle = self._new(indices, block)
+            except SingularMatrix:
+                raise SingularMatrix("a coarse version of M is singular") from None
+            self._built = indices
+            return self._cycle
+        built, cycle = self._built.size, self._cycle
+
+        def carried(b: Vector) -> Vector:
+            """The principal part of the former one, and the identity."""
+            old = np.zeros(built)
+            old[places] = b[known]
+            x: Vector = b.copy()
+            x[known] = cycle(old)[places]
+            return x
+
+        return carried
 
 
 def _v_cycle(levels: list[Level], coarse: Solve, b: Vector) -> Vector:

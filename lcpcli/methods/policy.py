@@ -11,14 +11,11 @@ import numpy as np
 
 from lcpcli import clock, interrupts
 from lcpcli.linalg import factors
-from lcpcli.linalg.band import is_narrow
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
+from lcpcli.linalg.matrices import is_narrow, is_sparse
+from lcpcli.methods import stages
 from lcpcli.methods.auto.small import PIVOTS, exactly, small
-from lcpcli.methods.auto.turns import Search, Turns, from_reference
-from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
-from lcpcli.methods.newton import block_pivoting, from_states
-from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, block_pivoting, dense_route, from_states
+from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model import changes as scaled
 from lcpcli.model.far_bounds import Relaxed, relaxed
 from lcpcli.model.problem import Problem
@@ -80,7 +77,7 @@ def _relaxed_first(problem: Problem, change: Relaxed, x0: Vector, search: Search
 
 
 def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
-    return (small if problem.n <= measure.FEW else from_reference)(problem, x0, search)
+    return (small if problem.n <= measure.FEW else stages.from_reference)(problem, x0, search)
 
 
 def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp: bool = True) -> Stage:
@@ -93,9 +90,10 @@ def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp:
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
-        if isinstance(ending, Finished) and problem.is_mixed and _solves(problem, turns.last):
+        point = Point(criterion, problem.box.z_of(turns.last.x))
+        if isinstance(ending, Finished) and problem.is_mixed and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual
-        if Point(criterion, problem.box.z_of(turns.last.x)).nearly_solves():
+        if point.nearly_solves():
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
             if (yield from _improved(problem, turns)):
                 return Finished()
@@ -107,7 +105,7 @@ def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp:
         undecided = ending
     if not milp:
         return undecided
-    ending = yield from turns.take("milp", begin("milp", problem, x0, time_limit=_remaining(deadline)))
+    ending = yield from turns.take("milp", stages.begin("milp", problem, x0, time_limit=_remaining(deadline)))
     return undecided if problem.n <= measure.FEW and isinstance(ending, Stalled) else ending
 
 
@@ -116,7 +114,11 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     for rounding."""
     if problem.n <= measure.FEW:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
-    turns.last = _refined(problem, turns.last)
+    box, basis = problem.box, problem.box.basis_of(turns.last.x)
+    with np.errstate(over="ignore", invalid="ignore"):
+        z = refined(problem, box.z_of(turns.last.x), basis)
+        x = box.x_within(z, problem.w(z), basis)
+    turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
     yield turns.last
     return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
 
@@ -138,35 +140,37 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
     first = _first(problem) if large_and_sparse else ""
     if first == "linear":
+        from lcpcli.methods.linear import linear
+
         limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SECONDS)
-        yield first, _linear(problem, min(limit, _remaining(deadline)))
+        yield first, linear(problem, min(limit, _remaining(deadline)))
     if first:
         yield "newton", _while_fast(problem, block_pivoting(problem, x0, problem.n))
-        yield "interior", begin("interior", problem, x0)
+        yield "interior", stages.begin("interior", problem, x0)
     elif large_and_sparse:
-        from lcpcli.methods.auto.sparse_route import sparse_route
+        from lcpcli.methods.sparse_route import sparse_route
 
         narrow = is_narrow(problem.M)
         yield "sparse", sparse_route(problem, x0, krylov_only=narrow or not problem.M.diagonal().all())
         if narrow:
             first = "interior"
-            yield first, begin("interior", problem, x0)
-    if is_sparse(problem.M):
-        yield "newton", block_pivoting(problem, x0, problem.n)
-    else:
-        yield "newton", dense_route(problem, x0)
+            yield first, stages.begin("interior", problem, x0)
+    sparse = is_sparse(problem.M)
+    yield "newton", block_pivoting(problem, x0, problem.n) if sparse else dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
     if problem.n <= FEW:
-        yield "lemke", limited(begin("lemke", problem, x0), PIVOTS * problem.n)
-    if not first and (large_and_sparse or _is_monotone(problem)):
-        yield "interior", begin("interior", problem, x0)
-    if large_and_sparse or problem.is_mixed:
-        yield "linear", _linear(problem, _remaining(deadline))
-    yield "lemke", limited(begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
-    from lcpcli.methods.auto.restarts import restarts
+        yield "lemke", stages.limited(stages.begin("lemke", problem, x0), PIVOTS * problem.n)
+    from lcpcli.linalg.krylov import is_semidefinite
+    from lcpcli.methods.lemke import restarts
+    from lcpcli.methods.linear import linear
 
-    yield "lemke", as_lcp(restarts, problem, x0)
+    if not first and (large_and_sparse or is_semidefinite(problem.M)):
+        yield "interior", stages.begin("interior", problem, x0)
+    if large_and_sparse or problem.is_mixed:
+        yield "linear", linear(problem, _remaining(deadline))
+    yield "lemke", stages.limited(stages.begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
+    yield "lemke", stages.as_lcp(restarts, problem, x0)
 
 
 def _while_fast(problem: Problem, stage: Stage) -> Stage:
@@ -175,7 +179,7 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
     Circuits need three steps, each with one factorization; most programs end it at the first one.
     """
     basis, most = problem.box.basis_of(np.zeros(problem.n)), math.inf
-    while isinstance(step := advance(stage), Iterate):
+    while isinstance(step := stages.advance(stage), Iterate):
         before, basis = basis, problem.box.basis_of(step.x)
         changes = basis.changes(before)
         yield step
@@ -186,25 +190,17 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
 
 
 def _first(problem: Problem) -> str:
-    """The method that programs are given to first: linear, interior, or "" for what is no program; M sparse."""
+    """The method that programs are given to first, linear or interior, M sparse; "" for what has not the signs of the
+    conditions of a program, both of them, or is not monotone."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
-    from lcpcli.methods.auto.linear import is_skew
-    from lcpcli.methods.auto.monotone import is_program
+    from lcpcli.linalg.krylov import is_semidefinite
+    from lcpcli.methods.linear import is_skew
 
-    return "linear" if is_skew(problem.M) else "interior" if is_program(problem) else ""
-
-
-def _is_monotone(problem: Problem) -> bool:
-    from lcpcli.methods.auto.monotone import is_monotone
-
-    return is_monotone(problem.M)
-
-
-def _linear(problem: Problem, seconds: float) -> Stage:
-    from lcpcli.methods.auto.linear import linear
-
-    return linear(problem, seconds)
+    if is_skew(problem.M):
+        return "linear"
+    S = problem.signs
+    return "interior" if S is not None and (S[0] != S).any() and is_semidefinite(problem.M) else ""
 
 
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
@@ -212,21 +208,8 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
     units = scaled.scale(problem)
     start = units.start(x0) if problem.is_mixed else np.sign(x0)
     yield "newton", in_given_variables(units, block_pivoting(units.problem, start, LEAST_INDEX_STEPS))
-    lemke = limited(begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
+    lemke = stages.limited(stages.begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
     yield "lemke", in_given_variables(units, lemke)
-
-
-def _solves(problem: Problem, last: Iterate) -> bool:
-    return Point(Criterion(problem), problem.box.z_of(last.x)).solves()
-
-
-@np.errstate(over="ignore", invalid="ignore")
-def _refined(problem: Problem, last: Iterate) -> Iterate:
-    """The iterate with z refined to its last digits."""
-    basis = problem.box.basis_of(last.x)
-    z = refined(problem, problem.box.z_of(last.x), basis)
-    x = problem.box.x_within(z, problem.w(z), basis)
-    return last._replace(x=x, F=None, step=REFINED, signs_final=True)
 
 
 def _remaining(deadline: float) -> float:

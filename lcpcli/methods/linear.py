@@ -17,9 +17,8 @@ import numpy as np
 from lcpcli import clock, interrupts
 from lcpcli.linalg.linear_program import linprog, minimized
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.methods.finish import finish
-from lcpcli.methods.iterate import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
-from lcpcli.methods.transformed import in_given_variables
+from lcpcli.methods.newton import finish
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, ended, in_given_variables
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
@@ -30,8 +29,7 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
     units, deadline = changes.scale(problem), interrupts.deadline(seconds)
     if is_skew(problem.M):
-        saddle = finish(units.problem, None, _saddle_point(units.problem, seconds))
-        ending = yield from in_given_variables(units, saddle)
+        ending = yield from _finished(units, _saddle_point(units.problem, seconds))
         if isinstance(ending, Finished):
             return Stalled("rounding hides that the solution of the linear program is one")
     seconds = deadline - clock.seconds()
@@ -42,7 +40,16 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
         return NoSolution(Certificate("farkas", farkas_statement(problem), proof))
     if problem.is_mixed:
         return Breakdown("no linear program is known to solve it")
-    return (yield from in_given_variables(units, finish(units.problem, None, _solution(units.problem, seconds))))
+    return (yield from _finished(units, _solution(units.problem, seconds)))
+
+
+def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
+    """The basic solution near z, in the given variables, if there is one."""
+    problem = units.problem
+    if z is None:
+        return Breakdown("no linear program solves this problem")
+    end = Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
+    return (yield from in_given_variables(units, finish(problem, None, ended(Finished(), end))))
 
 
 def is_skew(M: Matrix) -> bool:
@@ -50,25 +57,22 @@ def is_skew(M: Matrix) -> bool:
     return is_sparse(M) and M.nnz > 0 and not M.diagonal().any() and not (M != -M.T).nnz
 
 
-def _saddle_point(problem: Problem, seconds: float) -> Stage:
+def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
     """The minimiser and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
     given = conditions_of(problem)
     on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(given.upper, (0.0, np.inf))
-    for dual in _halves(problem.M):
-        if not on_sides[dual].all():
-            continue
-        q, low, high = problem.q[dual], given.lower[dual], given.upper[dual]
-        ends = np.where(high > 0, -q, -np.inf), np.where(low < 0, -q, np.inf)
-        bounds = given.lower[~dual], given.upper[~dual]
-        found = minimized(problem.q[~dual], problem.M[dual][:, ~dual], ends, bounds, seconds)
-        if found is not None:
-            z = np.zeros(problem.n)
-            z[dual], z[~dual] = found.y, found.x
-            z = problem.box.project(z)
-            yield Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
-            return Finished()
-        break
-    return Breakdown("no linear program solves this problem")
+    dual = next((dual for dual in _halves(problem.M) if on_sides[dual].all()), None)
+    if dual is None:
+        return None
+    q, low, high = problem.q[dual], given.lower[dual], given.upper[dual]
+    ends = np.where(high > 0, -q, -np.inf), np.where(low < 0, -q, np.inf)
+    bounds = given.lower[~dual], given.upper[~dual]
+    found = minimized(problem.q[~dual], problem.M[dual][:, ~dual], ends, bounds, seconds)
+    if found is None:
+        return None
+    z = np.zeros(problem.n)
+    z[dual], z[~dual] = found.y, found.x
+    return problem.box.project(z)
 
 
 def _halves(M: Matrix) -> Iterator[Mask]:
@@ -86,19 +90,11 @@ def _halves(M: Matrix) -> Iterator[Mask]:
         yield from (odd, ~odd)
 
 
-def _solution(problem: Problem, seconds: float) -> Stage:
-    M, q = problem.M, problem.q
-    objective = _objective(M, q)
-    found = None if objective is None else linprog(objective, -M, q, seconds)
-    if found is None:
-        return Breakdown("no linear program solves this problem")
-    w = np.maximum(problem.w(found.x), 0.0)
-    yield Iterate(0.5 * np.where(found.x > w, found.x, -w), None, "", 1)
-    return Finished()
-
-
-def _objective(M: Matrix, q: Vector) -> Vector | None:
-    entries = M.tocoo()
-    if not (entries.data[entries.row != entries.col] > 0).any():
-        return np.ones(q.size)
-    return q if is_skew(M) else None
+def _solution(problem: Problem, seconds: float) -> Vector | None:
+    """The minimiser of e'z if M is a Z-matrix, of q'z if it is skew-symmetric, of the feasible z."""
+    M, q, entries = problem.M, problem.q, problem.M.tocoo()
+    is_z = not (entries.data[entries.row != entries.col] > 0).any()
+    if not is_z and not is_skew(M):
+        return None
+    found = linprog(np.ones(q.size) if is_z else q, -M, q, seconds)
+    return None if found is None else found.x

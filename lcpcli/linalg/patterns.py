@@ -1,0 +1,139 @@
+"""Patterns of sparse matrices: the bandwidth and the fill, which bound the cost of factors, and signs.
+
+Elimination without row exchanges causes no fill-in outside the band (E. Cuthill and J. McKee, Reducing the bandwidth of
+sparse symmetric matrices, Proceedings of the 24th ACM National Conference (1969) 157-172, reversed after A. George,
+1971). A column of L has the entries of its column of A and those of its children in the elimination tree (J. W. H. Liu,
+The role of elimination trees in sparse factorization, SIAM J. Matrix Anal. Appl. 11 (1990) 134-172).
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from lcpcli.interrupts import check
+from lcpcli.linalg.matrices import compressed, is_sparse
+from lcpcli.typing import Indices, Matrix, Vector
+
+LARGEST_DENSE = 5000  # n up to which factorizing a dense matrix is affordable
+MAX_ENTRIES = 150_000_000  # of a band whose factorization is affordable
+MAX_OPERATIONS = 100_000_000_000
+SMALL = 20_000  # entries up to which any order is found in no time
+STEPS = 8  # in which most of a graph without small separators is reached
+MUCH = 10  # entries of L for each of M, beyond which the search for an order of minimum degree may take minutes
+
+
+def affordable(M: Matrix) -> bool:
+    """Whether a factorization of M costs little enough to be a side computation."""
+    return Band(M).affordable if is_sparse(M) else M.shape[0] <= LARGEST_DENSE
+
+
+def _symmetric(M: Matrix) -> Matrix:
+    """|M| + |M'|."""
+    return (abs(M) + abs(M.T)).tocsr()
+
+
+class Band:
+    """The band of a sparse matrix of shape (n, n) and of its transpose together, in the reverse Cuthill-McKee order."""
+
+    def __init__(self, M: Matrix) -> None:
+        self._M = M
+
+    @cached_property
+    def width(self) -> int:
+        """The largest |i - j| of a stored entry in that order."""
+        from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+        symmetric = _symmetric(self._M)
+        position = np.argsort(reverse_cuthill_mckee(symmetric, symmetric_mode=True))
+        entries = symmetric.tocoo()
+        return int(np.abs(position[entries.row] - position[entries.col]).max(initial=0))
+
+    @property
+    def entries(self) -> int:
+        """An upper bound on the entries of both triangular factors, if each stays in the band."""
+        return int(self._M.shape[0] * (2 * self.width + 1))
+
+    @property
+    def operations(self) -> int:
+        """An upper bound on the multiplications and additions of the elimination within the band."""
+        return int(2 * self._M.shape[0] * self.width * (self.width + 1) + self._M.shape[0])
+
+    @property
+    def affordable(self) -> bool:
+        """Whether a factorization is affordable. Better orderings than this one usually save most of its cost."""
+        return self.entries <= MAX_ENTRIES and self.operations <= MAX_OPERATIONS
+
+
+def order_of(M: Matrix) -> str:
+    """The order that SuperLU is to look for, for diagonal pivots of a sparse M: that of minimum degree, or COLAMD's.
+
+    SuperLU holds the interpreter's lock in this search, so that neither Ctrl-C nor a time limit can end the wait for
+    it. Minimum degree gives less fill, but takes minutes where the graph of M has no small separators, and L is nearly
+    dense in any order; COLAMD takes a second there.
+    """
+    most = MUCH * M.nnz
+    slow = M.nnz > SMALL and _spreads(M) and fill(M, most) > most
+    return "COLAMD" if slow else "MMD_AT_PLUS_A"
+
+
+def _spreads(M: Matrix) -> bool:
+    """Whether a few steps along the entries of M lead from a typical unknown to most others."""
+    pattern = _symmetric(M)
+    pattern.data[:] = 1.0
+    reached = np.zeros(M.shape[0])
+    reached[np.argsort(np.diff(pattern.indptr))[reached.size // 2]] = 1.0
+    for _ in range(STEPS):
+        reached = np.minimum(reached + pattern @ reached, 1.0)
+    return bool(reached.sum() > reached.size / 2)
+
+
+def fill(M: Matrix, most: int) -> int:
+    """The entries below the diagonal of L, for diagonal pivots of M + M' in order of the entries of their rows.
+
+    For the conditions of programs this order is not much worse than those of minimum degree, and it takes no time. M is
+    sparse, of shape (n, n). Counting ends above `most`, and by TimeIsUp.
+    """
+    from scipy.sparse import tril
+
+    pattern = _symmetric(M)
+    order = np.argsort(np.diff(pattern.indptr), kind="stable")
+    lower = tril(pattern[order][:, order], k=-1, format="csc")
+    lower.sort_indices()
+    columns = np.split(lower.indices, lower.indptr[1:-1])
+    waiting: list[list[Indices]] = [[] for _ in columns]  # from the children of each column
+    total = 0
+    for j, own in enumerate(columns):
+        check()
+        merged = np.unique(np.concatenate((own, *waiting[j]))) if waiting[j] else own
+        waiting[j] = []
+        total += merged.size
+        if total > most:
+            break
+        if merged.size:
+            waiting[merged[0]].append(merged[1:])
+    return total
+
+
+def signs(M: Matrix) -> Vector | None:
+    """S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and j; None if there is none.
+
+    If M + M' is positive semidefinite and D positive, S (M + D) is then quasidefinite and has LDL' factors for every
+    order of the pivots (R. J. Vanderbei, Symmetric quasidefinite matrices, SIAM J. Optim. 5 (1995) 100-113).
+    i and j have the same sign where M_ij = M_ji and opposite ones where M_ij = -M_ji: in the graph of all (i, +) and
+    (i, -) with these edges, (i, +) and (i, -) must not be connected.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    M, n = compressed(M), M.shape[0]
+    same, opposite = (M + M.T).tocoo(), (M - M.T).tocoo()
+    kept, turned = (same.row != same.col) & (same.data != 0), opposite.data != 0
+    rows = np.concatenate((same.row[kept], opposite.row[turned]))
+    to_plus = np.concatenate((same.col[kept], opposite.col[turned] + n))
+    to_minus = np.concatenate((same.col[kept] + n, opposite.col[turned]))
+    places = np.concatenate((rows, rows + n)), np.concatenate((to_plus, to_minus))
+    _, part = connected_components(coo_array((np.ones(2 * rows.size), places), shape=(2 * n, 2 * n)), directed=False)
+    plus, minus = np.split(part, 2)
+    return None if (plus == minus).any() else np.where(plus < minus, 1.0, -1.0)

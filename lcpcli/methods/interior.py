@@ -1,0 +1,270 @@
+"""An infeasible interior point method for mixed problems with M + M' positive semidefinite.
+
+It keeps z inside its bounds by slacks s and multipliers w > 0 and drives s w and the residuals to 0: M. Kojima,
+N. Megiddo, T. Noma, A. Yoshise, A Unified Approach to Interior Point Algorithms for Linear Complementarity Problems,
+Springer (1991); with Mehrotra's and Gondzio's steps, regularized factors, and at the end the basic solution
+of its active set, also where that basis is singular: the basic variables solve M_BB z_B = -(q + M z_N)_B by a proximal
+iteration, (M_BB + eps) dz = -w_B, which converges to the solution nearest to the interior point if there are several.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import is_sparse, plus_diagonal
+from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
+from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
+from lcpcli.methods.interior_steps import AccurateSystems, Point, Regularization, Steps
+from lcpcli.methods.stages import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled
+from lcpcli.model.box import Basis
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Vector
+from lcpcli.verify.basic_solution import BasicSolution, exchanging
+
+FINISH, BEST = "finish", "best"
+MOST = 150  # steps of an attempt
+WARMED_UP, RECENT, SLOW = 8, 7, 0.4  # after so many steps, a mean length of the recent ones below that is too short
+PATIENCE, NEAR, IMPATIENT = 25, 1e-8, 10  # steps without progress; below that merit, fewer
+CLOSE, DROP = 1e-5, 1e-2  # the merit from which the active set is tried, and the drop after which it is again
+SMALL, VANISHED = 1e-24, 1e-30  # mu: where z_i and w_i are both 0, they are as large as its root
+EVERY = 5  # steps between searches for a proof that there is no solution
+SHIFT = 1e-9  # eps of the proximal iteration
+ITERATIONS, SLOW_PROXIMAL = 15, 0.7
+POLISHING = 2  # more iterations once the residual is rounding
+ROUNDS = 5  # of exchanges of wrong signs
+WORSE, FAR = 1e2, 1e-1  # exchanges end above that factor of the least natural residual so far, and above FAR
+POOR = 1e-3  # the factor of w_B above which pivoting is tried
+EXACT, WRONG = 1e-13, 1e-12  # in scaled units: a natural residual that is rounding, and a sign that is not
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One run.
+
+    slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
+    shift : eps, in scaled units; M + eps I has one solution, near the smallest of M's if eps is small: Tikhonov's
+        regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity
+        Problems (2003), section 12.2.
+    gives_up : whether it ends when its steps stay short. pivots : whether sparse factors are by partial pivoting.
+    """
+
+    slack: float
+    rho: tuple[float, float, float] = (1.0, 1e-5, 1e1)
+    shift: float = 0.0
+    gives_up: bool = False
+    pivots: bool = False
+
+
+ATTEMPTS = (
+    Attempt(1.0, gives_up=True),
+    Attempt(1.0, shift=1e-6, gives_up=True),
+    Attempt(1e4, rho=(1e-3, 1e-6, 1e1)),
+    Attempt(1e2),
+    Attempt(1.0, rho=(1.0, 1.0, 1.0)),
+    Attempt(1.0, rho=(1e-4, 1e-4, 1e-4), pivots=True),
+)
+
+
+def interior(
+    problem: Problem,
+    x0: Vector,  # noqa: ARG001 (every method has it)
+    *,
+    start_slack: float = 1.0,
+    regularization: float = 1e-8,
+) -> Stage:
+    """Follow the central path from one start after another until the solution, or a proof that there is none, is found.
+
+    It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
+    M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
+
+    Parameters
+    ----------
+    problem : the LCP or mixed problem, n unknowns, M dense or sparse.
+    x0 : not used.
+    start_slack : the least slack and multiplier at the start, in scaled units; of the third attempt 1e4 times, of
+        the fourth 100 times that.
+    regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
+
+    Yields
+    ------
+    Iterate : the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
+        solutions of active sets, with step "finish".
+
+    Returns
+    -------
+    NoSolution with Farkas' y, from a diverging z; Breakdown or Stalled if no attempt comes to the solution.
+    """
+    run = _Run(problem)
+    ending: Ending = Breakdown("no factorization succeeded")
+    for attempt in ATTEMPTS:
+        if attempt.pivots and not is_sparse(problem.M):
+            break  # as dense factors always are
+        rho = tuple(factor * regularization for factor in attempt.rho)
+        ending = yield from run.attempt(attempt, attempt.slack * start_slack, Regularization(*rho))
+        if isinstance(ending, NoSolution):
+            break
+    return ending
+
+
+class _Run:
+    """The attempts on one problem."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._given, self._within, self._count = problem, scaled(problem), 0
+
+    def attempt(self, attempt: Attempt, slack: float, regularization: Regularization) -> Stage:
+        within = self._within
+        if attempt.shift:
+            within = replace(within, M=plus_diagonal(within.M, attempt.shift))
+        try:
+            factors = SuperLU(within.M, pivoting=True) if attempt.pivots else systems(within.M, within.S)
+            steps = Steps(within, AccurateSystems(within.M, factors, regularization))
+            return (yield from self._steps(attempt, steps, steps.start(slack), regularization))
+        except SingularMatrix:
+            return Breakdown("a factorization failed")
+
+    def _steps(self, attempt: Attempt, steps: Steps, at: Point, regularization: Regularization) -> Stage:
+        best, least, waited, tried = at, np.inf, 0, np.inf
+        lengths: list[float] = []
+        along: Point = at
+        for k in range(MOST + 1):
+            mu = steps.mu(at)
+            merit = max(self._within.pairs * mu / steps.gap_size(at), steps.infeasibility(at))
+            waited = 0 if merit < 0.9 * least else waited + 1
+            if merit < least:
+                best, least = at, merit
+            if merit < CLOSE and merit < DROP * tried:
+                tried = merit
+                yield from self._finish(at)  # before the point itself, which is less accurate
+            if lengths:
+                step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
+                yield self._shown(at.z, step)._replace(signs_final=mu < SMALL)  # else the next ones are better
+            due = k % EVERY == EVERY - 1 and merit > CLOSE
+            if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
+                return NoSolution(proof)
+            too_short = attempt.gives_up and k >= WARMED_UP and np.mean(lengths[-RECENT:]) < SLOW
+            if mu < VANISHED or too_short or waited > (PATIENCE if least > NEAR else IMPATIENT):
+                break
+            try:
+                at, length, along = steps.next(at)
+            except SingularMatrix:
+                break  # the best point so far may have the active set of the solution
+            lengths.append(length)
+            self._count += 1
+        if proof := proof_of(self._given, self._within, (at.z,)):
+            return NoSolution(proof)
+        yield from self._finish(best, last=True)
+        yield self._shown(best.z, BEST)
+        return Stalled("its steps no longer reduce the residual")
+
+    def _finish(self, at: Point, last: bool = False) -> Iterator[Iterate]:
+        """The basic solutions of a point; unless it is the last, only an exact one is as good as those to come."""
+        for z, is_exact in basic_solutions(self._within, at):
+            self._count += 1
+            yield self._shown(z, FINISH)._replace(signs_final=is_exact or last)
+
+    def _shown(self, z: Vector, step: str) -> Iterate:
+        z = self._within.given(z)
+        return Iterate(self._given.box.x_of(z, self._given.w(z)), None, step, self._count)
+
+
+def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, bool]]:
+    """z within its bounds, scaled, of the active set of a point, and after exchanges; and whether it is a solution up
+    to rounding."""
+    own = _BasicSolutions(problem, at.z)
+    least = own.residual(own.z, problem.M @ own.z + problem.q)
+    with suppress(SingularMatrix):
+        for found in islice(exchanging(own, _active(problem, at)), ROUNDS):
+            size = own.residual(found.z, found.w)
+            if not size <= max(WORSE * least, FAR):
+                return  # of a wrong basis, nearly singular
+            least = min(size, least)
+            yield own.z, size <= EXACT
+            if found.is_solution:
+                return
+
+
+class _BasicSolutions:
+    """Basic solutions of a scaled problem, each computed from z, the last one moved within its bounds."""
+
+    def __init__(self, problem: Scaled, z: Vector) -> None:
+        self._problem, self.box = problem, problem.box
+        self.z = self.box.project(z)
+
+    def at(self, basis: Basis) -> BasicSolution:
+        z = np.where(basis.basic, self.z, self.box.nonbasic(basis))
+        z, w = _solved(self._problem, z, np.flatnonzero(basis.basic))
+        wrong = self.box.violations(z, w, basis) > WRONG
+        self.z = self.box.project(z)
+        return BasicSolution(basis, z, w, wrong, not wrong.any())
+
+    def residual(self, z: Vector, w: Vector) -> float:
+        return float(np.abs(z - self.box.project(z - w)).max())
+
+
+def _active(problem: Scaled, at: Point) -> Basis:
+    """At a bound where its slack is less than its multiplier; of two such bounds at the nearer one."""
+    count = problem.low.size
+    s, w = np.full((2, problem.q.size), np.inf), np.zeros((2, problem.q.size))
+    s[0, problem.low], w[0, problem.low] = at.s[:count], at.w[:count]
+    s[1, problem.high], w[1, problem.high] = at.s[count:], at.w[count:]
+    active = s < w
+    return Basis(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))
+
+
+def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
+    """z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
+    if not basic.size:
+        return z, problem.M @ z + problem.q
+    if not is_sparse(problem.M):
+        return _proximal(problem, z, basic, systems(problem.M[np.ix_(basic, basic)], None))[:2]
+    block = problem.M[basic][:, basic]
+    tries: list[tuple[Vector, Vector, float]] = []
+    with suppress(SingularMatrix):
+        tries.append(_proximal(problem, z, basic, systems(block, None if problem.S is None else problem.S[basic])))
+    if not tries or tries[0][2] > POOR:
+        with suppress(SingularMatrix):
+            tries.append(_proximal(problem, z, basic, SuperLU(block, pivoting=True)))
+    if not tries:
+        raise SingularMatrix
+    return min(tries, key=lambda each: each[2])[:2]
+
+
+@np.errstate(all="ignore")
+def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector, float]:
+    """z and w, and the largest w of a basic variable relative to what it was."""
+    M, q = problem.M, problem.q
+    w = M @ z + q
+    solver.factorize(np.full(basic.size, SHIFT))
+    best, last = (z, w), float(np.abs(w[basic]).max())
+    first = least = last
+    for _ in range(ITERATIONS):
+        z = z.copy()
+        z[basic] -= solver.solve(w[basic])
+        if not np.isfinite(z).all():
+            raise SingularMatrix
+        w = M @ z + q
+        size = float(np.abs(w[basic]).max())
+        if size < least:
+            best, least = (z, w), size
+        if size > SLOW_PROXIMAL * last:
+            break
+        last = size
+    if least <= EXACT and is_sparse(M):
+        polished = _polished(problem, best[0], basic, solver)
+        best = polished if float(np.abs(polished[1][basic]).max()) <= EXACT else best
+    return *best, least / first if first > EXACT else 0.0
+
+
+def _polished(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector]:
+    """z with small components as accurate as large ones, by residuals in extended precision if there is one; and w."""
+    M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
+    for _ in range(POLISHING):
+        z[basic] -= solver.solve((M @ z.astype(np.longdouble) + q).astype(float))
+    return z, problem.M @ z + problem.q

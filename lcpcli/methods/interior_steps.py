@@ -1,0 +1,295 @@
+"""The steps of the interior point method, and the linear systems that they solve.
+
+Mehrotra's predictor and corrector with Gondzio's further correctors, from infeasible points: S. Mehrotra, On the
+implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio, Multiple centrality
+corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
+
+The systems (M + D) x = b are solved more accurately than their regularized factors are, those of M + D + rho:
+refinement removes rho, and where it converges slowly, GMRES with the factors as its preconditioner (Y. Saad,
+M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and
+shrinks where it is what slows refinement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.shifted_systems import Systems
+from lcpcli.methods.interior_scaling import Scaled
+from lcpcli.typing import Indices, Matrix, Vector
+
+LEAST_SIGMA = 1e-6
+CORRECTORS, WORTH, ASPIRED = 2, 0.01, 0.3  # Gondzio's: at most, the least gain in step length, the gain aimed at
+SPREAD = 10.0  # of the products s w around their mean, beyond which they are corrected
+LONG, SHORT, SAFE_SIGMA = 0.95, 0.1, 0.5  # step lengths that are good enough, and that ask for more centring
+TO_BOUNDARY = 0.995
+TINY = 1e-30
+ENOUGH = 1e-3  # of the infeasibility: how accurately systems are solved
+REFINEMENTS = 8
+SLOW = 0.3  # the factor per refinement above which GMRES takes over
+ACCURACY = 1e-13  # of a solution, relative to the right-hand side
+DOUBTFUL, POOR, USELESS = 1e-6, 1e-7, 1e-2  # residuals: of refinement, and of the factors
+KRYLOV, LOOK = 8, 4  # steps of GMRES: at most, and between looks at what is left
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive. Also a
+    direction: the change of a point in a step of length 1."""
+
+    z: Vector
+    s: Vector
+    w: Vector
+
+
+class Steps:
+    """The steps on one scaled problem."""
+
+    def __init__(self, problem: Scaled, systems: AccurateSystems) -> None:
+        self.problem, self._systems = problem, systems
+        self._index = np.concatenate((problem.low, problem.high))
+        self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
+        self._bound = np.concatenate((problem.lower[problem.low], problem.upper[problem.high]))
+        self._measured: tuple[Point, tuple[Vector, Vector]] | None = None
+
+    @np.errstate(all="ignore")
+    def start(self, slack: float) -> Point:
+        """z near the reference point, with slacks and multipliers of at least `slack`.
+
+        Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables; slacks from z and multipliers
+        from w, shifted to be positive.
+        """
+        p = self.problem
+        near = np.clip(0.0, p.lower, p.upper)
+        D = np.zeros(p.q.size)
+        D[self._index] = 1.0
+        self._systems.factorize(D)
+        z, _ = self._systems.solve(D * near - p.q)
+        s = self._sign * (z[self._index] - self._bound)
+        w = np.maximum(self._sign * (p.M @ z + p.q)[self._index], 0.0)
+        if not p.pairs:
+            return Point(z, s, w)
+        s, w = (v + max(0.0, -1.5 * float(v.min())) for v in (s, w))
+        product = max(float(s @ w), 1e-8 * p.pairs)
+        s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
+        return Point(z, s + max(s_least, slack), w + max(w_least, slack))
+
+    def residuals(self, at: Point) -> tuple[Vector, Vector]:
+        """M z + q minus the multipliers, and the distances to the bounds minus the slacks; kept for the last point."""
+        if self._measured is None or self._measured[0] is not at:
+            dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
+            self._measured = at, (dual, self._sign * (at.z[self._index] - self._bound) - at.s)
+        return self._measured[1]
+
+    def mu(self, at: Point) -> float:
+        """The mean of s w."""
+        return float(at.s @ at.w) / max(self.problem.pairs, 1)
+
+    def infeasibility(self, at: Point) -> float:
+        return max(float(np.abs(r).max(initial=0.0)) for r in self.residuals(at))
+
+    def gap_size(self, at: Point) -> float:
+        """The size of the terms of the gap, those of q'z that cancel included."""
+        terms = self.problem.q * at.z
+        parts = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
+        return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
+
+    @np.errstate(all="ignore")
+    def next(self, at: Point) -> tuple[Point, float, Point]:
+        """The next point, the step length and the direction."""
+        ratio, pairs = at.w / at.s, self.problem.pairs
+        self._systems.factorize(self._spread(ratio))
+        direction = partial(self._direction, at, self._absorbing(ratio))
+        affine = direction(-at.s * at.w)
+        if not pairs:
+            return self._moved(at, affine, 1.0), 1.0, affine
+        mu, length = self.mu(at), longest(at, affine)
+        after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
+        sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
+        found, step = self._corrected(direction, at, affine, sigma * mu)
+        if step < SHORT and step < 0.5 * length:
+            central = direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
+            if longest(at, central) > step:
+                found, step = central, longest(at, central)
+        step = min(1.0, max(TO_BOUNDARY, 1.0 - mu) * step) if step < 1.0 else 1.0
+        return self._moved(at, found, step), step, found
+
+    def _direction(self, at: Point, absorbing: Vector, products: Vector) -> Point:
+        """Newton's direction, which removes the residuals and changes s w by `products`, to first order, with factors
+        for w / s; `absorbing` is the share of the multipliers in what the system leaves over."""
+        dual, primal = self.residuals(at)
+        b = self._spread(self._sign * (products - at.w * primal) / at.s) - dual
+        z, left = self._systems.solve(b, ENOUGH * self.infeasibility(at))
+        ds = self._sign * z[self._index] + primal
+        return Point(z, ds, (products - at.w * ds) / at.s + absorbing * left[self._index])
+
+    def _corrected(
+        self, direction: Callable[[Vector], Point], at: Point, affine: Point, target: float
+    ) -> tuple[Point, float]:
+        """Mehrotra's direction to products s w of `target`, and those of Gondzio that lengthen the step."""
+        wanted = target - at.s * at.w - affine.s * affine.w
+        found = direction(wanted)
+        step = longest(at, found)
+        for _ in range(CORRECTORS):
+            if step > LONG:
+                break
+            aspired = min(1.0, step + ASPIRED)
+            products = (at.s + aspired * found.s) * (at.w + aspired * found.w)
+            correction = np.clip(products, target / SPREAD, target * SPREAD) - products
+            more = wanted + np.maximum(correction, -SPREAD * target)
+            other = direction(more)
+            length = longest(at, other)
+            if length < step + WORTH:
+                break
+            found, step, wanted = other, length, more
+        return found, step
+
+    def _moved(self, at: Point, along: Point, step: float) -> Point:
+        s, w = (np.maximum(v + step * d, TINY) for v, d in ((at.s, along.s), (at.w, along.w)))
+        if not (np.isfinite(s).all() and np.isfinite(w).all()):
+            raise SingularMatrix
+        return Point(at.z + step * along.z, s, w)
+
+    def _spread(self, values: Vector) -> Vector:
+        """Values of the bounds added up by variable."""
+        sums: Vector = np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False)
+        return sums
+
+    def _absorbing(self, ratio: Vector) -> Vector:
+        """Minus the sign of those bounds whose multipliers take what a system leaves over: the nearer one, if near."""
+        other = np.zeros(ratio.size)
+        both = self._partners
+        other[both[0]], other[both[1]] = ratio[both[1]], ratio[both[0]]
+        nearer = (ratio > other) | ((ratio == other) & (self._sign > 0))
+        return np.where((ratio > 1.0) & nearer, -self._sign, 0.0)
+
+    @cached_property
+    def _partners(self) -> tuple[Indices, Indices]:
+        """The places of the lower and of the upper bound of each variable with both."""
+        _, low, high = np.intersect1d(self.problem.low, self.problem.high, return_indices=True)
+        return low, high + self.problem.low.size
+
+
+def longest(at: Point, along: Point) -> float:
+    """The longest step, at most 1, that keeps s and w nonnegative."""
+    lengths = [1.0]
+    for v, d in ((at.s, along.s), (at.w, along.w)):
+        shrinking = d < 0
+        lengths.append(float((-v[shrinking] / d[shrinking]).min(initial=1.0)))
+    return min(lengths)
+
+
+@dataclass
+class Regularization:
+    """rho, and its range."""
+
+    rho: float = 1e-8
+    least: float = 1e-13
+    most: float = 1e-7
+
+
+class AccurateSystems:
+    """Systems of one M and regularization; `solve` also returns the residual that is left."""
+
+    def __init__(self, M: Matrix, systems: Systems, regularization: Regularization) -> None:
+        self._M, self._systems, self.regularization = M, systems, regularization
+        self._of_factors = self._left = 0.0
+        self._used_gmres = False
+
+    def factorize(self, D: Vector) -> None:
+        """Factorize M + D + rho, after rho has been adapted to the last systems."""
+        own = self.regularization
+        if self._of_factors > POOR:
+            own.rho = min(own.rho * 10, own.most)
+        elif self._used_gmres or self._left > DOUBTFUL:
+            own.rho = max(own.rho / 10, own.least)
+        self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
+        self._D, self._weights = D, 1.0 / (1.0 + D)
+        self._systems.factorize(D + own.rho)
+
+    def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
+        """x and b - (M + D) x, whose weighted norm is at most the target or ACCURACY of that of b, if possible."""
+        size = self._norm(b) + 1e-300
+        goal = max(ACCURACY * size, target)
+        x, r, of_factors = self._first(b)
+        while not of_factors <= USELESS * size and self._strengthened():
+            x, r, of_factors = self._first(b)
+        if not np.isfinite(of_factors):
+            raise SingularMatrix
+        self._of_factors = max(self._of_factors, of_factors / size)
+        x, r, left = self._refined(x, r, b, goal)
+        if left > max(10 * goal, DOUBTFUL * size):
+            x, r, left = self._by_gmres(x, r, b, goal)
+        self._left = max(self._left, left / size)
+        return x, r
+
+    def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
+        """The x of the factors, its residual, and the norm of what it leaves of their own system."""
+        x = self._systems.solve(b)
+        r = b - self._product(x)
+        return x, r, self._norm(r - self.regularization.rho * x)
+
+    def _strengthened(self) -> bool:
+        """Factorize with a larger rho, from now on the least one; False if it is as large as it may be."""
+        own = self.regularization
+        if own.rho >= own.most:
+            return False
+        own.rho = own.least = min(own.rho * 10, own.most)
+        self._systems.factorize(self._D + own.rho)
+        return True
+
+    def _refined(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
+        left = self._norm(r)
+        for _ in range(REFINEMENTS):
+            if left <= goal:
+                break
+            better = x + self._systems.solve(r)
+            residual = b - self._product(better)
+            size = self._norm(residual)
+            if not size < left:
+                break
+            rate, x, r, left = size / left, better, residual, size
+            if rate > SLOW:
+                break
+        return x, r, left
+
+    def _by_gmres(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
+        """x, its residual and the size of that after at most KRYLOV steps, which minimize the weighted residual."""
+        self._used_gmres, weights = True, self._weights
+        V, Z = np.empty((KRYLOV + 1, b.size)), np.empty((KRYLOV, b.size))
+        H, target = np.zeros((KRYLOV + 1, KRYLOV)), np.zeros(KRYLOV + 1)
+        V[0] = weights * r
+        target[0] = np.linalg.norm(V[0])
+        V[0] /= target[0]
+        for k in range(KRYLOV):
+            Z[k] = self._systems.solve(V[k] / weights)
+            V[k + 1] = weights * self._product(Z[k])
+            for _ in range(2):  # once more against rounding
+                along = V[: k + 1] @ V[k + 1]
+                V[k + 1] -= along @ V[: k + 1]
+                H[: k + 1, k] += along
+            H[k + 1, k] = size = float(np.linalg.norm(V[k + 1]))
+            if not 0 < size < np.inf:
+                return x, r, self._norm(r)
+            V[k + 1] /= size
+            if (k + 1) % LOOK == 0:
+                y = np.linalg.lstsq(H[: k + 2, : k + 1], target[: k + 2], rcond=None)[0]
+                if np.linalg.norm(H[: k + 2, : k + 1] @ y - target[: k + 2]) <= 0.1 * goal:
+                    break
+        better = x + y @ Z[: y.size]
+        residual = b - self._product(better)
+        size, left = self._norm(residual), self._norm(r)
+        return (better, residual, size) if size < left else (x, r, left)
+
+    def _product(self, x: Vector) -> Vector:
+        product: Vector = self._M @ x
+        product += self._D * x
+        return product
+
+    def _norm(self, v: Vector) -> float:
+        return float(np.abs(self._weights * v).max(initial=0.0))

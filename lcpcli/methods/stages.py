@@ -1,0 +1,243 @@
+"""Running methods: what they hand to the loop, several in turn, and the way back from transformed problems."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.linalg.doubles import is_finite, largest
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.methods import registry as methods
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.certificate import UNVERIFIED, Certificate, farkas_statement, proves_infeasible
+
+if TYPE_CHECKING:
+    from lcpcli.model.standard_form import StandardForm
+
+
+class Iterate(NamedTuple):
+    """One iterate of a method that works on F(x) = M z - w + q with z = |x| + x.
+
+    x : shape (n,), a separate array that the method never modifies again.
+    F : shape (n,) or None; F or its smoothed form at x if the method has computed it. If it is F itself,
+        |min(z, M z + q)| <= |F| componentwise, which saves the loop computing the residual of every iterate.
+    step : the step of the published algorithm that produced this iterate, as numbered there; "" if it has only one.
+    evaluations : evaluations of F (or of its smoothed form) so far; principal systems solved for pivoting methods.
+    method : which method produced it, if several take turns; "" if there is only one.
+    signs_final : False if the method knows that a next step would correct signs that are violated beyond rounding: an
+        iterate within the tolerance may then not be accurate to the last digits.
+    """
+
+    x: Vector
+    F: Vector | None
+    step: str
+    evaluations: int
+    method: str = ""
+    signs_final: bool = True
+
+
+@dataclass(frozen=True)
+class _Ended:
+    """reason : a clause for the user; "" if the kind of ending says it all.
+    method : which method ended, where several take turns; "" if there is only one.
+    """
+
+    reason: str = ""
+    method: str = ""
+
+
+class Finished(_Ended):
+    """The method is complete: its last iterate satisfies its equation up to rounding."""
+
+
+class Stalled(_Ended):
+    """The method makes no further progress in double precision."""
+
+
+class OutOfTime(_Ended):
+    """The method has used up the time that it was given; the reason says what is left undecided."""
+
+
+class Breakdown(_Ended):
+    """The method cannot continue."""
+
+
+@dataclass(frozen=True)
+class NoSolution:
+    """The method has found that there is no solution, or has to give up, as the certificate says."""
+
+    certificate: Certificate
+    method: str = ""
+
+
+Ending: TypeAlias = Finished | Stalled | OutOfTime | Breakdown | NoSolution
+Stage: TypeAlias = Generator[Iterate, None, Ending]
+"""A running method: a generator of the iterates after the start, which returns how it ended."""
+
+
+SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
+INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
+FAULTS = (FloatingPointError, MemoryError)
+"""What a running method may raise when it cannot continue."""
+KINDS = {  # of FloatingPointError, by how numpy's message begins
+    "overflow": "an overflow of double precision",
+    "divide": "a division by zero",
+    "invalid": "an operation on infinite numbers that has no result",
+}
+
+Item = TypeVar("Item")
+End = TypeVar("End")
+
+
+def advance(stage: Generator[Item, None, End]) -> Item | End:
+    """The next iterate of a stage or, after the last one, how it ended."""
+    try:
+        return next(stage)
+    except StopIteration as end:
+        ending: End = end.value
+        return ending
+
+
+def told(fault: FloatingPointError | MemoryError) -> str:
+    """One of FAULTS as a clause for the user."""
+    if isinstance(fault, MemoryError):
+        return "there is not enough memory"
+    return next((kind for message, kind in KINDS.items() if str(fault).startswith(message)), str(fault))
+
+
+def ended(ending: Ending, *iterates: Iterate) -> Stage:
+    """A stage of these iterates, by default none, that ends so."""
+    yield from iterates
+    return ending
+
+
+def limited(stage: Stage, max_iterations: int) -> Stage:
+    """The stage, stalled after max_iterations iterates."""
+    for _ in range(max_iterations):
+        step = advance(stage)
+        if not isinstance(step, Iterate):
+            return step
+        yield step
+    return Stalled(f"{max_iterations} iterations were not enough")
+
+
+class Transformation(Protocol):
+    """A scaled, shifted or presolved problem, with the start there and the way back to the given one.
+
+    is_exact : whether it has not rounded, so that the two problems have the same solutions.
+    """
+
+    @property
+    def problem(self) -> Problem: ...
+    @property
+    def given(self) -> Problem: ...
+    @property
+    def is_exact(self) -> bool: ...
+    def start(self, x: Vector) -> Vector: ...
+    def back(self, x: Vector) -> Vector: ...
+    def residual(self, F: Vector) -> Vector: ...
+    def multipliers(self, y: Vector) -> Vector: ...
+
+
+def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
+    """A method on a problem, through its standard form if the method knows only z >= 0."""
+    function = methods.load(method)
+    if not problem.is_mixed or methods.declared(method).takes_bounds:
+        return function(problem, x0, **options)
+    return as_lcp(function, problem, x0, **options)
+
+
+def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any) -> Stage:
+    """The stage of an LCP, for a mixed problem that of its standard form."""
+    if not problem.is_mixed:
+        return function(problem, x0, **options)
+    from lcpcli.model.standard_form import standard_form
+
+    try:
+        form = standard_form(problem)
+    except ProblemError:
+        return ended(Breakdown("numbers overflow in the standard form"))
+    return _polished(form, function(form.problem, form.start(x0), **options))
+
+
+def _polished(form: StandardForm, stage: Stage) -> Stage:
+    """The stage in the variables of the mixed problem, with solutions replaced by its own basic solutions: the standard
+    form has more numbers to round."""
+    solutions, small = BasicSolutions(form.given), SOLVED * largest(form.problem.q)
+    while isinstance(step := advance(stage), Iterate):
+        with np.errstate(over="ignore", invalid="ignore"):
+            x = form.back(step.x)
+            if step.F is None or largest(step.F) <= small:
+                with suppress(SingularMatrix):
+                    found = solutions.at(form.given.box.basis_of(x))
+                    if is_finite(found.w) and not solutions.violated(found).any():
+                        x = form.given.box.x_within(found.z, found.w, found.basis)
+        yield step._replace(x=x, F=None)
+    return _concluded(form, step)
+
+
+def in_given_variables(transformation: Transformation, stage: Stage) -> Stage:
+    """The stage with x, F and the final proof, if any, of the given problem."""
+    while isinstance(step := advance(stage), Iterate):
+        with np.errstate(over="ignore", invalid="ignore"):
+            F = None if step.F is None else transformation.residual(step.F)
+            x = transformation.back(step.x)
+        yield step._replace(x=x, F=F)
+    return _concluded(transformation, step)
+
+
+def _concluded(transformation: Transformation | StandardForm, ending: Ending) -> Ending:
+    """The ending, with a proof for the given problem, if there is one."""
+    if not isinstance(ending, NoSolution):
+        return ending
+    proof = ending.certificate
+    if proof.kind == "exhaustion":
+        return ending if transformation.is_exact else Stalled(INEXACT)
+    y = None if proof.vector is None or proof.kind == "ray" else transformation.multipliers(proof.vector)
+    if y is not None and not proves_infeasible(transformation.given, y):
+        return Stalled(UNVERIFIED[proof.kind])
+    mixed = y is not None and transformation.given.is_mixed
+    statement = farkas_statement(transformation.given) if mixed else proof.statement
+    return replace(ending, certificate=replace(proof, statement=statement, vector=y))
+
+
+class Turns:
+    """The turns taken so far. last : the newest iterate, or the start, after as many evaluations as given."""
+
+    def __init__(self, x0: Vector, evaluations: int = 0) -> None:
+        self.last = Iterate(x0, None, "", evaluations)
+
+    def take(self, method: str, stage: Stage) -> Stage:
+        """One turn of a method, which may itself consist of named methods; FAULTS are breakdowns."""
+        done = self.last.evaluations
+        while True:
+            try:
+                step = advance(stage)
+            except FAULTS as fault:
+                return Breakdown(told(fault), method)
+            if not isinstance(step, Iterate):
+                return replace(step, method=step.method or method)
+            x, F, how, evaluations, name, final = step
+            self.last = Iterate(x, F, how, done + evaluations, name or method, final)
+            yield self.last
+
+
+Search: TypeAlias = Callable[..., Stage]
+"""Methods that take turns on a problem, called with it and with the turns, from whose last iterate they start."""
+
+
+def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
+    """A search in the variables in which the reference point of the problem is 0."""
+    if problem.reference_z is None:
+        return search(problem, Turns(x0))
+    from lcpcli.model.changes import shifted
+
+    change = shifted(problem)
+    return in_given_variables(change, search(change.problem, Turns(change.start(x0))))
