@@ -13,7 +13,7 @@ from lcpcli.linalg import matrices, products
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.products import product
-from lcpcli.rational import elimination, sums
+from lcpcli.rational import linear, numbers
 from lcpcli.typing import Matrix, Vector
 
 DENSE = 2000  # n up to which a sparse matrix may be made dense
@@ -65,7 +65,7 @@ class Context:
     def whole(self) -> list[list[int]]:
         """M as integers, multiplied by a power of two; for n up to DENSE."""
         assert self.dense is not None
-        return sums.integers(self.dense)
+        return numbers.integers(self.dense)
 
     def whole_symmetric_part(self) -> list[list[int]]:
         """M + M' as integers, multiplied by a power of two; for n up to DENSE."""
@@ -76,9 +76,9 @@ class Context:
         ]
 
     @cached_property
-    def definiteness(self) -> elimination.Definiteness:
+    def definiteness(self) -> linear.Definiteness:
         """What exact elimination of M + M' shows, for n up to DENSE. May raise Late."""
-        return elimination.definiteness(self.whole_symmetric_part(), self.check)
+        return linear.definiteness(self.whole_symmetric_part(), self.check)
 
     def form_is(self, holds: Callable[[int], bool], v: Vector) -> bool:
         """Whether `holds` is true for the sign of v'Mv, -1, 0 or 1, determined exactly; False if undecided."""
@@ -94,7 +94,7 @@ class Context:
         if support.size > DENSE // 4:
             return False
         block = self.M[support][:, support]
-        total = sums.sign_of_form(matrices.dense(block), v[support])
+        total = numbers.sign_of_form(matrices.dense(block), v[support])
         return holds((total > 0) - (total < 0))
 
 
@@ -121,9 +121,9 @@ def signs(A: Matrix, d: Vector, check: Callable[[], None]) -> Vector:
 
 def _sign_of_row(A: Matrix, i: int, d: Vector) -> int:
     if not is_sparse(A):
-        return sums.sign_of_product(A[i], d)
+        return numbers.sign_of_product(A[i], d)
     part = slice(A.indptr[i], A.indptr[i + 1])
-    return sums.sign_of_product(A.data[part], d[A.indices[part]])
+    return numbers.sign_of_product(A.data[part], d[A.indices[part]])
 
 
 def _sums_exactly(A: Matrix, largest: float) -> bool:

@@ -19,7 +19,7 @@ import numpy as np
 from lcpcli.classes.context import Context
 from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, as_floats, entry, index_set, shown
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational import elimination, linear
+from lcpcli.rational import linear
 from lcpcli.typing import Vector
 
 EXACT = 9  # n up to which all index sets are examined
@@ -139,7 +139,7 @@ def _index_sets(context: Context) -> Iterator[tuple[int, ...]]:
             yield P
 
 
-def _descent(S: elimination.Rows, P: tuple[int, ...]) -> Entries | None:
+def _descent(S: linear.Rows, P: tuple[int, ...]) -> Entries | None:
     """u >= 0 on P with S_PP u = -e, if S_PP is nonsingular: u'Su < 0."""
     u, free = linear.solve([[S[i][j] for j in P] for i in P], [-1] * len(P))
     return None if u is None or free or min(u) < 0 else u

@@ -17,7 +17,7 @@ from lcpcli.classes.dominance import h_plus_part
 from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, as_floats, entry, index_set, shown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational import elimination, linear
+from lcpcli.rational import linear
 from lcpcli.typing import Matrix, Vector
 
 EXACT_FIRST = 20  # n up to which exact elimination precedes floating-point arithmetic
@@ -172,7 +172,7 @@ def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
     return v
 
 
-def _curvature(S: elimination.Rows) -> list[Fraction] | None:
+def _curvature(S: linear.Rows) -> list[Fraction] | None:
     """The v = (x, 1) that minimizes v'Sv, exactly, if the leading block is nonsingular."""
     k = len(S) - 1
     x, free = linear.solve([row[:k] for row in S[:k]], [-row[k] for row in S[:k]])

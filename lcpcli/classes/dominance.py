@@ -20,7 +20,7 @@ from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.principal import PrincipalSolver
 from lcpcli.linalg.products import product as multiply
-from lcpcli.rational import elimination
+from lcpcli.rational import linear
 from lcpcli.typing import Matrix, Vector
 
 EXACT = 64  # n up to which the leading minors of C are computed exactly
@@ -69,9 +69,9 @@ def _scaled_dominance(C: Matrix, check: Callable[[], None]) -> Verdict:
     if v.any() and (signs(C, v, check) <= 0).all():
         return _excluded(v)
     if n <= EXACT:
-        from lcpcli.rational.sums import integers
+        from lcpcli.rational.numbers import integers
 
-        order = elimination.first_nonpositive(integers(matrices.dense(C)), check)
+        order = linear.first_nonpositive(integers(matrices.dense(C)), check)
         if order is None:
             return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")
         indices = tuple(range(order))

@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.classes.context import Context, signs
 from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, entry, index_set, shown
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational import elimination
+from lcpcli.rational import linear
 from lcpcli.typing import Vector
 
 EXACT = 14  # n up to which all 2^n - 1 minors are computed
@@ -60,7 +60,7 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
     if pair is not None:
         return Verdict(NO, f"the principal minor {index_set(pair)} is {size}", pair)
     if context.n <= EXACT:
-        for indices, minor in elimination.principal_minors(context.whole(), context.check):
+        for indices, minor in linear.principal_minors(context.whole(), context.check):
             if minor < 0 or (strict and minor == 0):
                 return Verdict(NO, f"the principal minor {index_set(indices)} is {size}", indices)
         return Verdict(YES, f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic")

@@ -20,7 +20,7 @@ import numpy as np
 
 from lcpcli.classes.context import Context
 from lcpcli.classes.verdict import NO, UNDECIDED, YES, Verdict, as_floats, index_set, shown
-from lcpcli.rational import elimination, linear
+from lcpcli.rational import linear
 
 EXACT = 8  # n up to which all pairs of index sets are examined
 
@@ -48,7 +48,7 @@ def _implied(context: Context) -> Verdict | None:
     return None
 
 
-def _decided(context: Context, matrix: Callable[[], elimination.Rows], product: str) -> Verdict:
+def _decided(context: Context, matrix: Callable[[], linear.Rows], product: str) -> Verdict:
     if context.n > EXACT:
         return Verdict(UNDECIDED, f"3^{context.n} pairs of index sets are too many; no sufficient condition was found")
     if not context.yes("p0_matrix"):
@@ -56,7 +56,7 @@ def _decided(context: Context, matrix: Callable[[], elimination.Rows], product: 
     A = matrix()
     for P in _subsets(range(context.n)):
         block = [[A[i][j] for j in P] for i in P]
-        if elimination.determinant(block):
+        if linear.determinant(block):
             continue
         for inside in _subsets(range(len(P))):
             context.check()
@@ -66,7 +66,7 @@ def _decided(context: Context, matrix: Callable[[], elimination.Rows], product: 
     return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
 
 
-def _exception(block: elimination.Rows, inside: set[int]) -> list[Fraction] | None:
+def _exception(block: linear.Rows, inside: set[int]) -> list[Fraction] | None:
     """z, not 0 on I, with (M_PP + t diag(1_I)) z = 0, if there is one: z_i (Mz)_i = -t z_i^2 on I, 0 elsewhere."""
     t = max(abs(v) for row in block for v in row) or 1
     shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(block)]

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
 
-from lcpcli.enumeration.piece import Piece
+from lcpcli.enumeration.pieces import Piece
 from lcpcli.model.reductions.game import Game, Payoffs
-from lcpcli.rational import elimination
-from lcpcli.rational.graphs import connected
-from lcpcli.rational.polyhedra import Point, Vertex
-from lcpcli.rational.sums import over_one_denominator
+from lcpcli.rational import linear
+from lcpcli.rational.numbers import over_one_denominator
+from lcpcli.rational.polyhedra import Point, Vertex, connected
 
 Rows = list[list[int]]
 
@@ -88,8 +87,8 @@ class Players:
                 check()
                 self._found[z] = self._equilibrium(z)
 
-    def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[tuple[Piece, ...], Equilibria]:
-        """Some pieces whose vertices were taken, in the order of their equilibria, and these.
+    def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
+        """Some pieces whose vertices were taken and these, in the order of their equilibria, which come last.
 
         complete : whether they are proved to be all.
         """
@@ -104,7 +103,7 @@ class Players:
         extreme = tuple(found[z] for z in points)
         is_degenerate = True if any(each.index is None for each in extreme) else False if complete else None
         joined = components(subsets) if complete else None
-        return tuple(own), Equilibria(extreme, subsets, joined, is_degenerate, complete)
+        return own, points, Equilibria(extreme, subsets, joined, is_degenerate, complete)
 
     def _equilibrium(self, z: Point) -> Equilibrium:
         """The equilibrium of the strategies whose multiples z consists of."""
@@ -146,7 +145,7 @@ class _Player:
 
     def determinant(self, own: Sequence[int], others: Sequence[int]) -> int:
         """The determinant of the payoffs on the supports plus a constant that makes all payoffs positive."""
-        return elimination.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
+        return linear.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
 
 
 def _strategy(multiple: Sequence[Fraction]) -> Vertex:

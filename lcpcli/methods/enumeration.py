@@ -91,7 +91,7 @@ def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
     """Whether M_PP z_P = -q_P has no solution, or only one, which violates z_P >= 0 or M_NP z_P + q_N >= 0."""
     if np.count_nonzero(P) > farkas.LARGEST_EXACT:
         return False
-    from lcpcli.rational.basis import exact_basis
+    from lcpcli.verify.exact_solution import exact_basis
 
     found = exact_basis(M, q, P)
     return found is None or (found.unique and not found.solves)

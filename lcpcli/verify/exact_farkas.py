@@ -1,8 +1,8 @@
-"""From a Farkas vector in doubles to one of integers that is a proof for the exact data (see `farkas`)."""
+"""Exact proofs that a problem is infeasible: from a Farkas vector in doubles (see `farkas`), or without one."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import islice
 
@@ -11,9 +11,10 @@ import numpy as np
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
-from lcpcli.rational.numbers import LARGEST_INTEGER, rounded
-from lcpcli.rational.problem import ExactProblem, fractions_of, shortest_decimal
-from lcpcli.rational.sums import over_one_denominator, whole_multiple
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.numbers import LARGEST_INTEGER, over_one_denominator, rounded, shortest_decimal, whole_multiple
+from lcpcli.rational.problem import ExactProblem, fractions_of
+from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE, SNAP, is_short
 
@@ -112,3 +113,30 @@ def _corrected(
     for i, change in zip(support, found, strict=True):
         corrected[i] += change * data.scales[i] / d
     yield corrected
+
+
+def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
+    """The y of `data.refuted_by`, of integers without a common divisor; None if there is such a z, and so no y.
+
+    If there is none, a sign that is asked for is violated wherever all earlier ones are kept, by a row of a dictionary:
+    y consists of its coefficients. `check` is called before each pivot and may raise.
+    """
+    unknowns, n = Unknowns(data, check), data.n
+    kept = [k for k in range(n) if unknowns.choices[k]]
+    equations = [k for k in kept if unknowns.choices[k] == (BASIC,)]
+    asked = {unknowns.w(k): unknowns.row(k, kept) for k in kept if k not in unknowns.boxes}
+    for k in equations:
+        row, factor = asked[unknowns.w(k)]
+        asked[len(STATES) * n + k] = [-value for value in row], -factor
+    widths = {unknowns.zero(k, UPPER): unknowns.width(k, kept) for k in unknowns.boxes}
+    bounded = [k for k in kept if k not in equations]
+    rows = {form: row for form, (row, _) in asked.items()} | widths
+    here = Dictionary(rows, list(kept), [*bounded, *widths], check)
+    violated = next((form for form in asked if not here.require(form)), None)
+    if violated is None:
+        return None
+    multiples = dict(zip(here.cobasic, here.rows[violated][1:], strict=True)) | {violated: -here.divisor}
+    y = [Fraction(0)] * n
+    for form in asked.keys() & multiples.keys():
+        y[form % n] -= int(multiples[form]) * asked[form][1]
+    return [Fraction(value) for value in whole_multiple(y)]

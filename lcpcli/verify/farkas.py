@@ -120,12 +120,12 @@ def _holds(
     """
     from fractions import Fraction
 
-    from lcpcli.rational import sums
+    from lcpcli.rational import numbers
 
-    rows, (multiple, _) = A[support], sums.over_one_denominator(y)
-    total = sums.product(b[support], multiple)
+    rows, (multiple, _) = A[support], numbers.over_one_denominator(y)
+    total = numbers.product(b[support], multiple)
     for j in _columns(rows, certain):
-        value = sums.product(_column(rows, j), multiple)
+        value = numbers.product(_column(rows, j), multiple)
         if (value > 0 and not bounds.high[j]) or (value < 0 and not bounds.low[j]):
             return False
         end = float(bounds.upper[j] if value > 0 else bounds.lower[j])
@@ -145,7 +145,7 @@ def _columns(rows: Matrix, certain: Mask | None) -> list[int]:
 
 def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -> tuple[Indices, list[Fraction]] | None:
     """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
-    from lcpcli.rational import linear, sums
+    from lcpcli.rational import linear, numbers
 
     order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
     support, y = support[order], [y[k] for k in order]
@@ -155,7 +155,7 @@ def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -
         return None
     if remaining() <= 0:
         raise TimeIsUp
-    rows, (multiple, divisor) = sums.row_integers(part.T), sums.over_one_denominator(y)
+    rows, (multiple, divisor) = numbers.row_integers(part.T), numbers.over_one_denominator(y)
     if not is_short(rows):
         return None
     excess = [sum(a * value for a, value in zip(row, multiple, strict=True) if a) for row in rows]
@@ -174,7 +174,7 @@ def is_short(A: Sequence[Sequence[int]]) -> bool:
 def _largest() -> int:
     from lcpcli.rational import linear
 
-    return LARGEST_BY_FLINT if linear.is_fast() else LARGEST_EXACT
+    return LARGEST_BY_FLINT if linear.library() else LARGEST_EXACT
 
 
 def _column(A: Matrix, j: int) -> Vector:

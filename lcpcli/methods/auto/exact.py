@@ -15,12 +15,12 @@ from lcpcli import interrupts
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.problem import Problem
-from lcpcli.rational.infeasibility import farkas_vector
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tree import first_solution
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import SECONDS, Certificate, farkas_statement, proves_infeasible
+from lcpcli.verify.exact_farkas import farkas_vector
 from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution
