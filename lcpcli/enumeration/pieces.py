@@ -46,13 +46,10 @@ class Piece:
 
     def __str__(self) -> str:
         """In one line: its vertices, rays and lines, without those in the middle where they are many."""
-        vertices, rays, lines = (_elided([_short(point) for point in each]) for each in self._generators)
+        generators = (self.vertices, self.rays, self.lines)
+        vertices, rays, lines = (_elided([_short(point) for point in each]) for each in generators)
         hull = "hull of " * (len(vertices) > 1) + ", ".join(vertices)
         return " + ".join([hull, *(f"ray {ray}" for ray in rays), *(f"line {line}" for line in lines)])
-
-    @property
-    def _generators(self) -> tuple[Points, Points, Points]:
-        return self.vertices, self.rays, self.lines
 
     @property
     def is_point(self) -> bool:
@@ -60,56 +57,35 @@ class Piece:
         return len(self.vertices) == 1 and not self.rays and not self.lines
 
     @classmethod
-    def of(cls, data: ExactProblem, vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
-        """The piece with these generators, whose states are found from the data; ArithmeticError if it is none."""
-        return cls._verified(vertices, rays, lines, common_states(data, vertices, rays, lines))
-
-    @classmethod
-    def spanned(cls, solutions: Sequence[tuple[Point, States]]) -> Piece:
-        """The bounded piece with these vertices, each with its `common_states`; ArithmeticError if it is none."""
-        vertices, states = zip(*solutions, strict=True)
+    def of(cls, states: Iterable[States], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
+        """The piece with these generators, each of which has its `states_of`; ArithmeticError if it is none."""
         common = (
-            tuple(name for name in held[0] if all(name in each for each in held)) for held in zip(*states, strict=True)
+            tuple(name for name in own[0] if all(name in each for each in own)) for own in zip(*states, strict=True)
         )
-        return cls._verified(vertices, (), (), tuple(common))
-
-    @classmethod
-    def _verified(cls, vertices: Points, rays: Points, lines: Points, states: States) -> Piece:
-        if not all(states):
+        piece = cls(vertices, rays, lines, tuple(common))
+        if not all(piece.states):
             raise ArithmeticError("a piece that was found is not one of solutions")
-        return cls(vertices, rays, lines, states)
+        return piece
 
 
-def common_states(
-    data: ExactProblem, vertices: Sequence[Point], rays: Sequence[Point] = (), lines: Sequence[Point] = ()
-) -> States:
-    """The states that each unknown has in all of the polyhedron with these generators, by M, q and the bounds."""
-    w = [_multiples(data, vertex, data.constants) for vertex in vertices]
-    directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
-    slopes = [_multiples(data, each, [0] * data.n) for each in directions]
-    states = []
-    for i, (low, high) in enumerate(zip(data.lower, data.upper, strict=True)):
-        at = [(vertex[i], value[i]) for vertex, value in zip(vertices, w, strict=True)]
-        along = [(direction[i], slope[i]) for direction, slope in zip(directions, slopes, strict=True)]
-        still = not any(dz for dz, _ in along)
-        if low is not None and low == high:
-            held = [FIXED] * (still and all(z == low for z, _ in at))
-        else:
-            held = [LOWER] * (still and all(z == low and v >= 0 for z, v in at) and all(dv >= 0 for _, dv in along))
-            held += [BASIC] * (not any(v for _, v in [*at, *along]) and _is_within(at, along, low, high))
-            held += [UPPER] * (still and all(z == high and v <= 0 for z, v in at) and all(dv <= 0 for _, dv in along))
-        states.append(tuple(held))
-    return tuple(states)
-
-
-def _multiples(data: ExactProblem, z: Point, constants: Sequence[int]) -> list[int]:
-    """Positive multiples of each row of M z plus a constant: they have its sign."""
+def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> States:
+    """The states that each unknown has at a point, or keeps in a direction, by M, q and the bounds."""
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
-    return [
-        sum(row.get(j, 0) * value for j, value in used) + constant * d
-        for row, constant in zip(data.rows, constants, strict=True)
-    ]
+    lower, upper, constants = data.lower, data.upper, data.constants
+    if is_direction:
+        constants = [0] * data.n
+        lower, upper = ([None if bound is None else Fraction(0) for bound in own] for own in (lower, upper))
+    states = []
+    for k, (row, value, low, high) in enumerate(zip(data.rows, z, lower, upper, strict=True)):
+        w = sum(row.get(j, 0) * factor for j, factor in used) + constants[k] * d  # up to a positive factor
+        if low is not None and data.lower[k] == data.upper[k]:
+            states.append((FIXED,) * (value == low))
+            continue
+        own = (LOWER,) * (value == low and w >= 0)
+        own += (BASIC,) * (w == 0 and (low is None or value >= low) and (high is None or value <= high))
+        states.append(own + (UPPER,) * (value == high and w <= 0))
+    return tuple(states)
 
 
 def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
@@ -138,16 +114,6 @@ def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, c
         tuple(put([(indices, line)]) for indices, piece in pairs for line in piece.lines),
         tuple(states),
     )
-
-
-def _is_within(
-    at: Sequence[tuple[Fraction, int]],
-    along: Sequence[tuple[Fraction, int]],
-    low: Fraction | None,
-    high: Fraction | None,
-) -> bool:
-    above = low is None or (all(z >= low for z, _ in at) and all(dz >= 0 for dz, _ in along))
-    return above and (high is None or (all(z <= high for z, _ in at) and all(dz <= 0 for dz, _ in along)))
 
 
 def _short(point: Point) -> str:
@@ -191,7 +157,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     large = SMALL if shape else LARGE_GAME if isinstance(data.problem.origin, Game) else math.inf
     z = _solution(data, check, deadline) if data.n > large else None
     if z is not None and shape == theorems.POINT:
-        yield Piece.of(data, (tuple(z),))
+        yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
         return
     unknowns = Unknowns(data, check)
     unknowns.allow([states[::-1] for states in unknowns.choices])  # takes fewer nodes where pieces are many
@@ -200,14 +166,14 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
         return
     starts = [root.copy(), root.copy()]
     if z is not None:
-        _choose_common(unknowns, starts[0], _bits(unknowns, common_states(data, [tuple(z)])))
+        _choose_common(unknowns, starts[0], _bits(unknowns, states_of(data, tuple(z))))
     cover = Cover()
     late: list[Node] = []
 
     @lru_cache(KEPT)
     def states_at(values: Direction) -> tuple[Point, States]:
         vertex = unknowns.vertex(values)
-        return vertex, common_states(data, [vertex])
+        return vertex, states_of(data, vertex)
 
     for leaf in chain.from_iterable(leaves(unknowns, start, cover) for start in starts[z is None :]):
         node, states = _largest(unknowns, root, leaf)
@@ -235,14 +201,16 @@ def _listed(
     listed = generators(node.dictionary, range(unknowns.n), most)
     if listed is None:
         return None
-    if listed.rays or listed.lines:
-        rays, lines = (tuple(map(unknowns.direction, each)) for each in listed[1:])
-        return Piece.of(unknowns.data, tuple(map(unknowns.vertex, listed.vertices)), rays, lines)
-    states = []
+    rays, lines = (tuple(map(unknowns.direction, each)) for each in listed[1:])
+    directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
+    vertices = []
+    states = [states_of(unknowns.data, each, is_direction=True) for each in directions]
     for values in listed.vertices:
         unknowns.check()
-        states.append(states_at(values))
-    return Piece.spanned(states)
+        vertex, own = states_at(values)
+        vertices.append(vertex)
+        states.append(own)
+    return Piece.of(states, tuple(vertices), rays, lines)
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:

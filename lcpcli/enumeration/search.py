@@ -199,19 +199,16 @@ class SolutionSet:
     """The solutions that a search has found, in the order in which they are shown.
 
     data : the problem. pieces, points : as in `Solutions`; of a game in the order of the equilibria. status : COMPLETE,
-    UNSOLVABLE or what ended the search. seconds : that it took. The others are those of the search.
+    UNSOLVABLE or what ended the search. seconds : that it took. game : whose equilibria they are. The others are those
+    of the search.
     """
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds
         self.pieces, self.points, self.equilibria = search.arranged()
         self.status = (COMPLETE if self.pieces else UNSOLVABLE) if self.complete else ended
-
-    @property
-    def game(self) -> Game | None:
-        """The game whose equilibria are the solutions."""
         origin = self.data.problem.origin
-        return origin if isinstance(origin, Game) else None
+        self.game = origin if isinstance(origin, Game) else None
 
     @property
     def count(self) -> str:

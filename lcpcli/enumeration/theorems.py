@@ -26,6 +26,10 @@ from lcpcli.typing import Vector
 POINT, PIECE = "a point", "a piece"
 SMALL = 10  # unknowns up to which the tree is faster than looking for parts and multipliers
 DIGITS = 30  # binary ones of the smallest component of d
+MOST_STEPS = 200
+LEAST = 1e-9  # eigenvalue of D M + M'D, with ones on its diagonal, from which it is worth a proof
+WANTING = 0.02  # eigenvalue below which an eigenvector gives a cut
+SMALLEST = 1e-4  # of the multipliers, the largest being 1
 
 Rows = list[list[int]]
 
@@ -106,17 +110,15 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
     return [np.flatnonzero(part == k).tolist() for k in range(count)]
 
 
-MOST_STEPS = 200
-LEAST = 1e-9  # eigenvalue of D M + M'D, with ones on its diagonal, from which it is worth a proof
-WANTING = 0.02  # eigenvalue below which an eigenvector gives a cut
-SMALLEST = 1e-4  # of the multipliers, the largest being 1
-
-
 @np.errstate(over="ignore", invalid="ignore")
 def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
-    """d > 0, shape (n,), for which diag(d) M may be positive definite; None if none is found.
+    """d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite; None if none is
+    found. `check` is called before each step and may raise.
 
-    M : shape (n, n), with a positive diagonal. `check` is called before each step and may raise.
+    Then all principal minors of M are positive (G. W. Cross, Three types of matrix stability, Linear Algebra and its
+    Applications 20 (1978) 253-263). d is sought by cutting planes (J. E. Kelley, The cutting-plane method for solving
+    convex programs, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors v that have been found
+    wanting, at the middle between the last d and the best one for these.
     """
     n, diagonal = len(M), M.diagonal()
     unit = M / diagonal[:, None]

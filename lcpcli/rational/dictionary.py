@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from lcpcli.rational.linear import cleared, library
+from lcpcli.rational.linear import clear, library
 from lcpcli.rational.numbers import primitive
 
 LONG = 200  # bits that numbers may reach from which on FLINT's are faster, where it is installed
@@ -168,7 +168,7 @@ class Dictionary:
         rows = {}
         for form, row in self.rows.items():
             if row[k]:
-                changed = cleared(row, top, k, old)
+                changed = clear(row, top, k, old)
                 changed[k] = sign * row[k]
             else:
                 changed = row if new == old else [new * a // old for a in row]

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, check, remaining
+from lcpcli.rational.numbers import dot, over_one_denominator
 
 SMALL = 16  # rows up to which FLINT is not faster
 SECONDS = 1e-9  # that a nonsingular system takes by FLINT, for each bit of its entries and n^3
@@ -107,6 +108,13 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     return x
 
 
+def null_vector(A: Rows, y: Sequence[Fraction]) -> list[Fraction] | None:
+    """A vector near y, with A times it 0: y changed by a `particular` solution; None if none is found."""
+    multiple, divisor = over_one_denominator(y)
+    changes = particular(A, [-dot(row, multiple) for row in A])
+    return None if changes is None else [value + change / divisor for value, change in zip(y, changes, strict=True)]
+
+
 def inverse(A: Rows) -> list[list[Fraction]] | None:
     """The inverse of a square A of integers; None if it is singular."""
     n = len(A)
@@ -133,7 +141,7 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
         pivot = pivot_row[column]
         for i, row in enumerate(rows):
             if i != top:
-                rows[i] = cleared(row, pivot_row, column, previous)
+                rows[i] = clear(row, pivot_row, column, previous)
         pivots.append(column)
         previous = pivot
     return rows, pivots, previous
@@ -155,7 +163,7 @@ class Definiteness(NamedTuple):
     negative: tuple[int, ...] | None
 
 
-def cleared(row: Sequence[int], top: Sequence[int], k: int, previous: int) -> list[int]:
+def clear(row: Sequence[int], top: Sequence[int], k: int, previous: int) -> list[int]:
     """A row after the pivot top[k], with a zero in its column; previous : the preceding pivot."""
     pivot, factor = top[k], row[k]
     return [(pivot * a - factor * b) // previous for a, b in zip(row, top, strict=True)]
@@ -163,7 +171,7 @@ def cleared(row: Sequence[int], top: Sequence[int], k: int, previous: int) -> li
 
 def eliminated(A: Rows, previous: int) -> Rows:
     """The matrix after the pivot A[0][0], which is not 0, without its row and column."""
-    return [cleared(row, A[0], 0, previous)[1:] for row in A[1:]]
+    return [clear(row, A[0], 0, previous)[1:] for row in A[1:]]
 
 
 def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:

@@ -63,7 +63,7 @@ class Unknowns:
         return 1 << self.zero(k, state)
 
     def vertex(self, values: Direction) -> Point:
-        """A vertex in terms of z, from that in terms of y."""
+        """A point in terms of z, from its y times the number before them."""
         divisor, *y = values
         if self._is_moved:
             moved = zip(self.base, self.side, y, strict=True)
@@ -73,14 +73,6 @@ class Unknowns:
     def direction(self, y: Direction) -> Point:
         """A ray or a line in terms of z, from that in terms of y."""
         return tuple(Fraction(side * value) for side, value in zip(self.side, y, strict=True))
-
-    def point(self, node: Node) -> list[Fraction]:
-        """z at the node's point."""
-        here = node.dictionary
-        return [
-            base + Fraction(side * here.value(k), int(here.divisor))
-            for k, (base, side) in enumerate(zip(self.base, self.side, strict=True))
-        ]
 
     def root(self) -> Node | None:
         """The node where nothing has been chosen; None if the equations and signs that always hold have no solution."""
@@ -190,11 +182,11 @@ class Node:
 
 
 def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
-    if low is None and high is None:
-        return (BASIC,)
-    if low is not None and high is not None:
-        return (LOWER, BASIC, UPPER) if low < high else ()
-    return (LOWER, BASIC) if high is None else (UPPER, BASIC)
+    if low is not None and low == high:
+        return ()
+    if low is None and high is not None:
+        return UPPER, BASIC
+    return (LOWER,) * (low is not None) + (BASIC,) + (UPPER,) * (high is not None)
 
 
 class Cover:
@@ -229,7 +221,10 @@ def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fracti
     unknowns = Unknowns(data, check)
     start = unknowns.root()
     leaf = None if start is None else next(leaves(unknowns, start, Cover()), None)
-    return None if leaf is None else unknowns.point(leaf)
+    if leaf is None:
+        return None
+    here = leaf.dictionary
+    return list(unknowns.vertex((int(here.divisor), *map(here.value, range(data.n)))))
 
 
 def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:

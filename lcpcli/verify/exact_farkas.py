@@ -12,7 +12,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
 from lcpcli.rational.dictionary import Dictionary
-from lcpcli.rational.numbers import LARGEST_INTEGER, over_one_denominator, rounded, shortest_decimal, whole_multiple
+from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, whole_multiple
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
 from lcpcli.typing import Vector
@@ -56,7 +56,7 @@ def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
     exact = fractions_of(y)
     yield from _simple(data, y, quickly=False)
     yield exact
-    yield from _corrected(data, exact, _active(data, y))
+    yield _corrected(data, exact, _active(data, y), quickly=False) or exact
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
@@ -75,7 +75,7 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
     yield from islice(simple, 2)
     for grid in GRIDS:
         steps = [Fraction(round(grid * value / largest)) for value in snapped]
-        corrected = next(_corrected(data, steps, active, quickly), steps)
+        corrected = _corrected(data, steps, active, quickly) or steps
         yield corrected
         if quickly and max(map(abs, whole_multiple(corrected))) > LARGEST_INTEGER:
             break
@@ -93,26 +93,20 @@ def _active(data: ExactProblem, y: Vector) -> list[int]:
     return [j for j in np.flatnonzero(small).tolist() if j in used]
 
 
-def _corrected(
-    data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool = False
-) -> Iterator[list[Fraction]]:
+def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
     """y changed on its support so that M'y vanishes in the active columns: its large entries, by the others."""
-    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -abs(y[i]))
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
-        yield y
-        return
+        return y
+    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -abs(y[i]))
     A = [[data.rows[i].get(j, 0) for i in support] for j in active]
     if quickly and not is_short(A):
-        return
-    target, d = over_one_denominator([-columns[j] for j in active])
-    found = linear.particular(A, target)
-    if found is None:
-        return
-    corrected = list(y)
-    for i, change in zip(support, found, strict=True):
-        corrected[i] += change * data.scales[i] / d
-    yield corrected
+        return None
+    multiple = linear.null_vector(A, [y[i] / data.scales[i] for i in support])
+    if multiple is None:
+        return None
+    own = dict(zip(support, multiple, strict=True))
+    return [own[i] * data.scales[i] if i in own else value for i, value in enumerate(y)]
 
 
 def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:

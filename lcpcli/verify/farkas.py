@@ -155,14 +155,9 @@ def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -
         return None
     if remaining() <= 0:
         raise TimeIsUp
-    rows, (multiple, divisor) = numbers.row_integers(part.T), numbers.over_one_denominator(y)
-    if not is_short(rows):
-        return None
-    excess = [sum(a * value for a, value in zip(row, multiple, strict=True) if a) for row in rows]
-    changes = linear.particular(rows, [-value for value in excess])
-    if changes is None:
-        return None
-    return support, [value + change / divisor for value, change in zip(y, changes, strict=True)]
+    rows = numbers.row_integers(part.T)
+    found = linear.null_vector(rows, y) if is_short(rows) else None
+    return None if found is None else (support, found)
 
 
 def is_short(A: Sequence[Sequence[int]]) -> bool:
