@@ -7,7 +7,7 @@ R. Savani and B. von Stengel, Enumeration of Nash equilibria for two-player game
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
@@ -17,8 +17,6 @@ from lcpcli.model.reductions.game import Game, Payoffs
 from lcpcli.rational import linear
 from lcpcli.rational.numbers import over_one_denominator
 from lcpcli.rational.polyhedra import Point, Vertex, connected
-
-Rows = list[list[int]]
 
 
 @dataclass(frozen=True)
@@ -97,9 +95,7 @@ class Players:
         place = {z: k for k, z in enumerate(points)}
         own = [replace(piece, vertices=tuple(sorted(piece.vertices, key=place.__getitem__))) for piece in pieces]
         own.sort(key=lambda piece: [place[z] for z in piece.vertices])
-        subsets = tuple(
-            _subset([found[z] for z in piece.vertices], [place[z] for z in piece.vertices]) for piece in own
-        )
+        subsets = tuple(_subset(found, [place[z] for z in piece.vertices], piece.vertices) for piece in own)
         extreme = tuple(found[z] for z in points)
         is_degenerate = True if any(each.index is None for each in extreme) else False if complete else None
         joined = components(subsets) if complete else None
@@ -127,9 +123,7 @@ class _Player:
 
     def __init__(self, payoffs: Payoffs) -> None:
         self.common = lcm(*(value.denominator for row in payoffs for value in row))
-        self.payoffs: Rows = [
-            [value.numerator * (self.common // value.denominator) for value in row] for row in payoffs
-        ]
+        self.payoffs = [[int(value * self.common) for value in row] for row in payoffs]
         self._least = min(map(min, self.payoffs))
 
     def best(self, own: Point, other: Point) -> tuple[Fraction, list[int]]:
@@ -154,9 +148,9 @@ def _strategy(multiple: Sequence[Fraction]) -> Vertex:
     return Vertex(Fraction(weight, total) for weight in weights)
 
 
-def _subset(extreme: Sequence[Equilibrium], places: Sequence[int]) -> NashSubset:
-    rows, columns = (tuple(dict.fromkeys(own)) for own in ([e.row for e in extreme], [e.column for e in extreme]))
-    return NashSubset(rows, columns, tuple(places))
+def _subset(found: Mapping[Point, Equilibrium], places: Sequence[int], points: Sequence[Point]) -> NashSubset:
+    rows, columns = dict.fromkeys(found[z].row for z in points), dict.fromkeys(found[z].column for z in points)
+    return NashSubset(tuple(rows), tuple(columns), tuple(places))
 
 
 def components(subsets: Sequence[NashSubset]) -> tuple[tuple[int, ...], ...]:

@@ -125,8 +125,8 @@ def _elided(parts: list[str]) -> list[str]:
 
 
 def blocks(data: ExactProblem) -> list[list[int]]:
-    """The unknowns of each block, for M block diagonal after a permutation: connected components of its pattern."""
-    return connected(data.n, ((i, j) for i, row in enumerate(data.rows) for j in row))
+    """The unknowns of each block, for M block diagonal after a permutation, the small ones first."""
+    return sorted(connected(data.n, ((i, j) for i, row in enumerate(data.rows) for j in row)), key=len)
 
 
 def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:

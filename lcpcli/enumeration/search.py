@@ -96,7 +96,7 @@ class Solutions(Iterator[Piece]):
             from lcpcli.enumeration.equilibria import Players
 
             self.problem, self._players = ExactProblem.of_decimals(problem.problem), Players(origin)
-        self._blocks = sorted(blocks(self.problem), key=len)
+        self._blocks = blocks(self.problem)
         if self._players is None and len(self._blocks[-1]) > LARGEST:
             fault = f"has {len(self._blocks[-1])} unknowns that depend on each other"
             raise ProblemError("M", fault, f"all solutions are listed up to {LARGEST}; lcp solve finds one")

@@ -155,8 +155,8 @@ class Dictionary:
 
     def direction(self, k: int, forms: Iterable[int]) -> list[int]:
         """How forms change as column k grows, in integers without a common divisor."""
-        entering = self.cobasic[k - 1]
-        return primitive([self.divisor if form == entering else self._entry(form, k) for form in forms])
+        column = {form: row[k] for form, row in self.rows.items()} | {self.cobasic[k - 1]: self.divisor}
+        return primitive([column.get(form, 0) for form in forms])
 
     def pivot(self, leaving: int, k: int) -> None:
         """Exchange a basic form for the cobasic one of column k, counted from 1."""
@@ -177,10 +177,6 @@ class Dictionary:
         entered[k] = sign * old
         rows[self.cobasic[k - 1]] = entered
         self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
-
-    def _entry(self, form: int, k: int) -> int:
-        row = self.rows.get(form)
-        return 0 if row is None else row[k]
 
     def _least(self, tied: list[int], relaxed: int, k: int) -> list[int]:
         """The forms whose ratio changes least as that of a column is relaxed."""

@@ -27,6 +27,8 @@ from lcpcli.rational.numbers import dot, over_one_denominator
 SMALL = 16  # rows up to which FLINT is not faster
 SECONDS = 1e-9  # that a nonsingular system takes by FLINT, for each bit of its entries and n^3
 PRIME = 2**61 - 1  # below the largest integer of a word
+LONG = 0.5  # seconds of a call that is made in another process
+CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.linear import serve; serve()"
 
 Rows = Sequence[Sequence[int]]
 
@@ -63,7 +65,7 @@ def solve(A: Rows, b: Sequence[int]) -> Solutions:
     """The solutions of A x = b, for integers A of shape (m, n) and b of length m."""
     m, n = len(A), len(A[0]) if A else 0
     if m == n > SMALL and library():
-        found = call("solved", duration(A), A, list(b))
+        found = call(solved, duration(A), A, list(b))
         if found is not None:
             return Solutions([Fraction(*value) for value in found], [])
     rows, pivots, divisor = _reduced([[*row, value] for row, value in zip(A, b, strict=True)], n)
@@ -125,7 +127,7 @@ def inverse(A: Rows) -> list[list[Fraction]] | None:
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
     """The reduced row echelon form of the first n columns times a divisor, its pivot columns, and that divisor."""
     if len(rows) > SMALL and library():
-        whole, divisor, rank = call("reduced", duration(rows), rows)
+        whole, divisor, rank = call(reduced, duration(rows), rows)
         leading = [next(j for j, value in enumerate(row) if value) for row in whole[:rank]]
         return whole, [j for j in leading if j < n], divisor
     pivots: list[int] = []
@@ -137,13 +139,10 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
         if found is None:
             continue
         rows[top], rows[found] = rows[found], rows[top]
-        pivot_row = rows[top]
-        pivot = pivot_row[column]
-        for i, row in enumerate(rows):
-            if i != top:
-                rows[i] = clear(row, pivot_row, column, previous)
+        pivot = rows[top]
+        rows = [row if row is pivot else clear(row, pivot, column, previous) for row in rows]
         pivots.append(column)
-        previous = pivot
+        previous = pivot[column]
     return rows, pivots, previous
 
 
@@ -245,10 +244,6 @@ def determinant(A: Rows) -> int:
     return sign * A[0][0]
 
 
-LONG = 0.5  # seconds of a call that is made in another process
-CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.linear import serve; serve()"
-
-
 def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
     """The numerators and denominators of the x with A x = b, for square A; None if A is singular."""
     import flint
@@ -268,17 +263,14 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
     return [[int(value) for value in row] for row in rows.tolist()], int(divisor), rank
 
 
-CALLS: dict[str, Callable[..., Any]] = {"solved": solved, "reduced": reduced}
-
-
-def call(name: str, seconds: float, *given: Any) -> Any:
-    """What that call returns, which takes about so many seconds. Raises TimeIsUp at the end of `within`."""
+def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
+    """What one of these returns, which takes about so many seconds. Raises TimeIsUp at the end of `within`."""
     if seconds > LONG and sys.executable:
         command, left = [sys.executable, "-c", CODE, *sys.path], remaining()
         try:
             done = subprocess.run(
                 command,
-                input=marshal.dumps((name, given)),
+                input=marshal.dumps((function.__name__, given)),
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
                 timeout=left if left < math.inf else None,
@@ -289,10 +281,10 @@ def call(name: str, seconds: float, *given: Any) -> Any:
             raise TimeIsUp from None
         except (OSError, subprocess.CalledProcessError):
             pass
-    return CALLS[name](*given)
+    return function(*given)
 
 
 def serve() -> None:
     """Make the call on standard input, and write what it returns."""
     name, given = marshal.load(sys.stdin.buffer)
-    sys.stdout.buffer.write(marshal.dumps(CALLS[name](*given)))
+    sys.stdout.buffer.write(marshal.dumps(globals()[name](*given)))

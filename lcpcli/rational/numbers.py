@@ -238,25 +238,23 @@ class Doubles:
         """The double of a decimal text; of one that is not finite that."""
         double = float(text)
         is_short = len(text) <= SHORTEST and "e" not in text.casefold()
-        return self._of_double(double) if is_short or repr(double) == text else self.of(fraction(text), double)
+        return self._of(None if is_short or repr(double) == text else fraction(text), double)
 
-    def of(self, value: Fraction, double: float | None = None) -> float:
-        """The double of a number, which the nearest one may be given with."""
-        double = float(rounded([value])[0]) if double is None else double
-        if not math.isfinite(double) or shortest_decimal(double) == value:
-            return self._of_double(double)
-        if self._places is None:
+    def of(self, value: Fraction) -> float:
+        """The double of a number."""
+        return self._of(value, float(rounded([value])[0]))
+
+    def _of(self, value: Fraction | None, nearest: float) -> float:
+        """The double of a number, None for the shortest decimal of the nearest one."""
+        if not math.isfinite(nearest):
+            return nearest
+        if self._places is not None:
+            return math.copysign(self._places[abs(shortest_decimal(nearest) if value is None else value)], nearest)
+        if value is None or shortest_decimal(nearest) == value:
+            self._sizes.add(abs(nearest))
+        else:
             self._others.add(abs(value))
-            return double
-        return self._places[abs(value)] * (-1 if value < 0 else 1)
-
-    def _of_double(self, double: float) -> float:
-        if not math.isfinite(double):
-            return double
-        if self._places is None:
-            self._sizes.add(abs(double))
-            return double
-        return math.copysign(self._places[shortest_decimal(abs(double))], double)
+        return nearest
 
     def settled(self) -> Mapping[float, Fraction] | None:
         """What the doubles stand for from now on; None if the nearest ones already stand for one number each."""

@@ -236,15 +236,13 @@ def fractions_of(values: Vector) -> list[Fraction]:
 
 def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
     """The matrix of these rows, sparse if M is."""
-    entries = [(i, j, float(a)) for i, row in enumerate(rows) for j, a in row.items()]
-    i, j, values = (list(part) for part in zip(*entries, strict=True)) if entries else ([], [], [])
-    if is_sparse(M):
-        from scipy.sparse import csr_array
+    if not is_sparse(M):
+        return np.array([[row.get(j, 0) for j in range(len(rows))] for row in rows], dtype=float)
+    from scipy.sparse import csr_array
 
-        return csr_array((values, (i, j)), shape=M.shape)
-    dense = np.zeros(M.shape)
-    dense[i, j] = values
-    return dense
+    entries = [(float(a), i, j) for i, row in enumerate(rows) for j, a in row.items()]
+    values, i, j = zip(*entries, strict=True) if entries else ((), (), ())
+    return csr_array((values, (i, j)), shape=M.shape)
 
 
 def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:

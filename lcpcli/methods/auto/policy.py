@@ -14,10 +14,10 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.band import is_narrow
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.auto.dense_route import LEAST_INDEX_STEPS, dense_route
-from lcpcli.methods.auto.small import PIVOTS, exactly, small
 from lcpcli.methods.auto.turns import Search, Turns, from_reference
 from lcpcli.methods.iterate import Finished, Iterate, NoSolution, Stage, Stalled, advance, limited
 from lcpcli.methods.newton import block_pivoting, from_states
+from lcpcli.methods.small import PIVOTS, exactly, small
 from lcpcli.methods.transformed import as_lcp, begin, in_given_variables
 from lcpcli.model import scaled
 from lcpcli.model.far_bounds import Relaxed, relaxed
