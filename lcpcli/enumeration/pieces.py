@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import chain, product
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,11 @@ from lcpcli.rational.tree import Cover, Node, Unknowns, leaves
 LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
 FIXED = "fixed"
 SHOWN = 6  # numbers of a point, and points, that are printed
+KEPT = 10_000  # vertices whose states are remembered, as they may be of several pieces
+BASES = 1000  # of a piece that takes more of them the vertices are listed after all other pieces
+SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
+LARGE_GAME = 30  # the same for games, of which all solutions are sought; they are known to have one
+METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
 
 States = tuple[tuple[str, ...], ...]  # of each unknown, those that hold
 Points = tuple[Point, ...]
@@ -93,26 +99,19 @@ def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, c
 
     `check` is called before each vertex and may raise: there are as many as combinations of theirs.
     """
-    zero = [Fraction(0)] * n
+    zero = Fraction(0)
 
-    def put(parts: Iterable[tuple[Sequence[int], Sequence[Fraction]]]) -> Point:
+    def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
         check()
-        z = list(zero)
-        for indices, part in parts:
-            for i, value in zip(indices, part, strict=True):
-                z[i] = value
-        return tuple(z)
+        z = {i: value for indices, part in parts for i, value in zip(indices, part, strict=True)}
+        return tuple(z.get(i, zero) for i in range(n))
 
-    states: list[tuple[str, ...]] = [()] * n
-    for piece, indices in zip(pieces, places, strict=True):
-        for i, held in zip(indices, piece.states, strict=True):
-            states[i] = held
     pairs = list(zip(places, pieces, strict=True))
     return Piece(
         tuple(put(zip(places, chosen, strict=True)) for chosen in product(*(piece.vertices for piece in pieces))),
         tuple(put([(indices, ray)]) for indices, piece in pairs for ray in piece.rays),
         tuple(put([(indices, line)]) for indices, piece in pairs for line in piece.lines),
-        tuple(states),
+        put((indices, piece.states) for indices, piece in pairs),
     )
 
 
@@ -138,13 +137,6 @@ def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
     lower, upper = (np.broadcast_to(bound, whole.n)[indices] for bound in (whole.lower, whole.upper))
     part = Problem(whole.M[indices][:, indices], whole.q[indices], lower=lower, upper=upper)
     return ExactProblem(part, rows, q, [data.lower[i] for i in indices], [data.upper[i] for i in indices])
-
-
-KEPT = 10_000  # vertices whose states are remembered, as they may be of several pieces
-BASES = 1000  # of a piece that takes more of them the vertices are listed after all other pieces
-SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
-LARGE_GAME = 30  # the same for games, of which all solutions are sought; they are known to have one
-METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
 
 
 def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
@@ -185,10 +177,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
         yield piece
         if shape:
             return
-    for node in late:
-        piece = _listed(unknowns, node, states_at)
-        assert piece is not None
-        yield piece
+    yield from filter(None, (_listed(unknowns, node, states_at) for node in late))
 
 
 def _listed(

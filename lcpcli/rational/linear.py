@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import marshal
 import math
-import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
@@ -266,6 +265,8 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
     """What one of these returns, which takes about so many seconds. Raises TimeIsUp at the end of `within`."""
     if seconds > LONG and sys.executable:
+        import subprocess
+
         command, left = [sys.executable, "-c", CODE, *sys.path], remaining()
         try:
             done = subprocess.run(

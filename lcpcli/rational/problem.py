@@ -127,7 +127,7 @@ class ExactProblem:
 
     def refuted_by(self, y: Sequence[Fraction]) -> bool:
         """Whether y proves that no z >= 0 has M z + q >= 0: y >= 0, M'y <= 0, q'y < 0 (Farkas); or, with bounds, that
-        none has w with the signs that they ask for, as in `verify.mixed_farkas`."""
+        none has w with the signs that they ask for, as in `verify.farkas`."""
         columns, total = self.with_transpose(y)
         for value, column, low, high in zip(y, columns, self.lower, self.upper, strict=True):
             if (value < 0 and low is not None) or (value > 0 and high is not None):
