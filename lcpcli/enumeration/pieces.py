@@ -158,7 +158,9 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
         return
     starts = [root.copy(), root.copy()]
     if z is not None:
-        _choose_common(unknowns, starts[0], _bits(unknowns, states_of(data, tuple(z))))
+        states = states_of(data, tuple(z))
+        bits = sum(bit for bit, (k, state) in unknowns.meaning.items() if NAMES[state] in states[k])
+        _choose_common(unknowns, starts[0], bits)
     cover = Cover()
     late: list[Node] = []
 
@@ -168,8 +170,8 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
         return vertex, states_of(data, vertex)
 
     for leaf in chain.from_iterable(leaves(unknowns, start, cover) for start in starts[z is None :]):
-        node, states = _largest(unknowns, root, leaf)
-        cover.add(states)
+        node, held = _largest(unknowns, root, leaf)
+        cover.add(held)
         piece = _listed(unknowns, node, states_at, math.inf if shape else BASES)
         if piece is None:
             late.append(node)
@@ -226,11 +228,6 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
         if (bits & mask).bit_count() == 1 and node.states[k] is None:
             chosen = unknowns.choose(node, *unknowns.meaning[bits & mask])
             assert chosen
-
-
-def _bits(unknowns: Unknowns, states: States) -> int:
-    """The states of unknowns that are not fixed, as bits."""
-    return sum(bit for bit, (k, state) in unknowns.meaning.items() if NAMES[state] in states[k])
 
 
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:

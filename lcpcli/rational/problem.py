@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
@@ -100,11 +101,10 @@ class ExactProblem:
 
     def sizes(self, z: Sequence[Fraction]) -> list[Fraction]:
         """|M| |z| + |q|."""
-        Z, d = over_one_denominator(z)
-        return [
-            Fraction(sum(abs(a * Z[j]) for j, a in _in_time(row).items()) + abs(constant) * d, scale * d)
-            for row, constant, scale in zip(self.rows, self.constants, self.scales, strict=True)
-        ]
+        sizes = copy(self)
+        sizes.rows = [{j: abs(a) for j, a in row.items()} for row in self.rows]
+        sizes.constants = list(map(abs, self.constants))
+        return sizes.w(list(map(abs, z)))
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
         """Whether z >= 0, w = M z + q >= 0 and z'w = 0; with bounds, l <= z <= u, w_i >= 0 where z_i < u_i and w_i <= 0

@@ -76,15 +76,10 @@ class Unknowns:
 
     def root(self) -> Node | None:
         """The node where nothing has been chosen; None if the equations and signs that always hold have no solution."""
-        kept = [k for k in range(self.n) if self.choices[k]]
-        rows = dict[int, list[int]]()
-        for k in kept:
-            self.check()
-            rows[self.w(k)] = self.row(k, kept)[0]
-        rows |= {self.zero(k, UPPER): self.width(k, kept) for k in self.boxes}
+        rows, _, kept = self.forms()
         bounded = [k for k in kept if len(self.choices[k]) > 1]
-        node = Node(Dictionary(rows, list(kept), bounded, self.check), [None] * self.n)
-        node.dictionary.signed |= {self.zero(k, UPPER) for k in self.boxes}
+        widths = [self.zero(k, UPPER) for k in self.boxes]
+        node = Node(Dictionary(rows, list(kept), [*bounded, *widths], self.check), [None] * self.n)
         signed = (node.dictionary.require(self.w(k)) for k in bounded if k not in self.boxes)
         free = (self.choose(node, k, BASIC) for k in kept if self.choices[k] == (BASIC,))
         return node if all(free) and all(signed) else None
@@ -150,18 +145,23 @@ class Unknowns:
         node.certain |= bit
         return True
 
-    def row(self, k: int, kept: Sequence[int]) -> tuple[list[int], Fraction]:
-        """The form w_k in integers, in terms of the y_j that are kept, and the number by which w_k is multiplied."""
-        row = self.data.rows[k]
-        constant = sum((a * self.base[j] for j, a in row.items()), Fraction(self.data.constants[k]))
-        d, side = constant.denominator, self.side[k]
-        form = [side * constant.numerator, *(side * d * self.side[j] * row.get(j, 0) for j in kept)]
-        return primitive(form), Fraction(side * d * self.data.scales[k], gcd(*form) or 1)
-
-    def width(self, k: int, kept: Sequence[int]) -> list[int]:
-        """The form u_k - z_k of a box, the same way."""
-        width = (self.data.upper[k] or 0) - self.base[k]
-        return [width.numerator, *(-width.denominator if j == k else 0 for j in kept)]
+    def forms(self) -> tuple[dict[int, list[int]], dict[int, Fraction], list[int]]:
+        """The forms w_k, and u_k - z_k of boxes, in integers, in terms of y without what is fixed; the numbers by which
+        the w_k are multiplied; and the unknowns that are not fixed."""
+        kept = [k for k in range(self.n) if self.choices[k]]
+        rows, factors = dict[int, list[int]](), dict[int, Fraction]()
+        for k in kept:
+            self.check()
+            row = self.data.rows[k]
+            constant = sum((a * self.base[j] for j, a in row.items()), Fraction(self.data.constants[k]))
+            d = self.side[k] * constant.denominator
+            form = [self.side[k] * constant.numerator, *(d * self.side[j] * row.get(j, 0) for j in kept)]
+            rows[self.w(k)] = primitive(form)
+            factors[self.w(k)] = Fraction(d * self.data.scales[k], gcd(*form) or 1)
+        for k in self.boxes:
+            width = (self.data.upper[k] or 0) - self.base[k]
+            rows[self.zero(k, UPPER)] = [width.numerator, *(-width.denominator if j == k else 0 for j in kept)]
+        return rows, factors, kept
 
 
 @dataclass

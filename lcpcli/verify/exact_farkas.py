@@ -116,21 +116,20 @@ def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fractio
     y consists of its coefficients. `check` is called before each pivot and may raise.
     """
     unknowns, n = Unknowns(data, check), data.n
-    kept = [k for k in range(n) if unknowns.choices[k]]
+    rows, factors, kept = unknowns.forms()
+    for k in unknowns.boxes:
+        del rows[unknowns.w(k)], factors[unknowns.w(k)]
     equations = [k for k in kept if unknowns.choices[k] == (BASIC,)]
-    asked = {unknowns.w(k): unknowns.row(k, kept) for k in kept if k not in unknowns.boxes}
     for k in equations:
-        row, factor = asked[unknowns.w(k)]
-        asked[len(STATES) * n + k] = [-value for value in row], -factor
-    widths = {unknowns.zero(k, UPPER): unknowns.width(k, kept) for k in unknowns.boxes}
-    bounded = [k for k in kept if k not in equations]
-    rows = {form: row for form, (row, _) in asked.items()} | widths
-    here = Dictionary(rows, list(kept), [*bounded, *widths], check)
-    violated = next((form for form in asked if not here.require(form)), None)
+        w, opposite = unknowns.w(k), len(STATES) * n + k
+        rows[opposite], factors[opposite] = [-value for value in rows[w]], -factors[w]
+    widths = [unknowns.zero(k, UPPER) for k in unknowns.boxes]
+    here = Dictionary(rows, list(kept), {*kept, *widths}.difference(equations), check)
+    violated = next((form for form in factors if not here.require(form)), None)
     if violated is None:
         return None
     multiples = dict(zip(here.cobasic, here.rows[violated][1:], strict=True)) | {violated: -here.divisor}
     y = [Fraction(0)] * n
-    for form in asked.keys() & multiples.keys():
-        y[form % n] -= int(multiples[form]) * asked[form][1]
+    for form in factors.keys() & multiples.keys():
+        y[form % n] -= int(multiples[form]) * factors[form]
     return [Fraction(value) for value in whole_multiple(y)]
