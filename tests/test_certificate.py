@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, from_qp
-from lcpcli.rational import sums
+from lcpcli.rational import numbers
 from lcpcli.verify.alternative import System
 from lcpcli.verify.certificate import farkas, proves_infeasible
 
@@ -77,7 +77,7 @@ def test_proof_that_no_floats_can_write_is_corrected_and_found_valid() -> None:
     """M'y = 0 forces y_1 = 3 y_2 / 0.1, where 0.1 and so the quotient are no short fractions."""
     problem = Problem([[0.1, -0.1], [-3, 3]], [-1, 0])
     rounded = np.array([3 / 0.1, 1.0]) / 7
-    product = [sums.product(column, [Fraction(value) for value in rounded]) for column in problem.M.T]
+    product = [numbers.product(column, [Fraction(value) for value in rounded]) for column in problem.M.T]
     assert any(product)
     assert proves_infeasible(problem, rounded)
     assert farkas(problem) is not None
@@ -161,7 +161,7 @@ def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof() -> 
 
 def test_sign_of_a_product_is_exact_where_floats_cancel() -> None:
     a, y = np.array([1e200, 1.0, -1e200]), np.array([1e200, 1e-200, 1e200])
-    assert sums.sign_of_product(a, y) > 0
-    assert sums.sign_of_product(-a, y) < 0
-    assert sums.sign_of_product(a, y * [1, 0, 1]) == 0
-    assert sums.sign_of_product(np.array([5e-324, -5e-324]), np.array([5e-324, 1e-323])) < 0
+    assert numbers.sign_of_product(a, y) > 0
+    assert numbers.sign_of_product(-a, y) < 0
+    assert numbers.sign_of_product(a, y * [1, 0, 1]) == 0
+    assert numbers.sign_of_product(np.array([5e-324, -5e-324]), np.array([5e-324, 1e-323])) < 0

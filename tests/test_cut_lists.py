@@ -16,8 +16,7 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.enumeration.search import Solutions
-from lcpcli.enumeration.solution_set import ENOUGH, TIME_LIMIT, SolutionSet
+from lcpcli.enumeration.search import ENOUGH, TIME_LIMIT, Solutions, SolutionSet
 from lcpcli.files.source import Source
 from lcpcli.report import solution_records, solution_table
 
@@ -62,7 +61,7 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
     assert found.others in ((False,) if len(pieces) == len(whole) and found.complete else (True, None))
     assert found.others is not True or len(pieces) < len(whole)
     assert not found.complete or set(pieces) == whole
-    shown = SolutionSet.of(found, ended, 0.0)
+    shown = SolutionSet(found, ended, 0.0)
     held = json.loads(solution_records.in_json(shown, Source("file", None), exact=True))
     assert (held["complete"], held["others"], len(held["pieces"])) == (found.complete, found.others, len(pieces))
     assert (held["status"] == ended) == (not found.complete)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.rational import flint_calls, linear
+from lcpcli.rational import linear
 from lcpcli.rational.linear import Rows, inverse, particular, solve
 
 ONE, ZERO = Fraction(1), Fraction(0)
@@ -79,7 +79,7 @@ def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch: pytes
     pytest.importorskip("flint")
     A, b = [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)], list(range(20))
     here = linear.solve(A, b), linear.solve(A[:18], b[:18])
-    monkeypatch.setattr(flint_calls, "LONG", -1.0)
+    monkeypatch.setattr(linear, "LONG", -1.0)
     assert (linear.solve(A, b), linear.solve(A[:18], b[:18])) == here
     with pytest.raises(TimeIsUp), within(0.0):
         linear.solve(A, b)

@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, Result, Status, read
 from lcpcli.files import shipped
 from lcpcli.interrupts import TimeIsUp, silence
-from lcpcli.methods import enumeration, milp
+from lcpcli.methods import milp
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -130,12 +130,12 @@ def test_start_of_the_problem_has_no_influence_but_is_checked_first() -> None:
 
 def test_solution_is_found_by_the_tree_alone() -> None:
     problem = Problem(SWAP, [-1, 0])
-    assert np.array_equal(next(enumeration.candidates(problem.M, problem.q)), [False, True])
+    assert np.array_equal(next(milp.candidates(problem.M, problem.q)), [False, True])
 
 
 def test_tree_that_is_too_large_is_no_proof() -> None:
     M, q = np.kron(np.eye(3), SWAP) + 1e-3 * np.ones((6, 6)), np.tile([-1.0, 1.0], 3)
-    tree = enumeration.candidates(M, q, nodes=1)
+    tree = milp.candidates(M, q, nodes=1)
     while not isinstance(ending := advance(tree), Stalled):
         assert isinstance(ending, np.ndarray), "no proof"
     assert "1 systems" in ending.reason
@@ -187,7 +187,7 @@ def test_what_was_found_counts_when_the_time_is_up_in_the_middle_of_a_linear_pro
 
     monkeypatch.setattr(milp, "_program", lambda *_: [])
     monkeypatch.setattr(milp, "_basic_solution", lambda M, q, _: (-q / M[0], False))
-    monkeypatch.setattr(enumeration, "candidates", interrupted)
+    monkeypatch.setattr(milp, "candidates", interrupted)
     iterates, ending = through(milp.milp(Problem([[2]], [-1]), np.zeros(1)))
     assert [iterate.x[0] for iterate in iterates] == [0.25]
     assert isinstance(ending, OutOfTime)

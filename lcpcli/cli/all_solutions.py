@@ -18,8 +18,7 @@ from lcpcli.methods.registry import ADDITIONS, OPTIONS
 from lcpcli.options import MAX_ITERATIONS, MAX_SOLUTIONS, TIME_LIMIT, TOL, flag
 
 if TYPE_CHECKING:
-    from lcpcli.enumeration.search import Solutions
-    from lcpcli.enumeration.solution_set import SolutionSet
+    from lcpcli.enumeration.search import Solutions, SolutionSet
     from lcpcli.files.source import Source
     from lcpcli.methods.variants import Variant
     from lcpcli.rational.problem import ExactProblem
@@ -67,7 +66,7 @@ def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bo
 
 def exit_code(found: SolutionSet) -> int:
     """0 if the list is complete or as long as was asked for, 1 if it may not be complete, 3 if there is no solution."""
-    from lcpcli.enumeration import solution_set as sets
+    from lcpcli.enumeration import search as sets
 
     codes = {sets.TIME_LIMIT: exit_codes.NOT_SOLVED, sets.INTERRUPTED: exit_codes.INTERRUPTED}
     return {**codes, sets.UNSOLVABLE: exit_codes.NO_SOLUTION}.get(found.status, exit_codes.SOLVED)
@@ -101,7 +100,7 @@ def _read(files: Sequence[str], bounds: problems.Given, given: Mapping[str, Any]
 
 def _found(data: ExactProblem, given: Mapping[str, Any]) -> SolutionSet:
     """What the search finds, until it ends or is ended."""
-    from lcpcli.enumeration import solution_set as sets
+    from lcpcli.enumeration import search as sets
     from lcpcli.enumeration.search import solutions
 
     began = clock.seconds()
@@ -111,7 +110,7 @@ def _found(data: ExactProblem, given: Mapping[str, Any]) -> SolutionSet:
             continue
     enough = len(search.pieces) == given[MAX_SOLUTIONS.name]
     ended = sets.INTERRUPTED if interrupts else sets.ENOUGH if enough else sets.TIME_LIMIT
-    return sets.SolutionSet.of(search, ended, clock.seconds() - began)
+    return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from lcpcli.files.formats import COMPLETE, OF_PROGRAMS, WITH_BOUNDS
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.written import Written
+    from lcpcli.rational.numbers import Written
 
 CONDITIONS = {"qp": "written as the program's optimality conditions,", "game": "written as the game's LCP,"}
 KEPT = ((OF_PROGRAMS, "the program"), (WITH_BOUNDS, "M, q and bounds"), (("",), "M and q"))
@@ -76,7 +76,7 @@ def _tell_of_names(problem: Problem, output: str) -> None:
 def _read(files: Sequence[str], given: problems.Given, output: str) -> Written[Problem]:
     """The problem for a file of that name, without a name if it has none of its own."""
     from lcpcli.files import reading, writing
-    from lcpcli.rational.written import Written
+    from lcpcli.rational.numbers import Written
 
     found = problems.read_written(files, given)
     if found.rounded.name == reading.name_of(files[0]):

@@ -20,8 +20,8 @@ from lcpcli.files.keys import BOUNDS
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
     from lcpcli.model.problem import Problem
+    from lcpcli.rational.numbers import Written
     from lcpcli.rational.problem import ExactProblem
-    from lcpcli.rational.written import Written
 
 
 PARTS = {"qp": ["objective"], "game": ["payoffs"]}  # of an origin, as users call them
@@ -56,7 +56,7 @@ def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> Exact
 
 def read_written(files: Sequence[str], given: Given) -> Written[Problem]:
     """Return the problem that `read` does, rounded and, where texts have more digits than doubles, as written."""
-    from lcpcli.rational.written import Doubles, Written, written
+    from lcpcli.rational.numbers import Doubles, Written, written
 
     if given["game"]:
         problem = _of_game(files, given, quiet=False).problem
@@ -184,7 +184,7 @@ def write(
     Raises OptionError before it is made if the file cannot be written.
     """
     from lcpcli.files import atomic_write, writing
-    from lcpcli.rational.written import Written
+    from lcpcli.rational.numbers import Written
 
     if output is not None:
         writing.ending_of(output)

@@ -7,19 +7,16 @@ R. Savani and B. von Stengel, Enumeration of Nash equilibria for two-player game
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm
 
-from lcpcli.enumeration.piece import Piece
+from lcpcli.enumeration.pieces import Piece
 from lcpcli.model.origins import Game, Payoffs
-from lcpcli.rational import elimination
-from lcpcli.rational.graphs import connected
-from lcpcli.rational.polyhedra import Point, Vertex
-from lcpcli.rational.sums import over_one_denominator
-
-Rows = list[list[int]]
+from lcpcli.rational import linear
+from lcpcli.rational.numbers import over_one_denominator
+from lcpcli.rational.polyhedra import Point, Vertex, connected
 
 
 @dataclass(frozen=True)
@@ -88,8 +85,8 @@ class Players:
                 check()
                 self._found[z] = self._equilibrium(z)
 
-    def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[tuple[Piece, ...], Equilibria]:
-        """Some pieces whose vertices were taken, in the order of their equilibria, and these.
+    def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
+        """Some pieces whose vertices were taken and these, in the order of their equilibria, which come last.
 
         complete : whether they are proved to be all.
         """
@@ -98,13 +95,11 @@ class Players:
         place = {z: k for k, z in enumerate(points)}
         own = [replace(piece, vertices=tuple(sorted(piece.vertices, key=place.__getitem__))) for piece in pieces]
         own.sort(key=lambda piece: [place[z] for z in piece.vertices])
-        subsets = tuple(
-            _subset([found[z] for z in piece.vertices], [place[z] for z in piece.vertices]) for piece in own
-        )
+        subsets = tuple(_subset(found, [place[z] for z in piece.vertices], piece.vertices) for piece in own)
         extreme = tuple(found[z] for z in points)
         is_degenerate = True if any(each.index is None for each in extreme) else False if complete else None
         joined = components(subsets) if complete else None
-        return tuple(own), Equilibria(extreme, subsets, joined, is_degenerate, complete)
+        return own, points, Equilibria(extreme, subsets, joined, is_degenerate, complete)
 
     def _equilibrium(self, z: Point) -> Equilibrium:
         """The equilibrium of the strategies whose multiples z consists of."""
@@ -128,9 +123,7 @@ class _Player:
 
     def __init__(self, payoffs: Payoffs) -> None:
         self.common = lcm(*(value.denominator for row in payoffs for value in row))
-        self.payoffs: Rows = [
-            [value.numerator * (self.common // value.denominator) for value in row] for row in payoffs
-        ]
+        self.payoffs = [[int(value * self.common) for value in row] for row in payoffs]
         self._least = min(map(min, self.payoffs))
 
     def best(self, own: Point, other: Point) -> tuple[Fraction, list[int]]:
@@ -146,7 +139,7 @@ class _Player:
 
     def determinant(self, own: Sequence[int], others: Sequence[int]) -> int:
         """The determinant of the payoffs on the supports plus a constant that makes all payoffs positive."""
-        return elimination.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
+        return linear.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
 
 
 def _strategy(multiple: Sequence[Fraction]) -> Vertex:
@@ -155,9 +148,9 @@ def _strategy(multiple: Sequence[Fraction]) -> Vertex:
     return Vertex(Fraction(weight, total) for weight in weights)
 
 
-def _subset(extreme: Sequence[Equilibrium], places: Sequence[int]) -> NashSubset:
-    rows, columns = (tuple(dict.fromkeys(own)) for own in ([e.row for e in extreme], [e.column for e in extreme]))
-    return NashSubset(rows, columns, tuple(places))
+def _subset(found: Mapping[Point, Equilibrium], places: Sequence[int], points: Sequence[Point]) -> NashSubset:
+    rows, columns = dict.fromkeys(found[z].row for z in points), dict.fromkeys(found[z].column for z in points)
+    return NashSubset(tuple(rows), tuple(columns), tuple(places))
 
 
 def components(subsets: Sequence[NashSubset]) -> tuple[tuple[int, ...], ...]:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
 
-from lcpcli.errors import ProblemError
 from lcpcli.model.program import Program
 
 if TYPE_CHECKING:
@@ -42,12 +41,8 @@ def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
     """What a search finds beside z, which solves a problem up to rounding. `exactly` gives that problem, which is to be
     searched, with its numbers as written. No error in the search counts: the solution is there without it."""
     try:
-        data = exactly()
-    except ProblemError:  # a number with an exponent that is not expanded
-        return Findings()
-    try:
-        return _searched(z, data)
-    except Exception:
+        return _searched(z, exactly())
+    except Exception:  # also of a number with an exponent that is not expanded
         return Findings()
 
 

@@ -1,28 +1,142 @@
-"""The pieces of the solution set of a problem, each once, as they are found."""
+"""The pieces of the solution set of a problem, verified from its data, each once, as they are found."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from itertools import chain
+from itertools import chain, product
+from typing import Any
+
+import numpy as np
 
 from lcpcli import clock
 from lcpcli.enumeration import theorems
-from lcpcli.enumeration.piece import NAMES, Piece, States, common_states
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.origins import Game
-from lcpcli.rational.choices import Node, Unknowns
-from lcpcli.rational.polyhedra import Direction, Point, generators
+from lcpcli.model.problem import Problem
+from lcpcli.rational.numbers import brief, over_one_denominator
+from lcpcli.rational.polyhedra import Direction, Point, connected, generators
 from lcpcli.rational.problem import ExactProblem
-from lcpcli.rational.tree import Cover, leaves
+from lcpcli.rational.tree import Cover, Node, Unknowns, leaves
 
+LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
+FIXED = "fixed"
+SHOWN = 6  # numbers of a point, and points, that are printed
 KEPT = 10_000  # vertices whose states are remembered, as they may be of several pieces
 BASES = 1000  # of a piece that takes more of them the vertices are listed after all other pieces
 SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
 LARGE_GAME = 30  # the same for games, of which all solutions are sought; they are known to have one
 METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
+
+States = tuple[tuple[str, ...], ...]  # of each unknown, those that hold
+Points = tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A polyhedron of solutions that lies in no other one: the convex hull of its vertices, plus rays, plus lines.
+
+    vertices, rays, lines : each of length n, exact; rays and lines are directions. An isolated solution is a piece with
+        one vertex and nothing else. Where there are lines, the vertices are points, one on each smallest face.
+    states : for each unknown those that it has in all of the piece, which is the set of all z with one of them each:
+        "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i = u_i).
+    """
+
+    vertices: Points
+    rays: Points
+    lines: Points
+    states: States
+
+    def __str__(self) -> str:
+        """In one line: its vertices, rays and lines, without those in the middle where they are many."""
+        generators = (self.vertices, self.rays, self.lines)
+        vertices, rays, lines = (_elided([_short(point) for point in each]) for each in generators)
+        hull = "hull of " * (len(vertices) > 1) + ", ".join(vertices)
+        return " + ".join([hull, *(f"ray {ray}" for ray in rays), *(f"line {line}" for line in lines)])
+
+    @property
+    def is_point(self) -> bool:
+        """Whether it is an isolated solution."""
+        return len(self.vertices) == 1 and not self.rays and not self.lines
+
+    @classmethod
+    def of(cls, states: Iterable[States], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
+        """The piece with these generators, each of which has its `states_of`; ArithmeticError if it is none."""
+        common = (
+            tuple(name for name in own[0] if all(name in each for each in own)) for own in zip(*states, strict=True)
+        )
+        piece = cls(vertices, rays, lines, tuple(common))
+        if not all(piece.states):
+            raise ArithmeticError("a piece that was found is not one of solutions")
+        return piece
+
+
+def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> States:
+    """The states that each unknown has at a point, or keeps in a direction, by M, q and the bounds."""
+    Z, d = over_one_denominator(z)
+    used = [(j, value) for j, value in enumerate(Z) if value]
+    lower, upper, constants = data.lower, data.upper, data.constants
+    if is_direction:
+        constants = [0] * data.n
+        lower, upper = ([None if bound is None else Fraction(0) for bound in own] for own in (lower, upper))
+    states = []
+    for k, (row, value, low, high) in enumerate(zip(data.rows, z, lower, upper, strict=True)):
+        w = sum(row.get(j, 0) * factor for j, factor in used) + constants[k] * d  # up to a positive factor
+        if low is not None and data.lower[k] == data.upper[k]:
+            states.append((FIXED,) * (value == low))
+            continue
+        own = (LOWER,) * (value == low and w >= 0)
+        own += (BASIC,) * (w == 0 and (low is None or value >= low) and (high is None or value <= high))
+        states.append(own + (UPPER,) * (value == high and w <= 0))
+    return tuple(states)
+
+
+def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
+    """The product of pieces of independent blocks, whose unknowns are at these places among n.
+
+    `check` is called before each vertex and may raise: there are as many as combinations of theirs.
+    """
+    zero = Fraction(0)
+
+    def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
+        check()
+        z = {i: value for indices, part in parts for i, value in zip(indices, part, strict=True)}
+        return tuple(z.get(i, zero) for i in range(n))
+
+    pairs = list(zip(places, pieces, strict=True))
+    return Piece(
+        tuple(put(zip(places, chosen, strict=True)) for chosen in product(*(piece.vertices for piece in pieces))),
+        tuple(put([(indices, ray)]) for indices, piece in pairs for ray in piece.rays),
+        tuple(put([(indices, line)]) for indices, piece in pairs for line in piece.lines),
+        put((indices, piece.states) for indices, piece in pairs),
+    )
+
+
+def _short(point: Point) -> str:
+    return f"({', '.join(_elided([brief(value) for value in point]))})"
+
+
+def _elided(parts: list[str]) -> list[str]:
+    return parts if len(parts) <= SHOWN else [*parts[: SHOWN - 1], "...", parts[-1]]
+
+
+def blocks(data: ExactProblem) -> list[list[int]]:
+    """The unknowns of each block, for M block diagonal after a permutation, the small ones first."""
+    return sorted(connected(data.n, ((i, j) for i, row in enumerate(data.rows) for j in row)), key=len)
+
+
+def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
+    """The problem of one block."""
+    place = {i: k for k, i in enumerate(indices)}
+    rows = [{place[j]: Fraction(a, data.scales[i]) for j, a in data.rows[i].items()} for i in indices]
+    q = [Fraction(data.constants[i], data.scales[i]) for i in indices]
+    whole = data.problem
+    lower, upper = (np.broadcast_to(bound, whole.n)[indices] for bound in (whole.lower, whole.upper))
+    part = Problem(whole.M[indices][:, indices], whole.q[indices], lower=lower, upper=upper)
+    return ExactProblem(part, rows, q, [data.lower[i] for i in indices], [data.upper[i] for i in indices])
 
 
 def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
@@ -35,7 +149,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     large = SMALL if shape else LARGE_GAME if isinstance(data.problem.origin, Game) else math.inf
     z = _solution(data, check, deadline) if data.n > large else None
     if z is not None and shape == theorems.POINT:
-        yield Piece.of(data, (tuple(z),))
+        yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
         return
     unknowns = Unknowns(data, check)
     unknowns.allow([states[::-1] for states in unknowns.choices])  # takes fewer nodes where pieces are many
@@ -44,18 +158,20 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
         return
     starts = [root.copy(), root.copy()]
     if z is not None:
-        _choose_common(unknowns, starts[0], _bits(unknowns, common_states(data, [tuple(z)])))
+        states = states_of(data, tuple(z))
+        bits = sum(bit for bit, (k, state) in unknowns.meaning.items() if NAMES[state] in states[k])
+        _choose_common(unknowns, starts[0], bits)
     cover = Cover()
     late: list[Node] = []
 
     @lru_cache(KEPT)
     def states_at(values: Direction) -> tuple[Point, States]:
         vertex = unknowns.vertex(values)
-        return vertex, common_states(data, [vertex])
+        return vertex, states_of(data, vertex)
 
     for leaf in chain.from_iterable(leaves(unknowns, start, cover) for start in starts[z is None :]):
-        node, states = _largest(unknowns, root, leaf)
-        cover.add(states)
+        node, held = _largest(unknowns, root, leaf)
+        cover.add(held)
         piece = _listed(unknowns, node, states_at, math.inf if shape else BASES)
         if piece is None:
             late.append(node)
@@ -63,10 +179,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
         yield piece
         if shape:
             return
-    for node in late:
-        piece = _listed(unknowns, node, states_at)
-        assert piece is not None
-        yield piece
+    yield from filter(None, (_listed(unknowns, node, states_at) for node in late))
 
 
 def _listed(
@@ -79,14 +192,16 @@ def _listed(
     listed = generators(node.dictionary, range(unknowns.n), most)
     if listed is None:
         return None
-    if listed.rays or listed.lines:
-        rays, lines = (tuple(map(unknowns.direction, each)) for each in listed[1:])
-        return Piece.of(unknowns.data, tuple(map(unknowns.vertex, listed.vertices)), rays, lines)
-    states = []
+    rays, lines = (tuple(map(unknowns.direction, each)) for each in listed[1:])
+    directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
+    vertices = []
+    states = [states_of(unknowns.data, each, is_direction=True) for each in directions]
     for values in listed.vertices:
         unknowns.check()
-        states.append(states_at(values))
-    return Piece.spanned(states)
+        vertex, own = states_at(values)
+        vertices.append(vertex)
+        states.append(own)
+    return Piece.of(states, tuple(vertices), rays, lines)
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
@@ -115,21 +230,16 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
             assert chosen
 
 
-def _bits(unknowns: Unknowns, states: States) -> int:
-    """The states of unknowns that are not fixed, as bits."""
-    return sum(bit for bit, (k, state) in unknowns.meaning.items() if NAMES[state] in states[k])
-
-
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
     """A solution from the methods of the program, made exact; None if they have none."""
     from lcpcli.options import Limits
-    from lcpcli.rational import exact_lemke
+    from lcpcli.rational import lemke
     from lcpcli.solving import driver
     from lcpcli.solving.result import Status
     from lcpcli.verify.exact_solution import from_point
 
     began = clock.seconds()
-    seconds = min(deadline - began, METHODS if data.n <= exact_lemke.MOST_UNKNOWNS else math.inf)
+    seconds = min(deadline - began, METHODS if data.n <= lemke.MOST_UNKNOWNS else math.inf)
     if seconds <= 0:
         return None
     limits = Limits(time_limit=seconds)
@@ -139,4 +249,4 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     if result.status is Status.TIME_LIMIT and clock.seconds() < began + seconds:
         raise TimeIsUp  # by `check`
     found = from_point(data, result.z, deadline) if result.solved else None
-    return found or exact_lemke.solve(data, deadline)
+    return found or lemke.solve(data, deadline)

@@ -5,25 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from copy import copy
+from fractions import Fraction
 from itertools import count, tee
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lcpcli import clock, options
-from lcpcli.enumeration.blocks import blocks, restricted
-from lcpcli.enumeration.equilibria import Equilibria, Players
-from lcpcli.enumeration.piece import Piece, combined
-from lcpcli.enumeration.pieces import pieces
+from lcpcli.enumeration.pieces import Piece, blocks, combined, pieces, restricted
 from lcpcli.errors import ProblemError
 from lcpcli.errors import count as counted
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.options import MAX_SOLUTIONS, TIME_LIMIT
+from lcpcli.model.program import Program
 from lcpcli.rational.polyhedra import Point
 from lcpcli.rational.problem import ExactProblem
 
+if TYPE_CHECKING:
+    from lcpcli.enumeration.equilibria import Equilibria
+
 LARGEST = 500  # unknowns of a block
 SHOWN = 4  # pieces that are printed
+COMPLETE, UNSOLVABLE = "complete", "unsolvable"  # proved to be all; proved that there are none
+ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"  # what ended the search before
+UNLISTED = {
+    ENOUGH: ", as many as were asked for",
+    TIME_LIMIT: " by the time limit",
+    INTERRUPTED: " before the search was interrupted",
+}
+OTHERS = {True: "there are others", None: "there may be others"}
 STEPS = 1000  # at least, in looking for a further piece than were asked for
 
 
@@ -64,9 +73,11 @@ def solutions(
     The search is a tree over the states, which cuts a branch only where a row of an integer dictionary shows that it is
     empty, or that it lies in a piece found before.
     """
-    options.check((TIME_LIMIT, MAX_SOLUTIONS), {"time_limit": time_limit, "max_solutions": max_solutions})
+    options.check(
+        (options.TIME_LIMIT, options.MAX_SOLUTIONS), {"time_limit": time_limit, "max_solutions": max_solutions}
+    )
     data = problem if isinstance(problem, ExactProblem) else ExactProblem.of_floats(as_problem(problem))
-    return Solutions(data, TIME_LIMIT.value if time_limit is None else time_limit, max_solutions)
+    return Solutions(data, options.TIME_LIMIT.value if time_limit is None else time_limit, max_solutions)
 
 
 class Solutions(Iterator[Piece]):
@@ -80,9 +91,12 @@ class Solutions(Iterator[Piece]):
 
     def __init__(self, problem: ExactProblem, time_limit: float, most: int | None) -> None:
         origin = problem.problem.origin
-        self._players = Players(origin) if isinstance(origin, Game) else None
-        self.problem = problem if self._players is None else ExactProblem.of_decimals(problem.problem)
-        self._blocks = sorted(blocks(self.problem), key=len)
+        self.problem, self._players = problem, None
+        if isinstance(origin, Game):
+            from lcpcli.enumeration.equilibria import Players
+
+            self.problem, self._players = ExactProblem.of_decimals(problem.problem), Players(origin)
+        self._blocks = blocks(self.problem)
         if self._players is None and len(self._blocks[-1]) > LARGEST:
             fault = f"has {len(self._blocks[-1])} unknowns that depend on each other"
             raise ProblemError("M", fault, f"all solutions are listed up to {LARGEST}; lcp solve finds one")
@@ -140,13 +154,13 @@ class Solutions(Iterator[Piece]):
     @property
     def equilibria(self) -> Equilibria | None:
         """The equilibria of a game in the pieces found so far; None for other problems."""
-        return None if self._players is None else self._players.arranged(self.pieces, self.complete)[1]
+        return self.arranged()[2]
 
-    def arranged(self) -> tuple[tuple[Piece, ...], Equilibria | None]:
-        """The pieces in the order of the subsets of a game, and its equilibria; else as they were found, and None."""
-        return (
-            (tuple(self.pieces), None) if self._players is None else self._players.arranged(self.pieces, self.complete)
-        )
+    def arranged(self) -> tuple[Sequence[Piece], list[Point], Equilibria | None]:
+        """The pieces, the points and the equilibria of a game, each in the order of these; else what was found."""
+        if self._players is None:
+            return tuple(self.pieces), self.points, None
+        return self._players.arranged(self.pieces, self.complete)
 
     def _started(self) -> Iterator[Piece]:
         self._deadline = min(self._deadline, clock.seconds() + self._time_limit)
@@ -179,3 +193,69 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
     for piece in copy(searches[-1]):
         for others in _combinations(searches[:-1]):
             yield (*others, piece)
+
+
+class SolutionSet:
+    """The solutions that a search has found, in the order in which they are shown.
+
+    data : the problem. pieces, points : as in `Solutions`; of a game in the order of the equilibria. status : COMPLETE,
+    UNSOLVABLE or what ended the search. seconds : that it took. game : whose equilibria they are. The others are those
+    of the search.
+    """
+
+    def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
+        self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds
+        self.pieces, self.points, self.equilibria = search.arranged()
+        self.status = (COMPLETE if self.pieces else UNSOLVABLE) if self.complete else ended
+        origin = self.data.problem.origin
+        self.game = origin if isinstance(origin, Game) else None
+
+    @property
+    def count(self) -> str:
+        """How many solutions were found, or equilibria, in words."""
+        words = self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
+        return words + " found" * (not self.complete)
+
+    @property
+    def message(self) -> str:
+        """The whole in one sentence."""
+        if self.status == UNSOLVABLE:
+            from lcpcli.solving.no_minimum import undecided
+
+            told = "no solution: every choice of states is excluded in rational arithmetic"
+            origin = self.data.problem.origin
+            return f"{told}; {undecided(origin).statement}" if isinstance(origin, Program) else told
+        found = self.count
+        if not self.complete:
+            if not self.pieces:
+                return f"no solution was found{UNLISTED[self.status]}; there may be some"
+            return f"{found}{UNLISTED[self.status]}; {OTHERS[self.others]}"
+        isolated = all(piece.is_point for piece in self.pieces)
+        if isolated and len(self.pieces) == 1:
+            return f"{found}, proved to be the only one"
+        return f"{found}{', all isolated' * isolated}, proved to be all"
+
+    def _solutions(self) -> str:
+        points = sum(piece.is_point for piece in self.pieces)
+        faces = len(self.pieces) - points
+        if not faces:
+            return counted(points, "solution")
+        return f"infinitely many solutions: {f'{points} isolated and ' * bool(points)}{counted(faces, 'face')}"
+
+    def _equilibria(self, held: Equilibria) -> str:
+        extreme = len(held.extreme)
+        if all(piece.is_point for piece in self.pieces):
+            return f"{extreme} {'equilibrium' if extreme == 1 else 'equilibria'}"
+        subsets = counted(len(held.subsets), "maximal Nash subset")
+        joined = "" if held.components is None else f" in {counted(len(held.components), 'component')}"
+        return f"infinitely many equilibria: {extreme} extreme ones, {subsets}{joined}"
+
+
+def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:
+    """The exact value of the program's objective at the x of z, in its own sense and with its constant."""
+    x, k = z[: program.variables], program.variables
+    total = Fraction(0)
+    for i, value in enumerate(x):
+        curvature = sum((Fraction(a) * x[j] for j, a in data.rows[i].items() if j < k), Fraction(0))
+        total += value * (curvature / 2 + data.constants[i]) / data.scales[i]
+    return (total if program.sense == "min" else -total) + Fraction(repr(program.constant))

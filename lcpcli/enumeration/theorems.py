@@ -16,16 +16,20 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from lcpcli.enumeration.stability import multipliers
 from lcpcli.linalg import matrices
+from lcpcli.linalg.linear_program import linprog
 from lcpcli.model.origins import Game
-from lcpcli.rational import elimination
+from lcpcli.rational import linear
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
 
 POINT, PIECE = "a point", "a piece"
 SMALL = 10  # unknowns up to which the tree is faster than looking for parts and multipliers
 DIGITS = 30  # binary ones of the smallest component of d
+MOST_STEPS = 200
+LEAST = 1e-9  # eigenvalue of D M + M'D, with ones on its diagonal, from which it is worth a proof
+WANTING = 0.02  # eigenvalue below which an eigenvector gives a cut
+SMALLEST = 1e-4  # of the multipliers, the largest being 1
 
 Rows = list[list[int]]
 
@@ -41,7 +45,7 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
     if parts and all(_is_dominant(*part) for part in parts):
         return POINT
-    found = elimination.definiteness(_symmetric(M), check)
+    found = linear.definiteness(_symmetric(M), check)
     if found.negative is None:
         return PIECE if found.zero else POINT
     if parts and data.n > SMALL and all(_is_dominant(*part) or _is_definite(*part, check) for part in parts):
@@ -64,7 +68,7 @@ def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
     if proposed is None:
         return False
     d = _whole(proposed)
-    found = elimination.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
+    found = linear.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
     return found.zero is None and found.negative is None
 
 
@@ -104,3 +108,47 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
         pattern[i, list(row)] = 1
     count, part = connected_components(csr_array(pattern), connection="strong")
     return [np.flatnonzero(part == k).tolist() for k in range(count)]
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
+    """d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite; None if none is
+    found. `check` is called before each step and may raise.
+
+    Then all principal minors of M are positive (G. W. Cross, Three types of matrix stability, Linear Algebra and its
+    Applications 20 (1978) 253-263). d is sought by cutting planes (J. E. Kelley, The cutting-plane method for solving
+    convex programs, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors v that have been found
+    wanting, at the middle between the last d and the best one for these.
+    """
+    n, diagonal = len(M), M.diagonal()
+    unit = M / diagonal[:, None]
+    if not np.isfinite(unit).all():
+        return None
+    d, cuts = np.ones(n), np.empty((0, n))
+    for _ in range(MOST_STEPS):
+        check()
+        S = d[:, None] * unit
+        scale = 1 / np.sqrt(2 * d)
+        scaled = scale[:, None] * (S + S.T) * scale
+        if not np.isfinite(scaled).all():
+            return None
+        values, vectors = np.linalg.eigh(scaled)
+        if values[0] > LEAST:
+            return np.asarray(d / diagonal)
+        V = scale[:, None] * vectors[:, values < WANTING]
+        new = (V * (unit @ V)).T
+        largest = np.abs(new).max(axis=1, keepdims=True)
+        if not (np.isfinite(largest).all() and new.max(axis=1).min() > 0):  # v'D M v <= 0 for all D, if M is singular
+            return None
+        cuts = np.vstack((cuts, new / largest))
+        found = linprog(  # the largest t with cuts d >= t
+            np.append(np.zeros(n), -1.0),
+            np.column_stack((-cuts, np.ones(len(cuts)))),
+            np.zeros(len(cuts)),
+            lower=np.append(np.full(n, SMALLEST), -np.inf),
+            upper=np.append(np.ones(n), np.inf),
+        )
+        if found is None or found.x[-1] <= 0:
+            return None
+        d = (d / d.max() + found.x[:n]) / 2
+    return None

@@ -23,8 +23,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import fraction, ratio
 
 if TYPE_CHECKING:
+    from lcpcli.rational.numbers import Doubles
     from lcpcli.rational.problem import Bounds, ExactProblem
-    from lcpcli.rational.written import Doubles
 
 ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"

@@ -108,14 +108,14 @@ def parse_bound(field: str, content: bytes, number_of: Callable[[str], Any]) -> 
 
 def parse_exact(content: bytes) -> ExactParts:
     """What a text that `parse` has accepted holds, with all decimals."""
-    from lcpcli.rational.written import exact_parts
+    from lcpcli.rational.problem import exact_parts
 
     return exact_parts(lambda number: parse(content, number))
 
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
     """A vector that `parse_vector` has accepted, with all decimals."""
-    from lcpcli.rational.written import exact_vector
+    from lcpcli.rational.numbers import exact_vector
 
     return exact_vector(lambda number: parse_vector(field, content, None, number))
 

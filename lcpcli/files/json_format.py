@@ -87,7 +87,7 @@ def parse_vector(field: str, content: bytes, n: int | None = None, number: Numbe
 
 def parse_exact(content: bytes) -> ExactParts:
     """A problem that `parse` has accepted, with all decimals."""
-    from lcpcli.rational.written import exact_parts
+    from lcpcli.rational.problem import exact_parts
 
     return exact_parts(lambda number: parse(content, number))
 
@@ -131,7 +131,7 @@ def fraction_or_none(text: str) -> Fraction | None:
 
 def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
     """A JSON list that `parse_vector` has accepted, with all decimals."""
-    from lcpcli.rational.written import exact_vector
+    from lcpcli.rational.numbers import exact_vector
 
     return exact_vector(lambda number: parse_vector(field, content, None, number))
 

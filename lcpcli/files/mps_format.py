@@ -34,7 +34,8 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.model.problem import Problem
 from lcpcli.model.reductions import from_qp
-from lcpcli.rational.written import Doubles, exact_parts
+from lcpcli.rational.numbers import Doubles
+from lcpcli.rational.problem import exact_parts
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:

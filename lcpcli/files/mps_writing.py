@@ -15,8 +15,7 @@ from lcpcli.files.json_format import number_text
 from lcpcli.files.programs import fields_of
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import decimal
-from lcpcli.rational.problem import shortest_decimal
+from lcpcli.rational.numbers import decimal, shortest_decimal
 from lcpcli.typing import Vector
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from lcpcli.files.atomic_write import write_together
 from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, TEXTS, WITH_BOUNDS, WRITTEN, load
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.rational.written import Written, of_game
+from lcpcli.rational.numbers import Written
+from lcpcli.rational.problem import of_game
 
 
 def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False) -> None:

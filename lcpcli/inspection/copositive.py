@@ -18,7 +18,7 @@ import numpy as np
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, index_sets, shown
 from lcpcli.linalg import matrices
 from lcpcli.rational import linear
-from lcpcli.rational.elimination import Rows
+from lcpcli.rational.linear import Rows
 from lcpcli.typing import Vector
 
 EXACT = 9  # n up to which all index sets are examined

@@ -18,7 +18,7 @@ from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.linalg.patterns import affordable
-from lcpcli.rational import elimination, sums
+from lcpcli.rational import linear, numbers
 from lcpcli.typing import Matrix, Vector
 
 EXACT = 64  # n up to which the leading minors of C are computed exactly
@@ -62,7 +62,7 @@ def scaled_dominance(M: Matrix, check: Check) -> Verdict:
         return _excluded(v)
     if e.size > EXACT:
         return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
-    order = elimination.first_nonpositive(sums.integers(matrices.dense(C)), check)
+    order = linear.first_nonpositive(numbers.integers(matrices.dense(C)), check)
     if order is None:
         return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")
     indices = tuple(range(order))

@@ -4,6 +4,12 @@ P. M. Pardalos and J. B. Rosen, Global optimization approach to the linear compl
 Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximise alpha subject to 0 <= M y + alpha q <= e - b,
 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
 max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
+
+What that leaves open is decided by branch and bound over complementary sets. A set P of indices stands for all z with
+w_i = 0 for i in P and z_i = 0 elsewhere; every solution belongs to one. A node of the tree fixes, for some indices,
+which of the two holds. What remains is a system of linear inequalities, and the node is pruned only by a Farkas proof
+that the system is infeasible, checked in exact arithmetic (`farkas.refutes`), or, where all indices are decided, by an
+exact solution of M_PP z_P = -q_P that has a negative component.
 """
 
 from __future__ import annotations
@@ -14,6 +20,7 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
@@ -22,7 +29,6 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import stack
-from lcpcli.methods import enumeration
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.changes import Scaled, scale
 from lcpcli.model.problem import Problem
@@ -36,6 +42,10 @@ NO_POINT = "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate"
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 LATE = "the time limit is reached"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
+OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
+MAX_NODES = 1 << 14  # enough for any problem of up to 12 unknowns
+
+Decisions = NDArray[np.int8]
 
 
 def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (every method has it)
@@ -44,7 +54,7 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     It works on R M C, R q with the powers of two of `equilibration.equilibrate`, which is exact, as alpha is about
     1 / max(z, w) in those units and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
     infeasible, by an LP; the program, for at most half the time limit, and the solution on each active set that it
-    suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`enumeration`).
+    suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`candidates`).
     Exponential in n at worst.
 
     Parameters
@@ -105,7 +115,7 @@ def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], 
         return OutOfTime(LATE)
     for P in _program(M, q, deadline):
         yield "program", P
-    tree = enumeration.candidates(M, q, deadline)
+    tree = candidates(M, q, deadline)
     try:
         while isinstance(found := advance(tree), np.ndarray):
             yield "tree", found
@@ -186,3 +196,70 @@ def _in_units(units: Scaled, s: float, w: Vector, z: Vector, P: Mask) -> Vector 
     """x = (z - w) / 2 in the problem's own units; None if it overflows."""
     x: Vector = (units.C * z - np.where(P, 0.0, np.maximum(w, 0.0)) / units.R) / (2 * s)
     return x if np.isfinite(x).all() else None
+
+
+def candidates(
+    M: Matrix, q: Vector, deadline: float = math.inf, nodes: int = MAX_NODES
+) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
+    """The sets P, as masks of shape (n,), that appear to have a solution. A set may be yielded more than once.
+
+    M, q : the problem, exactly equilibrated; the proofs refer to these numbers. deadline : by `clock.seconds`.
+    nodes : how many may be examined, each at the cost of one or two LPs.
+
+    Returns Finished if there is proved to be no solution but on the sets that were yielded: the caller tries each and
+    stops at a success. Otherwise a limit is reached, or a set that gave the caller no solution is not excluded.
+    """
+    pending, examined, unresolved = [np.full(q.size, OPEN, np.int8)], 0, False
+    while pending:
+        decided = pending.pop()
+        seconds = deadline - clock.seconds()
+        if seconds <= 0:
+            return OutOfTime("the time limit is reached")
+        if examined == nodes:
+            return Stalled(f"{nodes} systems have been examined")
+        examined += 1
+        found = alternative(*_system(M, q, decided), seconds)
+        if found.proof is not None:
+            continue
+        undecided = decided == OPEN
+        if not undecided.any():
+            if not _excluded(M, q, decided == ACTIVE):
+                yield decided == ACTIVE
+                unresolved = True
+            continue
+        z, w = _point(M, q, decided, found.point)
+        overlap = np.where(undecided, np.minimum(z, w), -np.inf)
+        branch = int(np.argmax(overlap))
+        if found.point is not None and overlap[branch] <= farkas.ACTIVE * max(float(z.max()), 1.0):
+            yield (decided == ACTIVE) | (undecided & (z > w))
+        order = (ACTIVE, INACTIVE) if z[branch] < w[branch] else (INACTIVE, ACTIVE)  # likelier last: popped first
+        for decision in order:
+            child = decided.copy()
+            child[branch] = decision
+            pending.append(child)
+    return Stalled("one complementary set is too close to having a solution") if unresolved else Finished()
+
+
+def _system(M: Matrix, q: Vector, decided: Decisions) -> tuple[Matrix, Vector]:
+    """The inequalities of a node: M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0."""
+    rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
+    kept = M[:, columns]
+    return matrices.stack([[kept], [-kept[rows]]]), np.append(q, -q[rows])
+
+
+def _point(M: Matrix, q: Vector, decided: Decisions, point: Vector | None) -> tuple[Vector, Vector]:
+    """z and w at the point found by the LP, if any; else at 0."""
+    z = np.zeros(q.size)
+    if point is not None:
+        z[decided != INACTIVE] = point
+    return z, M @ z + q
+
+
+def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
+    """Whether M_PP z_P = -q_P has no solution, or only one, which violates z_P >= 0 or M_NP z_P + q_N >= 0."""
+    if np.count_nonzero(P) > farkas.LARGEST_EXACT:
+        return False
+    from lcpcli.verify.exact_solution import exact_basis
+
+    found = exact_basis(M, q, P)
+    return found is None or (found.unique and not found.solves)

@@ -13,8 +13,8 @@ from lcpcli import clock, interrupts
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.auto.small import PIVOTS, exactly, small
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, block_pivoting, dense_route, from_states
+from lcpcli.methods.small import PIVOTS, exactly, small
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model import changes as scaled
 from lcpcli.model.far_bounds import Relaxed, relaxed

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from lcpcli.rational.linear import long_integer
+from lcpcli.rational.linear import clear, library
+from lcpcli.rational.numbers import primitive
 
 LONG = 200  # bits that numbers may reach from which on FLINT's are faster, where it is installed
 
@@ -33,8 +34,8 @@ class Dictionary:
     ) -> None:
         self.rows, self.cobasic, self.signed, self.divisor, self.check = rows, cobasic, set(signed), 1, check
         longest = max((abs(value).bit_length() for row in rows.values() for value in row), default=0)
-        if longest * len(cobasic) > LONG and (long := long_integer()):
-            self.rows = {form: [long(value) for value in row] for form, row in rows.items()}
+        if longest * len(cobasic) > LONG and (flint := library()):
+            self.rows = {form: [flint.fmpz(value) for value in row] for form, row in rows.items()}
 
     def copy(self) -> Dictionary:
         """A copy to be pivoted on its own."""
@@ -119,36 +120,76 @@ class Dictionary:
             bland = not step
             self.pivot(leaving, move[0])
 
-    def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
-        """The signed form that reaches 0 first as column k changes, and its value; None if none does."""
-        best, value, slope = None, 0, 1
+    def nearest(self, k: int, direction: int = 1) -> list[int]:
+        """The signed forms that reach 0 first as column k, counted from 1, changes."""
+        tied: list[int] = []
+        value, fall = 0, 1
         for form, row in self.rows.items():
-            fall = -direction * row[k]
-            if fall > 0 and form in self.signed:
-                order = row[0] * slope - value * fall
-                if best is None or order < 0 or (order == 0 and form < best):
-                    best, value, slope = form, row[0], fall
-        return best, value
+            slope = direction * row[k]
+            if slope < 0 and form in self.signed:
+                difference = row[0] * fall + value * slope
+                if not tied or difference < 0:
+                    tied, value, fall = [form], row[0], -slope
+                elif not difference:
+                    tied.append(form)
+        return tied
+
+    def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
+        """The first of these forms, and its value; None if there is none."""
+        form = min(self.nearest(k, direction), default=None)
+        return form, 0 if form is None else self.rows[form][0]
+
+    def lexicographic(self, tied: list[int], k: int, order: Iterable[int]) -> int | None:
+        """The one of the nearest forms that reaches 0 first if those in order were relaxed a little, the first ones
+        incomparably more; None if there is none."""
+        if len(tied) > 1:
+            columns = {form: j for j, form in enumerate(self.cobasic, 1)}
+            for relaxed in order:
+                if relaxed in tied:
+                    tied.remove(relaxed)
+                elif relaxed in columns:
+                    tied = self._least(tied, columns[relaxed], k)
+                if len(tied) == 1:
+                    break
+        return tied[0] if tied else None
+
+    def direction(self, k: int, forms: Iterable[int]) -> list[int]:
+        """How forms change as column k grows, in integers without a common divisor."""
+        column = {form: row[k] for form, row in self.rows.items()} | {self.cobasic[k - 1]: self.divisor}
+        return primitive([column.get(form, 0) for form in forms])
 
     def pivot(self, leaving: int, k: int) -> None:
         """Exchange a basic form for the cobasic one of column k, counted from 1."""
         self.check()
-        top, old = self.rows.pop(leaving), self.divisor
-        sign = 1 if top[k] > 0 else -1
-        new = sign * top[k]
+        top, old, sign = self.rows.pop(leaving), self.divisor, 1
+        if top[k] < 0:
+            top, sign = [-value for value in top], -1
+        new = top[k]
         rows = {}
         for form, row in self.rows.items():
-            factor = sign * row[k]
-            if factor:
-                changed = [(new * a - factor * b) // old for a, b in zip(row, top, strict=True)]
-                changed[k] = factor
+            if row[k]:
+                changed = clear(row, top, k, old)
+                changed[k] = sign * row[k]
             else:
                 changed = row if new == old else [new * a // old for a in row]
             rows[form] = changed
-        entered = [-sign * value for value in top]
+        entered = [-value for value in top]
         entered[k] = sign * old
         rows[self.cobasic[k - 1]] = entered
         self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
+
+    def _least(self, tied: list[int], relaxed: int, k: int) -> list[int]:
+        """The forms whose ratio changes least as that of a column is relaxed."""
+        best: list[int] = []
+        rise, fall = 0, 1
+        for form in tied:
+            row = self.rows[form]
+            difference = row[relaxed] * fall - rise * row[k]
+            if not best or difference < 0:
+                best, rise, fall = [form], row[relaxed], row[k]
+            elif not difference:
+                best.append(form)
+        return best
 
     def _reach_zero(self, form: int) -> bool:
         """Move to a point where a basic form is 0, and make it cobasic unless it is 0 throughout; False if none is."""

@@ -1,25 +1,33 @@
-"""Linear systems with integer data, solved in rational arithmetic: the only exact solver in the program.
+"""Elimination on integers without fractions: minors, and linear systems in rational arithmetic.
 
-Small systems by fraction-free Gauss-Jordan elimination (E. H. Bareiss, Sylvester's identity and multistep integer-
-preserving Gaussian elimination, Mathematics of Computation 22 (1968) 565-578): n^3 operations on minors of the matrix.
-Larger ones by FLINT (https://flintlib.org), where python-flint is installed: a nonsingular system costs n^3 operations
-modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of linear equations using p-adic expansions, Numerische
-Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same results.
+E. H. Bareiss, Sylvester's identity and multistep integer-preserving Gaussian elimination, Mathematics of Computation 22
+(1968) 565-578: after the pivots of an index set P, entry (i, j) is the minor of rows P + i and columns P + j. Larger
+systems are solved by FLINT (https://flintlib.org), where python-flint is installed: a nonsingular one costs n^3
+operations modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of linear equations using p-adic expansions,
+Numerische Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same results. FLINT
+holds the interpreter's lock, so that neither Ctrl-C nor a time limit could end the wait for it in a thread: calls that
+may take long are made in a process of their own, which is ended at once and takes a fifth of a second to start.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import marshal
+import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from itertools import combinations
 from typing import Any, NamedTuple
 
 from lcpcli.errors import ParameterError
-from lcpcli.interrupts import check
-from lcpcli.rational import flint_calls
+from lcpcli.interrupts import TimeIsUp, check, remaining
+from lcpcli.rational.numbers import dot, over_one_denominator
 
 SMALL = 16  # rows up to which FLINT is not faster
 SECONDS = 1e-9  # that a nonsingular system takes by FLINT, for each bit of its entries and n^3
 PRIME = 2**61 - 1  # below the largest integer of a word
+LONG = 0.5  # seconds of a call that is made in another process
+CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.linear import serve; serve()"
 
 Rows = Sequence[Sequence[int]]
 
@@ -37,47 +45,46 @@ class Solutions(NamedTuple):
 
 def require() -> Any:
     """The module flint, or a ParameterError that says how to install it."""
-    flint = _flint()
+    flint = library()
     if flint is None:
         raise ParameterError("exact", "needs python-flint", "pip install 'linear-complementarity[exact]'")
+    return flint
+
+
+def library() -> Any:
+    """The module flint, which is faster where systems are large or integers are long; None if it is not installed."""
+    try:
+        import flint
+    except ModuleNotFoundError:
+        return None
     return flint
 
 
 def solve(A: Rows, b: Sequence[int]) -> Solutions:
     """The solutions of A x = b, for integers A of shape (m, n) and b of length m."""
     m, n = len(A), len(A[0]) if A else 0
-    if m == n > SMALL and is_fast():
-        found = flint_calls.call("solved", duration(A), A, list(b))
+    if m == n > SMALL and library():
+        found = call(solved, duration(A), A, list(b))
         if found is not None:
             return Solutions([Fraction(*value) for value in found], [])
     rows, pivots, divisor = _reduced([[*row, value] for row, value in zip(A, b, strict=True)], n)
-    x = [Fraction(0)] * n
-    for row, column in zip(rows, pivots, strict=False):
-        x[column] = Fraction(row[n], divisor)
+
+    def of_column(j: int, sign: int) -> list[Fraction]:
+        values = {k: Fraction(sign * row[j], divisor) for row, k in zip(rows, pivots, strict=False)}
+        return [values.get(k, Fraction(0)) for k in range(n)]
+
+    x = None if any(row[n] for row in rows[len(pivots) :]) else of_column(n, 1)
     null_space = []
     for j in (j for j in range(n) if j not in pivots):
-        v = [Fraction(int(i == j)) for i in range(n)]
-        for row, column in zip(rows, pivots, strict=False):
-            v[column] = Fraction(-row[j], divisor)
-        null_space.append(v)
-    return Solutions(None if any(row[n] for row in rows[len(pivots) :]) else x, null_space)
+        null_space.append(of_column(j, -1))
+        null_space[-1][j] = Fraction(1)
+    return Solutions(x, null_space)
 
 
 def duration(A: Rows) -> float:
     """About how many seconds `solve` takes for a nonsingular A of many rows."""
     bits = max((abs(value).bit_length() for row in A for value in row), default=0)
     return SECONDS * bits * float(len(A)) ** 3
-
-
-def long_integer() -> Any:
-    """The type of FLINT's integers, which are faster than Python's where they are long; None without FLINT."""
-    flint = _flint()
-    return None if flint is None else flint.fmpz
-
-
-def is_fast() -> bool:
-    """Whether FLINT is there, for large systems."""
-    return _flint() is not None
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
@@ -87,7 +94,7 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     that has its rank modulo a prime. The other equations are not checked: they hold if A x = b has a solution, unless
     the prime divides a minor, which is unlikely.
     """
-    flint = _flint() if A and min(len(A), len(A[0])) > SMALL else None
+    flint = library() if A and min(len(A), len(A[0])) > SMALL else None
     if flint is None:
         return solve(A, b).x
     columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))
@@ -102,6 +109,13 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     return x
 
 
+def null_vector(A: Rows, y: Sequence[Fraction]) -> list[Fraction] | None:
+    """A vector near y, with A times it 0: y changed by a `particular` solution; None if none is found."""
+    multiple, divisor = over_one_denominator(y)
+    changes = particular(A, [-dot(row, multiple) for row in A])
+    return None if changes is None else [value + change / divisor for value, change in zip(y, changes, strict=True)]
+
+
 def inverse(A: Rows) -> list[list[Fraction]] | None:
     """The inverse of a square A of integers; None if it is singular."""
     n = len(A)
@@ -111,8 +125,8 @@ def inverse(A: Rows) -> list[list[Fraction]] | None:
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
     """The reduced row echelon form of the first n columns times a divisor, its pivot columns, and that divisor."""
-    if len(rows) > SMALL and is_fast():
-        whole, divisor, rank = flint_calls.call("reduced", duration(rows), rows)
+    if len(rows) > SMALL and library():
+        whole, divisor, rank = call(reduced, duration(rows), rows)
         leading = [next(j for j, value in enumerate(row) if value) for row in whole[:rank]]
         return whole, [j for j in leading if j < n], divisor
     pivots: list[int] = []
@@ -124,14 +138,10 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
         if found is None:
             continue
         rows[top], rows[found] = rows[found], rows[top]
-        pivot_row = rows[top]
-        pivot = pivot_row[column]
-        for i, row in enumerate(rows):
-            if i != top:
-                factor = row[column]
-                rows[i] = [(pivot * v - factor * p) // previous for v, p in zip(row, pivot_row, strict=True)]
+        pivot = rows[top]
+        rows = [row if row is pivot else clear(row, pivot, column, previous) for row in rows]
         pivots.append(column)
-        previous = pivot
+        previous = pivot[column]
     return rows, pivots, previous
 
 
@@ -141,9 +151,141 @@ def _pivots(A: Any) -> list[int]:
     return [next(j for j in range(A.ncols()) if reduced[i, j]) for i in range(rank)]
 
 
-def _flint() -> Any:
+class Definiteness(NamedTuple):
+    """Index sets of principal minors that prove a symmetric matrix not to be positive definite or semidefinite.
+
+    zero : a set whose minor is zero. negative : one whose minor is negative. None if there is none.
+    """
+
+    zero: tuple[int, ...] | None
+    negative: tuple[int, ...] | None
+
+
+def clear(row: Sequence[int], top: Sequence[int], k: int, previous: int) -> list[int]:
+    """A row after the pivot top[k], with a zero in its column; previous : the preceding pivot."""
+    pivot, factor = top[k], row[k]
+    return [(pivot * a - factor * b) // previous for a, b in zip(row, top, strict=True)]
+
+
+def eliminated(A: Rows, previous: int) -> Rows:
+    """The matrix after the pivot A[0][0], which is not 0, without its row and column."""
+    return [clear(row, A[0], 0, previous)[1:] for row in A[1:]]
+
+
+def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
+    """Whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by pivot.
+
+    `check` is called before each pivot and may raise.
+    """
+    labels, previous = list(range(len(A))), 1
+    chosen: list[int] = []
+    zero: tuple[int, ...] | None = None
+    while labels:
+        check()
+        label, pivot = labels.pop(0), A[0][0]
+        if pivot < 0:
+            return Definiteness(zero, (*chosen, label))
+        if pivot == 0:
+            zero = zero or (*chosen, label)
+            other = next((j for j, value in enumerate(A[0]) if value), None)
+            if other is not None:
+                return Definiteness(zero, (*chosen, label, labels[other - 1]))
+            A = [row[1:] for row in A[1:]]
+            continue
+        A, previous = eliminated(A, previous), pivot
+        chosen.append(label)
+    return Definiteness(zero, None)
+
+
+def first_nonpositive(A: Rows, check: Callable[[], None]) -> int | None:
+    """The order of the first leading principal minor that is not positive; None if all are positive."""
+    found = definiteness(A, check)
+    indices = found.zero or found.negative
+    return len(indices) if indices else None
+
+
+def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple[int, ...], int]]:
+    """Every principal minor with its index set, by Schur complements with shared elimination steps.
+
+    M. J. Tsatsomeros and L. Li, A recursive test for P-matrices, BIT Numerical Mathematics 40 (2000) 410-414. There are
+    2^n - 1. `check` is called before each and may raise.
+    """
+    pending: list[tuple[Rows, tuple[int, ...], tuple[int, ...], int]] = [(A, tuple(range(len(A))), (), 1)]
+    while pending:
+        block, labels, chosen, previous = pending.pop()
+        check()
+        own, rest, pivot = (*chosen, labels[0]), labels[1:], block[0][0]
+        yield own, pivot
+        if not rest:
+            continue
+        pending.append(([row[1:] for row in block[1:]], rest, chosen, previous))
+        if pivot:
+            pending.append((eliminated(block, previous), rest, own, pivot))
+            continue
+        for size in range(1, len(rest) + 1):
+            for more in combinations(rest, size):
+                check()
+                yield (*own, *more), determinant([[A[i][j] for j in (*own, *more)] for i in (*own, *more)])
+
+
+def determinant(A: Rows) -> int:
+    """The determinant of a square integer A."""
+    sign, previous = 1, 1
+    while len(A) > 1:
+        k = next((i for i, row in enumerate(A) if row[0]), None)
+        if k is None:
+            return 0
+        if k:
+            A = [A[k], *A[:k], *A[k + 1 :]]
+            sign = -sign if k % 2 else sign
+        pivot = A[0][0]
+        A, previous = eliminated(A, previous), pivot
+    return sign * A[0][0]
+
+
+def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
+    """The numerators and denominators of the x with A x = b, for square A; None if A is singular."""
+    import flint
+
     try:
-        import flint
-    except ModuleNotFoundError:
+        x = flint.fmpz_mat(A).solve(flint.fmpz_mat(len(b), 1, b))
+    except ZeroDivisionError:
         return None
-    return flint
+    return [(int(value.p), int(value.q)) for value in x.entries()]
+
+
+def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
+    """The reduced row echelon form of A times a divisor, that divisor, and the rank."""
+    import flint
+
+    rows, divisor, rank = flint.fmpz_mat(A).rref()
+    return [[int(value) for value in row] for row in rows.tolist()], int(divisor), rank
+
+
+def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
+    """What one of these returns, which takes about so many seconds. Raises TimeIsUp at the end of `within`."""
+    if seconds > LONG and sys.executable:
+        import subprocess
+
+        command, left = [sys.executable, "-c", CODE, *sys.path], remaining()
+        try:
+            done = subprocess.run(
+                command,
+                input=marshal.dumps((function.__name__, given)),
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                timeout=left if left < math.inf else None,
+                check=True,
+            )
+            return marshal.loads(done.stdout)
+        except subprocess.TimeoutExpired:
+            raise TimeIsUp from None
+        except (OSError, subprocess.CalledProcessError):
+            pass
+    return function(*given)
+
+
+def serve() -> None:
+    """Make the call on standard input, and write what it returns."""
+    name, given = marshal.load(sys.stdin.buffer)
+    sys.stdout.buffer.write(marshal.dumps(globals()[name](*given)))

@@ -1,27 +1,38 @@
-"""Rational numbers from text and back, and rounded to doubles.
+"""Rational numbers: from text and back, from doubles and back, and exact sums of doubles.
 
 Text passes through `decimal`, which unlike int and str has no limit on digits, and where an exponent costs nothing
-until it is expanded, so that it can be rejected first.
+until it is expanded, so that it can be rejected first. In a problem of doubles that were read from text, each can stand
+for one number of the text alone (`Doubles`): so what is made of the doubles by moving them and changing their signs can
+be said of the numbers.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.interrupts import check
-from lcpcli.typing import Vector
+from lcpcli.linalg.doubles import SMALLEST_NORMAL
+from lcpcli.typing import Indices, Vector
 
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
 LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded
 MOST_DIGITS = 25  # digits of a fraction in a line of text
+MANTISSA = 53
+SUBNORMAL = 1074  # the smallest positive number is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
+SHORTEST = 15  # digits that every double has
+LARGEST = math.nextafter(math.inf, 0.0)
+
+T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
@@ -104,3 +115,181 @@ def _rounded(value: Fraction) -> float:
         return float(value)
     except OverflowError:
         return np.inf if value > 0 else -np.inf
+
+
+def sign_of_product(a: Vector, y: Vector) -> int:
+    """An integer with the sign of a'y, for finite floats a and y of shape (n,)."""
+    return _sum_of_products(a, y)[0]
+
+
+def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
+    """a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
+
+    A subnormal result is rounded away from 0, so that only 0 becomes 0.
+    """
+    total, power = _sum_of_products(np.append(a, constant), np.append(y, 1.0))
+    exact = Fraction(total << max(power, 0), 1 << max(-power, 0))
+    value = _rounded(exact)
+    if abs(value) >= SMALLEST_NORMAL:
+        return value
+    return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), 1 if total > 0 else -1)
+
+
+def _sum_of_products(a: Vector, y: Vector) -> tuple[int, int]:
+    """Integers s and e with a'y = s 2^e."""
+    (a_whole, a_power), (y_whole, y_power) = _mantissas(a), _mantissas(y)
+    powers = (a_power + y_power).tolist()
+    least = min(powers, default=0)
+    terms = zip(a_whole, y_whole, powers, strict=True)
+    return sum((i * j) << power - least for i, j, power in terms if i and j), least
+
+
+def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
+    """a'y for finite floats a and rational y, both of length n; fastest for integers y."""
+    A, power = in_integers(a)
+    return Fraction(2) ** power * sum(i * j for i, j in zip(A, y, strict=True) if i)
+
+
+def sign_of_form(M: Vector, v: Vector) -> int:
+    """An integer with the sign of v'Mv, for finite floats M of shape (n, n) and v of shape (n,)."""
+    x, _ = in_integers(v)
+    return dot(x, [dot(row, x) for row in integers(M)])
+
+
+def integers(A: Vector) -> list[list[int]]:
+    """The rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them integers."""
+    whole, _ = in_integers(A.ravel())
+    width = A.shape[1]
+    return [whole[top : top + width] for top in range(0, len(whole), width)]
+
+
+def row_integers(A: Vector) -> list[list[int]]:
+    """The rows of A, finite floats of shape (m, n), each times the power of two that makes its entries integers."""
+    return [in_integers(row)[0] for row in A]
+
+
+def in_integers(values: Vector) -> tuple[list[int], int]:
+    """Integers V and an exponent e with values = V 2^e, for finite floats of shape (n,)."""
+    whole, exponents = _mantissas(values)
+    powers = exponents.tolist()
+    least = min((power for value, power in zip(whole, powers, strict=True) if value), default=0)
+    return [value << power - least if value else 0 for value, power in zip(whole, powers, strict=True)], least
+
+
+def _mantissas(values: Vector) -> tuple[list[int], Indices]:
+    """Integers i and exponents e with values = i 2^e."""
+    fraction, exponent = np.frexp(values)
+    return np.ldexp(fraction, MANTISSA).astype(np.int64).tolist(), exponent.astype(np.int64) - MANTISSA
+
+
+def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:
+    """Integers V and d > 0 with values = V / d."""
+    d = math.lcm(*(value.denominator for value in values))
+    return [value.numerator * (d // value.denominator) for value in values], d
+
+
+def whole_multiple(values: Sequence[Fraction]) -> list[int]:
+    """The smallest integers that are a positive multiple of some numbers."""
+    return primitive(over_one_denominator(values)[0])
+
+
+def primitive(values: Sequence[int]) -> list[int]:
+    """Integers divided by what they have in common."""
+    common = math.gcd(*values)
+    return [int(value) // common for value in values] if common else list(values)
+
+
+def dot(a: Sequence[int], b: Sequence[int]) -> int:
+    """a'b for integers."""
+    return sum(i * j for i, j in zip(a, b, strict=True) if i and j)
+
+
+def shortest_decimal(value: float) -> Fraction:
+    """The shortest decimal that is rounded to a double."""
+    return Fraction(repr(value))
+
+
+@dataclass(frozen=True)
+class Written(Generic[T]):
+    """What was read.
+
+    rounded : with the nearest doubles. own : with a double of its own for each number. exact : what those doubles stand
+    for that stand for anything else than their shortest decimals.
+    """
+
+    rounded: T
+    own: T
+    exact: Mapping[float, Fraction]
+
+    def number(self, double: float) -> Fraction:
+        """The number that a double of `own` stands for."""
+        return self.exact[double] if double in self.exact else shortest_decimal(double)
+
+
+class Doubles:
+    """The doubles of the numbers of a text that is read twice: at first the nearest ones, then one for each number."""
+
+    def __init__(self) -> None:
+        self._sizes: set[float] = set()  # of those that are the shortest decimals of their doubles
+        self._others: set[Fraction] = set()
+        self._places: dict[Fraction, float] | None = None  # the doubles of all sizes; None when read at first
+
+    def __call__(self, text: str) -> float:
+        """The double of a decimal text; of one that is not finite that."""
+        double = float(text)
+        is_short = len(text) <= SHORTEST and "e" not in text.casefold()
+        return self._of(None if is_short or repr(double) == text else fraction(text), double)
+
+    def of(self, value: Fraction) -> float:
+        """The double of a number."""
+        return self._of(value, float(rounded([value])[0]))
+
+    def _of(self, value: Fraction | None, nearest: float) -> float:
+        """The double of a number, None for the shortest decimal of the nearest one."""
+        if not math.isfinite(nearest):
+            return nearest
+        if self._places is not None:
+            return math.copysign(self._places[abs(shortest_decimal(nearest) if value is None else value)], nearest)
+        if value is None or shortest_decimal(nearest) == value:
+            self._sizes.add(abs(nearest))
+        else:
+            self._others.add(abs(value))
+        return nearest
+
+    def settled(self) -> Mapping[float, Fraction] | None:
+        """What the doubles stand for from now on; None if the nearest ones already stand for one number each."""
+        if not self._others:
+            return None
+        sizes = sorted({*self._others, *map(shortest_decimal, self._sizes)})
+        self._places = dict(zip(sizes, _places(sizes), strict=True))
+        own = [(place, size) for size, place in self._places.items() if shortest_decimal(place) != size]
+        return dict(own) | {-place: -size for place, size in own}
+
+
+def _places(sizes: list[Fraction]) -> list[float]:
+    """A double for each of some different numbers, in the same order; integers, which may be indices, are kept."""
+    found: list[float] = []
+    for size in sizes:
+        nearest = float(size)
+        is_kept = size.denominator == 1 and size <= LARGEST_INTEGER
+        above = math.nextafter(found[-1] if found else 0.0, math.inf)
+        found.append(nearest if is_kept else min(max(nearest, above), LARGEST))
+        i = len(found) - 1
+        while i and found[i - 1] >= found[i]:
+            found[i - 1] = math.nextafter(found[i], 0.0)
+            i -= 1
+    return found
+
+
+def written(parse: Callable[[Doubles], T]) -> Written[T]:
+    """What parse makes of a text, given what makes doubles of its numbers."""
+    doubles = Doubles()
+    nearest = parse(doubles)
+    exact = doubles.settled()
+    return Written(nearest, nearest, {}) if exact is None else Written(nearest, parse(doubles), exact)
+
+
+def exact_vector(parse: Callable[[Doubles], Vector]) -> list[Fraction]:
+    """A vector with the numbers as they are written."""
+    found = written(parse)
+    return [found.number(value) for value in found.own.tolist()]

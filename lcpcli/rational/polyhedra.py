@@ -10,14 +10,13 @@ bases are remembered, so that each is visited once.)
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import product
 from typing import NamedTuple
 
 from lcpcli.rational.dictionary import Dictionary
-from lcpcli.rational.graphs import connected
-from lcpcli.rational.sums import primitive
+from lcpcli.rational.numbers import primitive
 
 Point = tuple[Fraction, ...]
 Direction = tuple[int, ...]
@@ -69,7 +68,7 @@ def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) 
             if most < 0:
                 return None
             found[_values(here, own)] = None
-            directions.update((_direction(here, k, forms), None) for k in unbounded)
+            directions.update((tuple(here.direction(k, forms)), None) for k in unbounded)
         factors.append(([place[form] for form in own], list(found)))
         rays += directions
     if math.prod(len(points) for _, points in factors) > most:
@@ -122,8 +121,7 @@ def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
     moves: list[list[tuple[int, int]]] = []  # of each basis on the way, those that have not been tried
     back: list[tuple[int, int, int]] = []
     while True:
-        columns = {form: k for k, form in enumerate(here.cobasic, 1)}
-        edges = [(k, _leaving(here, k, order, columns)) for k in columns.values()]
+        edges = [(k, here.lexicographic(here.nearest(k), k, order)) for k in range(1, len(here.cobasic) + 1)]
         yield here, [k for k, leaving in edges if leaving is None]
         moves.append([(k, leaving) for k, leaving in edges if leaving is not None])
         while True:
@@ -153,50 +151,25 @@ def _without_lines(start: Dictionary, forms: Sequence[int]) -> list[Direction]:
         if leaving is None:
             leaving = start.leaving(k, -1)[0]
         if leaving is None:
-            lines.append(_direction(start, k, forms))
+            lines.append(tuple(start.direction(k, forms)))
             start.vanish(form)
         else:
             start.pivot(leaving, k)
     return lines
 
 
-def _direction(here: Dictionary, k: int, forms: Sequence[int]) -> Direction:
-    """How the forms change along the edge of column k."""
-    entering = here.cobasic[k - 1]
-    changes = [here.divisor if form == entering else here.rows[form][k] if form in here.rows else 0 for form in forms]
-    return tuple(primitive(changes))
+def connected(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
+    """The connected parts of the graph with the nodes 0, ..., n - 1, each in order, by their least nodes."""
+    part = list(range(n))
 
+    def root(i: int) -> int:
+        while part[i] != i:
+            part[i] = i = part[part[i]]
+        return i
 
-def _leaving(here: Dictionary, k: int, order: Sequence[int], columns: Mapping[int, int]) -> int | None:
-    """The signed form that reaches 0 first as that of column k grows, lexicographically; None if none does."""
-    tied: list[int] = []
-    value, fall = 0, 1
-    for form, row in here.rows.items():
-        if row[k] < 0 and form in here.signed:
-            difference = row[0] * fall + value * row[k]
-            if not tied or difference < 0:
-                tied, value, fall = [form], row[0], -row[k]
-            elif not difference:
-                tied.append(form)
-    for relaxed in order:
-        if len(tied) <= 1:
-            break
-        if relaxed in tied:
-            tied.remove(relaxed)
-        elif relaxed in columns:
-            tied = _least(here, tied, columns[relaxed], k)
-    return tied[0] if tied else None
-
-
-def _least(here: Dictionary, tied: Sequence[int], relaxed: int, k: int) -> list[int]:
-    """The forms whose ratio changes least as that of a column is relaxed."""
-    best: list[int] = []
-    rise, fall = 0, 1
-    for form in tied:
-        row = here.rows[form]
-        difference = row[relaxed] * fall - rise * row[k]
-        if not best or difference < 0:
-            best, rise, fall = [form], row[relaxed], row[k]
-        elif not difference:
-            best.append(form)
-    return best
+    for i, j in edges:
+        part[root(j)] = root(i)
+    found: dict[int, list[int]] = {}
+    for i in range(n):
+        found.setdefault(root(i), []).append(i)
+    return list(found.values())

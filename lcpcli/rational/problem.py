@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
@@ -17,8 +18,16 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import LARGEST_INTEGER
-from lcpcli.rational.sums import over_one_denominator
+from lcpcli.rational.numbers import (
+    LARGEST_INTEGER,
+    Doubles,
+    Written,
+    dot,
+    over_one_denominator,
+    places,
+    shortest_decimal,
+    written,
+)
 from lcpcli.typing import Indices, Matrix, Vector
 
 Row = TypeVar("Row")
@@ -68,12 +77,9 @@ class ExactProblem:
     @classmethod
     def of_rows(cls, problem: Problem, kept: Indices, number: Callable[[Any], Fraction]) -> ExactProblem:
         """The problem with those rows of M and q as these numbers, and zeros in place of the others."""
-        M, q = rows_of(problem.M[kept], number), [number(value) for value in problem.q[kept].tolist()]
-        rows: Rows = [{} for _ in range(problem.n)]
-        constants = [Fraction(0)] * problem.n
-        for i, row, value in zip(kept.tolist(), M, q, strict=True):
-            rows[i], constants[i] = row, value
-        return cls(problem, rows, constants, *_bounds_of(problem, number))
+        own = dict(zip(kept.tolist(), rows_of(problem.M[kept], number), strict=True))
+        q = [number(value) if i in own else Fraction(0) for i, value in enumerate(problem.q.tolist())]
+        return cls(problem, [own.get(i, {}) for i in range(problem.n)], q, *_bounds_of(problem, number))
 
     @classmethod
     def of_decimals(cls, problem: Problem) -> ExactProblem:
@@ -95,11 +101,10 @@ class ExactProblem:
 
     def sizes(self, z: Sequence[Fraction]) -> list[Fraction]:
         """|M| |z| + |q|."""
-        Z, d = over_one_denominator(z)
-        return [
-            Fraction(sum(abs(a * Z[j]) for j, a in _in_time(row).items()) + abs(constant) * d, scale * d)
-            for row, constant, scale in zip(self.rows, self.constants, self.scales, strict=True)
-        ]
+        sizes = copy(self)
+        sizes.rows = [{j: abs(a) for j, a in row.items()} for row in self.rows]
+        sizes.constants = list(map(abs, self.constants))
+        return sizes.w(list(map(abs, z)))
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
         """Whether z >= 0, w = M z + q >= 0 and z'w = 0; with bounds, l <= z <= u, w_i >= 0 where z_i < u_i and w_i <= 0
@@ -108,7 +113,7 @@ class ExactProblem:
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
         """min(z, w); with bounds, z - mid(l, u, z - w)."""
-        return [_gap(*each) for each in zip(z, w, self.lower, self.upper, strict=True)]
+        return [gap(*each) for each in zip(z, w, self.lower, self.upper, strict=True)]
 
     def with_transpose(self, y: Sequence[Fraction]) -> tuple[list[Fraction], Fraction]:
         """M'y and q'y."""
@@ -118,11 +123,11 @@ class ExactProblem:
             if factor:
                 for j, a in _in_time(row).items():
                     sums[j] += a * factor
-        return [Fraction(value, d) for value in sums], Fraction(_dot(self.constants, V), d)
+        return [Fraction(value, d) for value in sums], Fraction(dot(self.constants, V), d)
 
     def refuted_by(self, y: Sequence[Fraction]) -> bool:
         """Whether y proves that no z >= 0 has M z + q >= 0: y >= 0, M'y <= 0, q'y < 0 (Farkas); or, with bounds, that
-        none has w with the signs that they ask for, as in `verify.mixed_farkas`."""
+        none has w with the signs that they ask for, as in `verify.farkas`."""
         columns, total = self.with_transpose(y)
         for value, column, low, high in zip(y, columns, self.lower, self.upper, strict=True):
             if (value < 0 and low is not None) or (value > 0 and high is not None):
@@ -138,18 +143,17 @@ class ExactProblem:
         """Whether `problem` holds the data without rounding."""
         if any(scale & (scale - 1) for scale in self.scales):  # denominators of doubles are powers of two
             return False
-        q, (lower, upper) = self.problem.q.tolist(), _all_bounds_of(self.problem)
-        given = zip(self.rows, self.constants, self.scales, strict=True)
-        own = (_in_integers(*row) for row in zip(rows_of(self.problem.M), map(number_of, q), strict=True))
-        return (lower, upper) == (self.lower, self.upper) and all(a == b for a, b in zip(given, own, strict=True))
+        own = ExactProblem.of_floats(self.problem)
+        names = ("lower", "upper", "rows", "constants", "scales")
+        return all(getattr(own, name) == getattr(self, name) for name in names)
 
     def in_integers(self) -> Problem | None:
         """The problem with its rows times `scales`, with the same solutions z; None if doubles cannot represent it."""
         if any(abs(value) > LARGEST_INTEGER for row in self.rows for value in row.values()):
             return None
-        if any(abs(value) > LARGEST_INTEGER for value in self.constants):
+        if max(map(abs, self.constants)) > LARGEST_INTEGER:
             return None
-        if _all_bounds_of(self.problem) != (self.lower, self.upper):
+        if _bounds_of(self.problem, number_of) != [self.lower, self.upper]:
             return None
         M, q = _like(self.problem.M, self.rows), np.array(self.constants, dtype=float)
         return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
@@ -198,20 +202,9 @@ def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bo
     return [bounds_of(bound, number) for bound in problem.box.vectors(problem.n)]
 
 
-def _all_bounds_of(problem: Problem) -> tuple[Bounds, Bounds]:
-    """The bounds, those of an LCP too."""
-    data = ExactProblem(problem, [{}] * problem.n, [Fraction(0)] * problem.n, *_bounds_of(problem, number_of))
-    return data.lower, data.upper
-
-
 def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> Bounds:
     """The entries of a bound as rational numbers, None for infinite ones."""
     return [number(value) if math.isfinite(value) else None for value in bound.tolist()]
-
-
-def shortest_decimal(value: float) -> Fraction:
-    """The shortest decimal that is rounded to a double."""
-    return Fraction(repr(value))
 
 
 def decimal_parts_of(problem: Problem) -> ExactParts:
@@ -230,10 +223,10 @@ def parts_of_game(game: Game) -> ExactParts:
     return ExactParts(rows, [Fraction(-1)] * (m + k))
 
 
-def _gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
+def gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
     """max(z - high, min(z - low, w))."""
-    gap = w if low is None else min(z - low, w)
-    return gap if high is None else max(z - high, gap)
+    above = w if low is None else min(z - low, w)
+    return above if high is None else max(z - high, above)
 
 
 def fractions_of(values: Vector) -> list[Fraction]:
@@ -241,18 +234,39 @@ def fractions_of(values: Vector) -> list[Fraction]:
     return [number_of(value) for value in values.tolist()]
 
 
-def _dot(a: Sequence[int], b: Sequence[int]) -> int:
-    return sum(x * y for x, y in zip(a, b, strict=True))
-
-
 def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
     """The matrix of these rows, sparse if M is."""
-    entries = [(i, j, float(a)) for i, row in enumerate(rows) for j, a in row.items()]
-    i, j, values = (list(part) for part in zip(*entries, strict=True)) if entries else ([], [], [])
-    if is_sparse(M):
-        from scipy.sparse import csr_array
+    if not is_sparse(M):
+        return np.array([[row.get(j, 0) for j in range(len(rows))] for row in rows], dtype=float)
+    from scipy.sparse import csr_array
 
-        return csr_array((values, (i, j)), shape=M.shape)
-    dense = np.zeros(M.shape)
-    dense[i, j] = values
-    return dense
+    entries = [(float(a), i, j) for i, row in enumerate(rows) for j, a in row.items()]
+    values, i, j = zip(*entries, strict=True) if entries else ((), (), ())
+    return csr_array((values, (i, j)), shape=M.shape)
+
+
+def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
+    """The problem, or M alone, with the numbers as they are written; of a game, which keeps its payoffs as they are
+    written, the shortest decimals."""
+    found = written(parse)
+    if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
+        is_other = found.own.n != found.rounded.n  # the sides of a row of a program are the same double
+        if is_other or isinstance(found.rounded.origin, Game):
+            return decimal_parts_of(found.rounded)
+    return parts_of(found.own, found.number)
+
+
+def of_game(problem: Problem, game: Game) -> Written[Problem] | None:
+    """The problem of a game with its costs as the payoffs are written; None if some are no decimals."""
+    costs = parts_of_game(game).M
+    if any(places(cost) is None for row in costs for cost in row.values()):
+        return None
+
+    def parse(doubles: Doubles) -> Problem:
+        M = np.zeros(problem.M.shape)
+        for i, row in enumerate(costs):
+            M[i, list(row)] = [doubles.of(cost) for cost in row.values()]
+        return Problem(M, problem.q, problem.name)
+
+    found = written(parse)
+    return Written(problem, found.own, found.exact)

@@ -1,12 +1,192 @@
-"""The tree over the states of the unknowns, in which each branch that is cut has a proof."""
+"""The tree over the states of the unknowns, in which each branch that is cut has a proof.
+
+Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an upper bound, with w_i of the
+opposite sign; a free one is y_i. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from dataclasses import dataclass
 from fractions import Fraction
+from math import gcd
 
-from lcpcli.rational.choices import Node, Unknowns
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.numbers import primitive
+from lcpcli.rational.polyhedra import Direction, Point, Vertex
 from lcpcli.rational.problem import ExactProblem
+
+LOWER, BASIC, UPPER = STATES = range(3)  # z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0
+
+
+class Unknowns:
+    """The unknowns of a problem.
+
+    base, side : z = base + side y. boxes : those with two bounds. choices : the states that each may have; none if it
+    is fixed. bits, masks, meaning : these as bits, all and of each unknown, and what each bit stands for.
+    check : called before each node and pivot; it may raise.
+    """
+
+    def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
+        self.data, self.n, self.check = data, data.n, check
+        bounds = list(zip(data.lower, data.upper, strict=True))
+        self.base = [low if low is not None else high if high is not None else Fraction(0) for low, high in bounds]
+        self.side = [-1 if low is None and high is not None else 1 for low, high in bounds]
+        self._is_moved = any(self.base) or min(self.side) < 0
+        self.boxes = {k for k, (low, high) in enumerate(bounds) if low is not None and high is not None and low < high}
+        self.allow([_states(low, high) for low, high in bounds])
+
+    def restricted(self, bits: int) -> Unknowns:
+        """The same unknowns with these choices alone."""
+        other = copy(self)
+        other.allow([[state for state in own if bits & self.bit(k, state)] for k, own in enumerate(self.choices)])
+        return other
+
+    def allow(self, choices: Sequence[Sequence[int]]) -> None:
+        """Take other choices, those that are tried first in front."""
+        self.choices = choices
+        self.meaning = {self.bit(k, state): (k, state) for k, states in enumerate(choices) for state in states}
+        self.bits = sum(self.meaning)
+        self.masks = [sum(self.bit(k, state) for state in states) for k, states in enumerate(choices)]
+
+    def w(self, k: int) -> int:
+        """The number of the form w_k; that of y_k is k."""
+        return self.n + k
+
+    def zero(self, k: int, state: int) -> int:
+        """The number of the form that is 0 in a state."""
+        return k if state == UPPER and k not in self.boxes else k + state * self.n
+
+    def bit(self, k: int, state: int) -> int:
+        """The bit of a state where several are in one number: that of the form that is 0."""
+        return 1 << self.zero(k, state)
+
+    def vertex(self, values: Direction) -> Point:
+        """A point in terms of z, from its y times the number before them."""
+        divisor, *y = values
+        if self._is_moved:
+            moved = zip(self.base, self.side, y, strict=True)
+            return Vertex(base + side * Fraction(value, divisor) for base, side, value in moved)
+        return Vertex(Fraction(value, divisor) for value in y)
+
+    def direction(self, y: Direction) -> Point:
+        """A ray or a line in terms of z, from that in terms of y."""
+        return tuple(Fraction(side * value) for side, value in zip(self.side, y, strict=True))
+
+    def root(self) -> Node | None:
+        """The node where nothing has been chosen; None if the equations and signs that always hold have no solution."""
+        rows, _, kept = self.forms()
+        bounded = [k for k in kept if len(self.choices[k]) > 1]
+        widths = [self.zero(k, UPPER) for k in self.boxes]
+        node = Node(Dictionary(rows, list(kept), [*bounded, *widths], self.check), [None] * self.n)
+        signed = (node.dictionary.require(self.w(k)) for k in bounded if k not in self.boxes)
+        free = (self.choose(node, k, BASIC) for k in kept if self.choices[k] == (BASIC,))
+        return node if all(free) and all(signed) else None
+
+    def choose(self, node: Node, k: int, state: int) -> bool:
+        """Choose a state in a node; False if that is proved to leave nothing of it."""
+        here, w = node.dictionary, self.w(k)
+        node.states[k] = state
+        node.certain |= self.bit(k, state)
+        if state == BASIC or k not in self.boxes:
+            return here.vanish(self.zero(k, state))
+        if state == UPPER:
+            here.negate(w)
+        return here.vanish(self.zero(k, state)) and here.require(w)
+
+    def satisfied(self, node: Node) -> int:
+        """The states that hold at the node's point, as bits."""
+        here = node.dictionary
+        bits = self.bits & ~here.nonzero()
+        for k in self.boxes:
+            if node.states[k] is None and (value := here.value(self.w(k))):
+                bits &= ~self.bit(k, UPPER if value > 0 else LOWER)
+        return bits
+
+    def held(self, node: Node) -> int:
+        """The states that hold on all of a node, as bits."""
+        bits = self.satisfied(node)
+        if node.dictionary.cobasic:
+            for bit in self.meaning:
+                if bits & bit and not self.holds(node, bit):
+                    bits ^= bit
+        return bits
+
+    def narrow(self, node: Node) -> bool | None:
+        """Choose the states of unknowns that have only one left, the forms of the others having a row that shows that
+        they do not vanish: False if that is proved to leave nothing of the node, None if there are none."""
+        node.absent |= node.dictionary.absent()
+        some = None
+        for k, states in enumerate(self.choices):
+            if states and node.states[k] is None:
+                left = [state for state in states if not node.absent & self.bit(k, state)]
+                if len(left) < 2:
+                    if not left or not self.choose(node, k, left[0]):
+                        return False
+                    some = True
+        return some
+
+    def violation(self, node: Node, k: int) -> int:
+        """How far an unknown is from any state at the node's point, up to factors of its own."""
+        w = node.dictionary.value(self.w(k))
+        return abs(w) * node.dictionary.value(self.zero(k, UPPER) if w < 0 else k)
+
+    def holds(self, node: Node, bit: int) -> bool:
+        """Whether a state holds on all of the node."""
+        if node.certain & bit:
+            return True
+        here = node.dictionary
+        if not here.is_zero(bit.bit_length() - 1):
+            return False
+        k, state = self.meaning[bit]
+        if state != BASIC and k in self.boxes and here.can_have_sign(self.w(k), -1 if state == LOWER else 1):
+            return False
+        node.certain |= bit
+        return True
+
+    def forms(self) -> tuple[dict[int, list[int]], dict[int, Fraction], list[int]]:
+        """The forms w_k, and u_k - z_k of boxes, in integers, in terms of y without what is fixed; the numbers by which
+        the w_k are multiplied; and the unknowns that are not fixed."""
+        kept = [k for k in range(self.n) if self.choices[k]]
+        rows, factors = dict[int, list[int]](), dict[int, Fraction]()
+        for k in kept:
+            self.check()
+            row = self.data.rows[k]
+            constant = sum((a * self.base[j] for j, a in row.items()), Fraction(self.data.constants[k]))
+            d = self.side[k] * constant.denominator
+            form = [self.side[k] * constant.numerator, *(d * self.side[j] * row.get(j, 0) for j in kept)]
+            rows[self.w(k)] = primitive(form)
+            factors[self.w(k)] = Fraction(d * self.data.scales[k], gcd(*form) or 1)
+        for k in self.boxes:
+            width = (self.data.upper[k] or 0) - self.base[k]
+            rows[self.zero(k, UPPER)] = [width.numerator, *(-width.denominator if j == k else 0 for j in kept)]
+        return rows, factors, kept
+
+
+@dataclass
+class Node:
+    """The polyhedron for some chosen states, None where none is chosen yet.
+
+    certain, absent : states that are known to hold on all of it, and on no point of it, as bits.
+    """
+
+    dictionary: Dictionary
+    states: list[int | None]
+    certain: int = 0
+    absent: int = 0
+
+    def copy(self) -> Node:
+        """A copy to go on with."""
+        return Node(self.dictionary.copy(), list(self.states), self.certain, self.absent)
+
+
+def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
+    if low is not None and low == high:
+        return ()
+    if low is None and high is not None:
+        return UPPER, BASIC
+    return (LOWER,) * (low is not None) + (BASIC,) + (UPPER,) * (high is not None)
 
 
 class Cover:
@@ -41,7 +221,10 @@ def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fracti
     unknowns = Unknowns(data, check)
     start = unknowns.root()
     leaf = None if start is None else next(leaves(unknowns, start, Cover()), None)
-    return None if leaf is None else unknowns.point(leaf)
+    if leaf is None:
+        return None
+    here = leaf.dictionary
+    return list(unknowns.vertex((int(here.divisor), *map(here.value, range(data.n)))))
 
 
 def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import product
 
-from lcpcli.enumeration.solution_set import SolutionSet
+from lcpcli.enumeration.search import SolutionSet
 from lcpcli.errors import ParameterError
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem

@@ -10,8 +10,7 @@ from typing import Any, TypeAlias
 
 from lcpcli import __version__
 from lcpcli.enumeration.equilibria import Equilibria
-from lcpcli.enumeration.minimizers import objective
-from lcpcli.enumeration.solution_set import SolutionSet
+from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.files.source import Source
 from lcpcli.model.program import Program
 from lcpcli.rational.numbers import rounded, text

@@ -7,9 +7,8 @@ from fractions import Fraction
 from itertools import islice
 
 from lcpcli.enumeration.equilibria import Equilibria
-from lcpcli.enumeration.minimizers import objective
-from lcpcli.enumeration.piece import Piece
-from lcpcli.enumeration.solution_set import SolutionSet
+from lcpcli.enumeration.pieces import Piece
+from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.errors import count
 from lcpcli.model.program import Program
 from lcpcli.rational import numbers as rationals

@@ -153,8 +153,8 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
     """Whether Qd = 0, c'd = 0 and the active rows and bounds at x leave a d that is not 0, for the decimals of the data
     in rational arithmetic. Then no rounding makes x one of several minimizers."""
     from lcpcli.rational import linear
-    from lcpcli.rational.problem import rows_of, shortest_decimal
-    from lcpcli.rational.sums import over_one_denominator
+    from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
+    from lcpcli.rational.problem import rows_of
 
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))

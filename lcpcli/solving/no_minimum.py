@@ -87,9 +87,9 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
     """What the simplex method in integers says, unless it takes too long."""
-    from lcpcli.rational.infeasibility import farkas_vector
     from lcpcli.rational.numbers import rounded_direction
     from lcpcli.rational.problem import ExactProblem
+    from lcpcli.verify.exact_farkas import farkas_vector
 
     try:
         y = farkas_vector(ExactProblem.of_floats(constraints), alarm(clock.seconds() + SECONDS))

@@ -23,8 +23,7 @@ from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, alarm, within
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.rational import exact_lemke
-from lcpcli.rational.infeasibility import farkas_vector
+from lcpcli.rational import lemke
 from lcpcli.rational.linear import require
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.problem import ExactProblem
@@ -35,7 +34,7 @@ from lcpcli.solving.driver import concluded
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate
-from lcpcli.verify.exact_farkas import exact_proof
+from lcpcli.verify.exact_farkas import exact_proof, farkas_vector
 from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.point import Criterion, Point
 
@@ -150,7 +149,7 @@ def _searched(data: ExactProblem, deadline: float) -> Exact | None:
     now = clock.seconds()
     deadline = now + SEARCH if deadline == math.inf else deadline
     try:
-        z = exact_lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))
+        z = lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))
         if z is not None:
             return _solved(data, z)
         y = farkas_vector(data, alarm(deadline))

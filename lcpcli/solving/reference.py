@@ -52,12 +52,12 @@ def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
     """An exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's method."""
     if problem.n > MOST_UNKNOWNS:
         return None
-    from lcpcli.rational import exact_lemke, numbers
+    from lcpcli.rational import lemke, numbers
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.exact_solution import from_point
 
     data = ExactProblem.of_floats(problem)
-    solution = from_point(data, z, deadline, MOST_POSITIVE) or exact_lemke.solve(data, deadline)
+    solution = from_point(data, z, deadline, MOST_POSITIVE) or lemke.solve(data, deadline)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None
 

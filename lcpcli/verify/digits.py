@@ -23,9 +23,7 @@ SAMPLES = 8
 LARGEST, LARGEST_SPARSE = 1000, 20_000  # basic variables up to which a factorization takes a few hundredths of a second
 ROUNDING = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1 / m
 MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
-NEGLIGIBLE = (
-    1e-13  # relative to the largest component, as it is and in the units of M: below, z_i is 0 but for rounding
-)
+NEGLIGIBLE = 1e-13  # of the largest component, as it is and in the units of M: below, z_i is 0 but for rounding
 
 
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:

@@ -121,9 +121,8 @@ def verified(
         raise ProblemError("z", "of these strategies exceeds the double-precision range", "scale the payoffs")
     verification = verify(z if data is None else z.tolist())
     accepted = verification.accepted and small
-    divided = (
-        "" if all(abs(total - 1) <= ROW_ROUNDING * (data is None) for total in sums) else ", divided by their sums,"
-    )
+    rounding = ROW_ROUNDING if data is None else 0
+    divided = ", divided by their sums," * any(abs(total - 1) > rounding for total in sums)
     message = f"the strategies{divided} are {own.statement(accepted)}; their {verification.message}"
     return replace(verification, accepted=accepted, message=message, strategies=own)
 
@@ -136,5 +135,4 @@ def _costs(problem: Problem, strategies: list[Any], data: ExactProblem | None) -
     """What each strategy costs against those of the other player: M times them."""
     if data is None:
         return problem.M @ np.array(strategies)
-    constant = Fraction(1)  # as q = -1
-    return np.array([value + constant for value in data.w(strategies)], dtype=object)
+    return np.array(data.w(strategies), dtype=object) + 1  # as q = -1

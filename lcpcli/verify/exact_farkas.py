@@ -1,8 +1,8 @@
-"""From a Farkas vector in doubles to one of integers that is a proof for the exact data (see `farkas`)."""
+"""Exact proofs that a problem is infeasible: from a Farkas vector in doubles (see `farkas`), or without one."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import islice
 
@@ -11,9 +11,10 @@ import numpy as np
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
-from lcpcli.rational.numbers import LARGEST_INTEGER, rounded
-from lcpcli.rational.problem import ExactProblem, fractions_of, shortest_decimal
-from lcpcli.rational.sums import over_one_denominator, whole_multiple
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, whole_multiple
+from lcpcli.rational.problem import ExactProblem, fractions_of
+from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE, SNAP, is_short
 
@@ -55,7 +56,7 @@ def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
     exact = fractions_of(y)
     yield from _simple(data, y, quickly=False)
     yield exact
-    yield from _corrected(data, exact, _active(data, y))
+    yield _corrected(data, exact, _active(data, y), quickly=False) or exact
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
@@ -74,7 +75,7 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
     yield from islice(simple, 2)
     for grid in GRIDS:
         steps = [Fraction(round(grid * value / largest)) for value in snapped]
-        corrected = next(_corrected(data, steps, active, quickly), steps)
+        corrected = _corrected(data, steps, active, quickly) or steps
         yield corrected
         if quickly and max(map(abs, whole_multiple(corrected))) > LARGEST_INTEGER:
             break
@@ -92,23 +93,43 @@ def _active(data: ExactProblem, y: Vector) -> list[int]:
     return [j for j in np.flatnonzero(small).tolist() if j in used]
 
 
-def _corrected(
-    data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool = False
-) -> Iterator[list[Fraction]]:
+def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
     """y changed on its support so that M'y vanishes in the active columns: its large entries, by the others."""
-    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -abs(y[i]))
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
-        yield y
-        return
+        return y
+    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -abs(y[i]))
     A = [[data.rows[i].get(j, 0) for i in support] for j in active]
     if quickly and not is_short(A):
-        return
-    target, d = over_one_denominator([-columns[j] for j in active])
-    found = linear.particular(A, target)
-    if found is None:
-        return
-    corrected = list(y)
-    for i, change in zip(support, found, strict=True):
-        corrected[i] += change * data.scales[i] / d
-    yield corrected
+        return None
+    multiple = linear.null_vector(A, [y[i] / data.scales[i] for i in support])
+    if multiple is None:
+        return None
+    own = dict(zip(support, multiple, strict=True))
+    return [own[i] * data.scales[i] if i in own else value for i, value in enumerate(y)]
+
+
+def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
+    """The y of `data.refuted_by`, of integers without a common divisor; None if there is such a z, and so no y.
+
+    If there is none, a sign that is asked for is violated wherever all earlier ones are kept, by a row of a dictionary:
+    y consists of its coefficients. `check` is called before each pivot and may raise.
+    """
+    unknowns, n = Unknowns(data, check), data.n
+    rows, factors, kept = unknowns.forms()
+    for k in unknowns.boxes:
+        del rows[unknowns.w(k)], factors[unknowns.w(k)]
+    equations = [k for k in kept if unknowns.choices[k] == (BASIC,)]
+    for k in equations:
+        w, opposite = unknowns.w(k), len(STATES) * n + k
+        rows[opposite], factors[opposite] = [-value for value in rows[w]], -factors[w]
+    widths = [unknowns.zero(k, UPPER) for k in unknowns.boxes]
+    here = Dictionary(rows, list(kept), {*kept, *widths}.difference(equations), check)
+    violated = next((form for form in factors if not here.require(form)), None)
+    if violated is None:
+        return None
+    multiples = dict(zip(here.cobasic, here.rows[violated][1:], strict=True)) | {violated: -here.divisor}
+    y = [Fraction(0)] * n
+    for form in factors.keys() & multiples.keys():
+        y[form % n] -= int(multiples[form]) * factors[form]
+    return [Fraction(value) for value in whole_multiple(y)]

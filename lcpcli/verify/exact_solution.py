@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,13 +20,12 @@ from lcpcli import clock
 from lcpcli.linalg import matrices
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.units import equilibrate
-from lcpcli.model.box import Basis
+from lcpcli.model.box import ORTHANT, Basis, Box
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
-from lcpcli.rational.numbers import rounded
-from lcpcli.rational.problem import ExactProblem
-from lcpcli.rational.sums import over_one_denominator
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
+from lcpcli.rational.problem import ExactProblem, bounds_of, fractions_of, gap
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.farkas import ACTIVE
 
 MOST_STEPS = 30  # of exact pivoting, for each initial set
@@ -46,7 +46,7 @@ def from_point(
         tries_vertex = not data.problem.is_mixed and np.count_nonzero(basis.basic) <= most
         if found is None and tries_vertex and clock.seconds() < deadline:
             found = _at_vertex(data, basis.basic, deadline)
-        if found is not None and data.is_solution(found):
+        if found is not None:
             return found
     return None
 
@@ -77,7 +77,7 @@ def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -
         z = _solved(data, active, active, _at_bounds(data, basis), deadline)
         if z is None:
             return None
-        violated = _violated(data, basis, z, data.w(z))
+        violated = np.array([gap != 0 for gap in data.gaps(z, data.w(z))])
         count = int(np.count_nonzero(violated))
         if not count:
             return z
@@ -94,21 +94,6 @@ def _at_bounds(data: ExactProblem, basis: Basis) -> list[Fraction]:
     for i in np.flatnonzero(~basis.basic).tolist():
         z[i] = (data.lower if basis.upper is None or not basis.upper[i] else data.upper)[i] or z[i]
     return z
-
-
-def _violated(data: ExactProblem, basis: Basis, z: list[Fraction], w: list[Fraction]) -> Mask:
-    """Where a basic z_i is beyond a bound, or w_i has not the sign that its bound asks for."""
-    upper = np.zeros(data.n, dtype=bool) if basis.upper is None else basis.upper
-    states = zip(z, w, data.lower, data.upper, basis.basic.tolist(), upper.tolist(), strict=True)
-    return np.array([_is_violated(*each) for each in states])
-
-
-def _is_violated(
-    z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None, basic: bool, at_upper: bool
-) -> bool:
-    if basic:
-        return (low is not None and z < low) or (high is not None and z > high)
-    return low != high and (w > 0 if at_upper else w < 0)
 
 
 def _solved(
@@ -158,3 +143,41 @@ def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] |
         if z is not None and data.is_solution(z):
             return z
     return None
+
+
+class ExactBasis(NamedTuple):
+    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds, 0 for an LCP.
+
+    z : of length n. unique : whether it is the only one. solves : whether it solves the problem.
+    """
+
+    z: list[Fraction]
+    unique: bool
+    solves: bool
+
+
+def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, box: Box = ORTHANT) -> ExactBasis | None:
+    """The basic solution for finite M, q of shape (n, n) and (n,), as they are in doubles; None if there is none.
+
+    basic : a mask of shape (n,). z_N : of shape (n,), 0 where basic.
+
+    The cost is k^3 operations for k basic variables, on numbers whose length grows with k.
+    """
+    used = np.flatnonzero(basic | (z_N != 0))
+    at_bounds, d = over_one_denominator(fractions_of(np.broadcast_to(z_N, q.size)[used]))
+    rows = row_integers(np.column_stack((matrices.dense_columns(M, used), q)))
+    free = np.flatnonzero(basic[used]).tolist()
+    system = [rows[i] for i in used[free].tolist()]
+    found = linear.solve([[row[k] for k in free] for row in system], [-dot(row, [*at_bounds, d]) for row in system])
+    if found.x is None:
+        return None
+    values = [Fraction(value, d) for value in at_bounds]
+    for k, value in zip(free, found.x, strict=True):
+        values[k] = value / d
+    Z, common = over_one_denominator(values)
+    z = [Fraction(0)] * q.size
+    for i, value in zip(used.tolist(), values, strict=True):
+        z[i] = value
+    multiples = (Fraction(dot(row, [*Z, common])) for row in rows)  # of w, which have its signs
+    solves = not any(map(gap, z, multiples, *map(bounds_of, box.vectors(q.size))))
+    return ExactBasis(z, not found.null_space, solves)

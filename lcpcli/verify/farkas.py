@@ -120,12 +120,12 @@ def _holds(
     """
     from fractions import Fraction
 
-    from lcpcli.rational import sums
+    from lcpcli.rational import numbers
 
-    rows, (multiple, _) = A[support], sums.over_one_denominator(y)
-    total = sums.product(b[support], multiple)
+    rows, (multiple, _) = A[support], numbers.over_one_denominator(y)
+    total = numbers.product(b[support], multiple)
     for j in _columns(rows, certain):
-        value = sums.product(matrices.dense(rows[:, [j]])[:, 0], multiple)
+        value = numbers.product(matrices.dense(rows[:, [j]])[:, 0], multiple)
         if (value > 0 and not bounds.high[j]) or (value < 0 and not bounds.low[j]):
             return False
         end = float(bounds.upper[j] if value > 0 else bounds.lower[j])
@@ -145,7 +145,7 @@ def _columns(rows: Matrix, certain: Mask | None) -> list[int]:
 
 def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -> tuple[Indices, list[Fraction]] | None:
     """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
-    from lcpcli.rational import linear, sums
+    from lcpcli.rational import linear, numbers
 
     order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
     support, y = support[order], [y[k] for k in order]
@@ -155,14 +155,9 @@ def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -
         return None
     if remaining() <= 0:
         raise TimeIsUp
-    rows, (multiple, divisor) = sums.row_integers(part.T), sums.over_one_denominator(y)
-    if not is_short(rows):
-        return None
-    excess = [sum(a * value for a, value in zip(row, multiple, strict=True) if a) for row in rows]
-    changes = linear.particular(rows, [-value for value in excess])
-    if changes is None:
-        return None
-    return support, [value + change / divisor for value, change in zip(y, changes, strict=True)]
+    rows = numbers.row_integers(part.T)
+    found = linear.null_vector(rows, y) if is_short(rows) else None
+    return None if found is None else (support, found)
 
 
 def is_short(A: Sequence[Sequence[int]]) -> bool:
@@ -174,4 +169,4 @@ def is_short(A: Sequence[Sequence[int]]) -> bool:
 def _largest() -> int:
     from lcpcli.rational import linear
 
-    return LARGEST_BY_FLINT if linear.is_fast() else LARGEST_EXACT
+    return LARGEST_BY_FLINT if linear.library() else LARGEST_EXACT

@@ -236,8 +236,8 @@ def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[f
     if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
         w: Vector = 0.0 - accurate_residual(M, z, -q)
         return w
-    from lcpcli.rational import sums
+    from lcpcli.rational import numbers
 
     used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
     parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]
-    return [sums.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]
+    return [numbers.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]

@@ -83,7 +83,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         return False
     from fractions import Fraction
 
-    from lcpcli.rational.basis import exact_basis
+    from lcpcli.verify.exact_solution import exact_basis
 
     found = exact_basis(problem.M, problem.q, basis.basic, problem.box.nonbasic(basis), problem.box)
     if found is None or not (found.unique and found.solves):

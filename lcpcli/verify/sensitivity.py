@@ -18,8 +18,7 @@ from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
-from lcpcli.rational.numbers import rounded
-from lcpcli.rational.sums import over_one_denominator
+from lcpcli.rational.numbers import over_one_denominator, rounded
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_INVERTED = 400  # the size of P up to which the inverse is formed

@@ -1,0 +1,147 @@
+"""Few unknowns: pivoting, and where doubles leave the answer open, exact arithmetic, however large the numbers are.
+
+They do where a row has a term that rounding of another one hides, as in x_1 - x_2 = 3 with both near 1e16: a violation
+of the size of that term is then no more than rounding. An exact solution is sought near a point, and then by the tree
+over the states of all unknowns, which finds one or proves that there is none.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+
+from lcpcli import interrupts
+from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import sizes
+from lcpcli.methods.newton import dense_route
+from lcpcli.methods.stages import (
+    Finished,
+    Iterate,
+    NoSolution,
+    Search,
+    Stage,
+    Stalled,
+    Turns,
+    advance,
+    begin,
+    from_reference,
+    limited,
+)
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+from lcpcli.verify.certificate import SECONDS, Certificate, farkas_statement, proves_infeasible
+from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.refinement import is_rounded_solution
+
+MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
+PIVOTS = 3  # of lemke, per unknown: enough for most small problems that it solves
+LONG = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
+EXCLUDED = "each complementary set is excluded in exact arithmetic"
+OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
+ROUNDED = "there is a solution, but rounded to doubles it is none"
+UNDECIDED = "exact arithmetic did not decide it in time"
+HIDDEN = 1e-8  # relative to the largest term of a row: a term of which rounding of the others leaves half of the digits
+
+
+def small(problem: Problem, x0: Vector, search: Search) -> Stage:
+    """A problem of at most FEW unknowns; `search` has the methods for when exact arithmetic takes too long.
+
+    What is found where rounding hides terms is replaced by an exact solution. What pivoting does not find is decided in
+    exact arithmetic, for at most MOST_DECIDED unknowns.
+    """
+    decide, x, evaluations = problem.n <= MOST_DECIDED, x0, 0
+    stage = from_reference(problem, x0, _pivoting if decide else search)
+    while isinstance(step := advance(stage), Iterate):
+        x, evaluations = step.x, step.evaluations
+        if step.signs_final and _is_doubtful(problem, problem.box.z_of(x)):
+            ending = yield from exactly(problem, Turns(x, evaluations), decide)
+            if not isinstance(ending, Stalled):
+                return ending
+        yield step
+    if not decide or (isinstance(step, NoSolution) and step.certificate.kind != "ray"):
+        return step
+    ending = yield from exactly(problem, Turns(x, evaluations), decide=True)
+    if not isinstance(ending, Stalled):
+        return ending
+    return (yield from from_reference(problem, x, search))
+
+
+def _is_doubtful(problem: Problem, z: Vector) -> bool:
+    """Whether z solves the problem, but rounding hides a term of a row of M z + q, or integers may have been
+    rounded."""
+    (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
+    if max(problem.largest, largest_q) > LONG:
+        return Point(Criterion(problem), z).solves()
+    if min(problem.largest * least_z, least_q) >= HIDDEN * max(problem.largest * largest_z, largest_q):
+        return False  # as far as one can tell without a look at M
+    terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
+    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN * terms.max(axis=1)
+    return bool(hidden.any()) and Point(Criterion(problem), z).solves()
+
+
+def _pivoting(problem: Problem, turns: Turns) -> Stage:
+    ending = yield from turns.take("newton", dense_route(problem, turns.last.x))
+    if isinstance(ending, Finished):
+        return ending
+    return (yield from turns.take("lemke", limited(begin("lemke", problem, turns.last.x), PIVOTS * problem.n)))
+
+
+def exactly(problem: Problem, turns: Turns, decide: bool) -> Stage:
+    """The turn of exact arithmetic, from the last iterate (see `_exact`)."""
+    return (yield from turns.take("exact", _exact(problem, problem.box.z_of(turns.last.x), decide)))
+
+
+def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
+    """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most `measure.FEW` unknowns.
+
+    z : where to look for it first, shape (n,). decide : whether to search all states if there is none.
+
+    Returns
+    -------
+    Finished : there is one. NoSolution : it is proved that there is none. Stalled : those that were found are out of
+        range, or none when they are rounded to doubles; or none was found in time.
+    """
+    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.tree import first_solution
+    from lcpcli.verify.exact_farkas import farkas_vector
+    from lcpcli.verify.exact_solution import from_point
+
+    data, deadline, reason = ExactProblem.of_floats(problem), interrupts.deadline(SECONDS), UNDECIDED
+    near = partial(from_point, data, np.where(np.isfinite(z), z, 0.0), deadline)
+    try:
+        for search in (near, partial(first_solution, data, alarm(deadline)))[: 1 + decide]:
+            solution = search()
+            if solution is not None:
+                x = _in_doubles(problem, solution, data.w(solution))
+                if x is not None:
+                    yield Iterate(x, None, "exact", 1)
+                    z = problem.box.z_of(x)
+                    if Point(Criterion(problem), z).solves() or is_rounded_solution(problem, z):
+                        return Finished()
+                reason = OUT_OF_RANGE if x is None else ROUNDED
+        if decide and solution is None:
+            return NoSolution(_certificate(problem, farkas_vector(data, alarm(deadline))))
+    except TimeIsUp:
+        pass
+    return Stalled(reason)
+
+
+def _in_doubles(problem: Problem, solution: list[Fraction], w: list[Fraction]) -> Vector | None:
+    """(z - w) / 2 of a solution z and its w; None if they are out of range."""
+    from lcpcli.rational.numbers import rounded
+
+    rounded_z, rounded_w = rounded(solution), rounded(w)
+    within = np.isfinite(rounded_z).all() and np.isfinite(rounded_w).all()
+    return problem.box.x_of(rounded_z, rounded_w) if within else None
+
+
+def _certificate(problem: Problem, y: list[Fraction] | None) -> Certificate:
+    from lcpcli.rational.numbers import rounded_direction
+
+    vector = None if y is None else rounded_direction(y)
+    if vector is None or not proves_infeasible(problem, vector):
+        return Certificate("exhaustion", EXCLUDED)
+    return Certificate("farkas", farkas_statement(problem), vector)

@@ -1,0 +1,94 @@
+"""Lemke's method in integers, for small problems: ratios, ties and signs are all decided without rounding.
+
+The lexicographic minimum ratio test is that of R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity
+Problem, SIAM (2009), section 4.9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from lcpcli import clock
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.numbers import primitive, rounded_direction
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.typing import Vector
+
+MOST_UNKNOWNS = 60  # n up to which `solve` is tried: seconds at worst
+
+
+class IntegerTableau:
+    """A basic solution of w = M z + e z_0 + q for integers M and q, the rows of M by their columns.
+
+    The forms are numbered: w_i is i, z_i is n + i, z_0 is 2 n.
+
+    ray : the form that grows without bound, if the path has ended on a ray; else None.
+    """
+
+    def __init__(self, M: Sequence[dict[int, int]], q: Sequence[int]) -> None:
+        n = self.n = len(q)
+        rows = {i: [q[i], *(M[i].get(j, 0) for j in range(n)), 1] for i in range(n)}
+        self._here = Dictionary(rows, list(range(n, 2 * n + 1)), range(2 * n + 1), lambda: None)
+        self.ray: int | None = None
+
+    def path(self) -> Iterator[None]:
+        """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0 or a ray, one pivot at a time."""
+        n, here, entering = self.n, self._here, 2 * self.n
+        leaving: int | None = min(range(n), key=lambda i: (here.value(i), -i))
+        while leaving is not None:
+            here.pivot(leaving, self._column(entering))
+            yield
+            if leaving == 2 * n:
+                return
+            entering = leaving - n if leaving >= n else leaving + n
+            k = self._column(entering)
+            tied = here.nearest(k)
+            leaving = 2 * n if 2 * n in tied else here.lexicographic(tied, k, range(n))
+        self.ray = entering
+
+    def _column(self, form: int) -> int:
+        return self._here.cobasic.index(form) + 1
+
+    def value_of(self, form: int) -> Fraction:
+        """The value of a form."""
+        return Fraction(self._here.value(form), int(self._here.divisor))
+
+    def z(self) -> list[Fraction]:
+        """The values of z."""
+        return [self.value_of(self.n + i) for i in range(self.n)]
+
+    def x(self) -> Vector:
+        """(z - w) / 2, rounded; 0 for a pair of which neither is basic."""
+        return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
+
+    def direction(self) -> Vector:
+        """How z changes along the ray, of shape (n,), in integers as far as doubles hold them."""
+        assert self.ray is not None
+        return _in_doubles(self._here.direction(self._column(self.ray), range(self.n, 2 * self.n)))
+
+    def multipliers(self) -> Vector:
+        """The coefficients of w in the row of z_0, which is basic, the same way."""
+        entries = dict(zip(self._here.cobasic, self._here.rows[2 * self.n][1:], strict=True))
+        return _in_doubles([entries.get(i, 0) for i in range(self.n)])
+
+
+def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
+    """The solution at the end of the path from z = 0; None on a ray, for large n, with bounds, or after the deadline.
+
+    The covering vector is e for the integer rows.
+    """
+    if data.n > MOST_UNKNOWNS or data.problem.is_mixed:
+        return None
+    tableau = IntegerTableau(data.rows, data.constants)
+    if min(data.constants) < 0:
+        for _ in tableau.path():
+            if clock.seconds() >= deadline:
+                return None
+    return tableau.z() if tableau.ray is None else None
+
+
+def _in_doubles(values: Sequence[int]) -> Vector:
+    return rounded_direction([Fraction(value) for value in primitive(values)])
