@@ -12,10 +12,10 @@ import pytest
 from lcpcli.bench import record as records
 from lcpcli.bench.record import Record
 from lcpcli.bench.report import convergence
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report.formats import LEVELS
 
-FILES = [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
+FILES = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
 FAST = ("--budget", "0")
 
 Lcp = Callable[..., Any]
@@ -39,7 +39,7 @@ def test_milestones_are_the_first_of_the_curve(record: Record) -> None:
 
 
 def size(problem: str) -> float:
-    return max(json.loads(Path(shipped.path(problem)).read_text())["solution"])
+    return max(json.loads(Path(contents.shipped_path(problem)).read_text())["solution"])
 
 
 def test_times_to_an_error_are_those_of_the_milestones(record: Record) -> None:

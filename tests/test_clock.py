@@ -17,13 +17,13 @@ import lcpcli
 from lcpcli import Problem, Status, Trace, clock, interrupts
 from lcpcli.bench.answer import Method
 from lcpcli.cli import repetition
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.report import summary
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.run import run
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 PARTS = ("setup_seconds", "solve_seconds", "verify_seconds")
 
 Lcp = Callable[..., Any]

@@ -18,7 +18,7 @@ import pytest
 import lcpcli
 from lcpcli.enumeration.search import Solutions
 from lcpcli.enumeration.solution_set import ENOUGH, TIME_LIMIT, SolutionSet
-from lcpcli.files.source import Source
+from lcpcli.files.contents import Source
 from lcpcli.report import solution_records, solution_table
 
 from . import solution_sets as oracle

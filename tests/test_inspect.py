@@ -15,7 +15,7 @@ from scipy import sparse
 from lcpcli import Problem, Status, Trace, write
 from lcpcli.classes.classify import CLASSES
 from lcpcli.diagnosis.inspection import Inspection, inspect
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.report import inspection_json, inspection_text
 from lcpcli.solving.limits import Limits
@@ -24,7 +24,7 @@ from lcpcli.solving.run import run
 
 from .conftest import Outcome
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 OBJECT = json.loads(inspection_json.render(inspect(Problem([[1.0]], [1.0]))))
 
 

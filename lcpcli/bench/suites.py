@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import OptionError, likely
-from lcpcli.files import shipped
-from lcpcli.files.folders import files_in
+from lcpcli.files import contents
+from lcpcli.files.contents import files_in
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -157,7 +157,7 @@ MIXED = (
 )
 PROGRAMS = (
     *(
-        Case(f"{name}.json", file=shipped.path(f"programs/{name}.json"))
+        Case(f"{name}.json", file=contents.shipped_path(f"programs/{name}.json"))
         for name in ("hs21", "hs35", "hs53", "hs76", "klee-minty", "portfolio", "transport")
     ),
     *sizes("portfolio", 100, 1000, 2500),
@@ -259,7 +259,7 @@ def _existing(path: str) -> None:
         raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
     if os.path.lexists(path) or os.sep in path or Path(path).suffix:  # reading the file reports what is wrong with it
         return
-    problems, known = shipped.problems(), (*SUITES, ALL)
+    problems, known = contents.shipped_problems(), (*SUITES, ALL)
     if path in problems:
         return
     hint = likely(path, (*known, *problems), f"choose one of {', '.join(known)}, or name a file")

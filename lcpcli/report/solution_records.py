@@ -12,7 +12,7 @@ from lcpcli import __version__
 from lcpcli.enumeration.equilibria import Equilibria
 from lcpcli.enumeration.minimizers import objective
 from lcpcli.enumeration.solution_set import SolutionSet
-from lcpcli.files.source import Source
+from lcpcli.files.contents import Source
 from lcpcli.model.reductions.program import Program
 from lcpcli.rational.numbers import rounded, text
 from lcpcli.rational.polyhedra import Point
