@@ -15,7 +15,7 @@ from hypothesis import settings
 from lcpcli import Problem, read
 from lcpcli.cli import main as cli
 from lcpcli.cli import session
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
 # the same examples every time, so that a change is what makes a test fail; HYPOTHESIS_PROFILE=searching tries new ones
 settings.register_profile("steady", derandomize=True, deadline=None)
@@ -70,4 +70,4 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
 @pytest.fixture(params=[1, 2], ids=["example-1", "example-2"])
 def paper_example(request: pytest.FixtureRequest) -> Problem:
     """Each of the paper's examples."""
-    return read(shipped.path(f"paper-example-{request.param}.json"))
+    return read(contents.shipped_path(f"paper-example-{request.param}.json"))

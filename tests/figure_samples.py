@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from lcpcli import Trace, read, run
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
@@ -29,7 +29,7 @@ def crowd(count: int) -> Panel:
 
 def paper_panel() -> Panel:
     """The paper's first example by its two methods, as they really run."""
-    problem = read(shipped.path("paper-example-1.json"))
+    problem = read(contents.shipped_path("paper-example-1.json"))
     runs = []
     for method in ("shi", "fixed-point"):
         result = run(problem, method, trace=Trace(components=np.array([], int), residuals=False))

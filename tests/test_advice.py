@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from lcpcli import Problem, Status, read, run
-from lcpcli.files import shipped, writing
+from lcpcli.files import contents, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import suggestions
 
@@ -76,9 +76,9 @@ def test_following_the_advice_decides_the_problem(name: str, lcp: Lcp, tmp_path:
 
 
 def test_advice_stands_in_json(lcp: Lcp) -> None:
-    outcome = lcp("solve", shipped.path("bimatrix.json"), "--method", "lemke", "--format", "json")
+    outcome = lcp("solve", contents.shipped_path("bimatrix.json"), "--method", "lemke", "--format", "json")
     assert '"advice": "try --method auto"' in outcome.out
-    assert '"advice": null' in lcp("solve", shipped.path("bimatrix.json"), "--format", "json").out
+    assert '"advice": null' in lcp("solve", contents.shipped_path("bimatrix.json"), "--format", "json").out
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_what_is_decided_needs_no_advice(M: list[list[float]], q: list[float], s
 
 
 def test_interrupted_run_gets_no_advice() -> None:
-    failed = run(read(shipped.path("paper-example-1.json")), "shi", max_iterations=1)
+    failed = run(read(contents.shipped_path("paper-example-1.json")), "shi", max_iterations=1)
     assert suggestions(failed).ways
     assert not suggestions(replace(failed, status=Status.INTERRUPTED)).ways
 

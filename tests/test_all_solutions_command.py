@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from lcpcli.enumeration.search import Solutions
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report import solution_table
 from lcpcli.report.figures import drawing
 from lcpcli.report.figures.data import Cones
@@ -102,7 +102,7 @@ def test_equilibria_have_payoffs_indices_subsets_and_components(lcp: Lcp, folder
 
 @pytest.mark.parametrize(("name", "extreme"), [("coordination-4", 15), ("von-stengel-75", 75), ("winkels", 12)])
 def test_shipped_games_have_the_published_numbers_of_equilibria(name: str, extreme: int, lcp: Lcp) -> None:
-    outcome = lcp("solve", shipped.path(f"games/{name}.nfg"), "--all", "--format", "json")
+    outcome = lcp("solve", contents.shipped_path(f"games/{name}.nfg"), "--all", "--format", "json")
     held = json.loads(outcome.out)
     assert (outcome.code, held["complete"], len(held["solutions"])) == (0, True, extreme)
 
@@ -120,7 +120,7 @@ def test_two_tables_are_the_payoffs_of_a_game_fractions_among_them(lcp: Lcp, fol
 
 
 def test_program_has_its_objective(lcp: Lcp) -> None:
-    held = json.loads(lcp("solve", shipped.path("programs/transport.json"), "--all", "--format", "json").out)
+    held = json.loads(lcp("solve", contents.shipped_path("programs/transport.json"), "--all", "--format", "json").out)
     assert {each["objective"] for each in held["solutions"]} == {153.675}
     assert (len(held["solutions"]), len(held["pieces"]), held["complete"]) == (2, 1, True)
 

@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 from lcpcli import Trace, read
-from lcpcli.files import csv_answer, shipped
+from lcpcli.files import answers, contents
 from lcpcli.report.figures import drawing
 from lcpcli.report.figures.data import Panel
 
-EXAMPLE = shipped.path("paper-example-2.json")
+EXAMPLE = contents.shipped_path("paper-example-2.json")
 
 Lcp = Callable[..., Any]
 
@@ -76,7 +76,7 @@ READ = {
 @pytest.mark.parametrize("kind", READ)
 def test_check_reads_the_tables_that_people_have(kind: str, lcp: Lcp, folder: Path) -> None:
     (folder / "z.csv").write_text(READ[kind])
-    assert csv_answer.parse(READ[kind].encode()).z == [0, Fraction(15, 29), Fraction(17, 29), 0]
+    assert answers.first_in(READ[kind].encode()).values == [0, Fraction(15, 29), Fraction(17, 29), 0]
     assert lcp("check", EXAMPLE, "z.csv", "--exact").code == 0
 
 

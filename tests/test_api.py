@@ -13,7 +13,7 @@ from scipy import sparse
 import lcpcli
 from lcpcli import Status
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.methods import registry
 from lcpcli.typing import MethodName
 
@@ -145,7 +145,7 @@ def test_bad_problems_are_refused(matrix: Any, q: Any, message: str) -> None:
 def test_errors_name_options_as_their_readers_write_them(lcp: Callable[..., Outcome]) -> None:
     with pytest.raises(ValueError, match=r"^k_star: 0 is out of range; it must be: whole number >= 1$"):
         lcpcli.solve(M, Q, "shi", k_star=0)
-    outcome = lcp("solve", shipped.path("paper-example-1.json"), "--method", "shi", "--k-star", "0")
+    outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), "--method", "shi", "--k-star", "0")
     assert (outcome.code, outcome.err) == (2, "lcp: --k-star: 0 is out of range; it must be: whole number >= 1\n")
 
 
@@ -173,7 +173,7 @@ def test_what_is_not_a_problem_is_refused() -> None:
 
 
 def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Callable[..., Outcome]) -> None:
-    file = shipped.path("bimatrix.json")
+    file = contents.shipped_path("bimatrix.json")
     failed = lcpcli.run(lcpcli.read(file), "lemke")
     assert failed.advice == 'try method="auto"'
     assert lcpcli.run(failed.problem, **failed.suggestions.ways[0]).solved

@@ -17,7 +17,7 @@ import pytest
 from scipy import sparse
 
 from lcpcli import Problem, Status, Trace, read, solve, write
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.gallery import families as gallery
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -111,7 +111,7 @@ def test_infeasible_problem_comes_with_farkas_vector() -> None:
 
 
 def test_bimatrix_game_ends_at_an_equilibrium() -> None:
-    problem = read(shipped.path("bimatrix.json"))
+    problem = read(contents.shipped_path("bimatrix.json"))
     result = run(problem, "auto")
     assert result.solved
     assert result.error is not None
@@ -276,7 +276,7 @@ def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(method: s
 
 @pytest.mark.parametrize("flag", ["--scale", "--finish"])
 def test_scale_and_finish_have_no_effect_on_pivoting_methods(flag: str, lcp: Callable[..., Any]) -> None:
-    outcome = lcp("solve", shipped.path("paper-example-1.json"), "--method", "lemke", flag)
+    outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), "--method", "lemke", flag)
     assert outcome.code == 2
     assert f"{flag}: has no effect" in outcome.err
 

@@ -12,7 +12,7 @@ import pytest
 
 from lcpcli import Problem, run
 from lcpcli.errors import LCPError
-from lcpcli.files import shipped, writing
+from lcpcli.files import contents, writing
 from lcpcli.gallery import families
 from lcpcli.gallery.differences import american_put
 from lcpcli.model.start import x_of_states
@@ -117,7 +117,7 @@ def test_auto_solves_what_has_a_singular_basis() -> None:
 
 def test_start_by_states_stands_beside_a_warm_one(lcp: Lcp) -> None:
     basis = ",".join(["basic"] * 4)
-    example = shipped.path("paper-example-1.json")
+    example = contents.shipped_path("paper-example-1.json")
     outcome = lcp("compare", example, "--method", "newton", "--basis", basis, "--warm", "1e-3", "--format", "json")
     assert [json.loads(line)["warm"] for line in outcome.out.splitlines()] == [False, True]
 
@@ -159,7 +159,7 @@ def test_fixed_variable_cannot_be_basic() -> None:
     ],
 )
 def test_command_refuses_in_one_line(lcp: Lcp, options: tuple[str, ...], said: str) -> None:
-    outcome = lcp("solve", shipped.path("paper-example-1.json"), *options)
+    outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), *options)
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert said in outcome.err
 
@@ -171,6 +171,6 @@ def test_file_without_states_is_named(lcp: Lcp, tmp_path: Path, content: str) ->
     for suffix in (".json", ".csv", ".npy"):
         path = tmp_path / f"states{suffix}"
         path.write_text(content)
-        outcome = lcp("solve", shipped.path("paper-example-1.json"), "--basis", str(path))
+        outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), "--basis", str(path))
         assert (outcome.code, outcome.err.count("\n")) == (2, 1)
         assert path.name in outcome.err

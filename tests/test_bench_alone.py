@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.files.locks import reserved
+from lcpcli.files.atomic_write import reserved
 
 from . import bench_problems
 

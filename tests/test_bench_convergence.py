@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import accuracy_tables as convergence
+from lcpcli.bench import accuracy_tables
 from lcpcli.bench import record as records
 from lcpcli.bench.record import Record
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report.formats import LEVELS
 
-FILES = [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
+FILES = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
 FAST = ("--budget", "0")
 
 Lcp = Callable[..., Any]
@@ -39,17 +39,17 @@ def test_milestones_are_the_first_of_the_curve(record: Record) -> None:
 
 
 def size(problem: str) -> float:
-    return max(json.loads(Path(shipped.path(problem)).read_text())["solution"])
+    return max(json.loads(Path(contents.shipped_path(problem)).read_text())["solution"])
 
 
 def test_times_to_an_error_are_those_of_the_milestones(record: Record) -> None:
-    sheet = convergence.reached(record)
+    sheet = accuracy_tables.reached(record)
     assert sheet.header == ["problem", "in", "fixed-point", "shi"]
     units = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
     for problem, unit, *cells in sheet.groups[0]:
         for solver, cell in zip(("fixed-point", "shi"), cells, strict=True):
             row = next(row for row in record.measurements if row.key == (problem, solver))
-            seconds = next(at for level, _, at in row.milestones or [] if level == convergence.SHOWN)
+            seconds = next(at for level, _, at in row.milestones or [] if level == accuracy_tables.SHOWN)
             assert float(cell) * units[unit] == pytest.approx(seconds, rel=6e-3)
 
 
@@ -58,17 +58,17 @@ def test_victories_are_counted_at_each_level(record: Record) -> None:
         own = 1.0 if row.solver == "shi" else 2.0
         held = [(level, k, own) for level, k, _ in row.milestones or []]
         object.__setattr__(record.measurements[i], "milestones", held[: 3 if row.solver == "shi" else 2])
-    sheet = convergence.firsts(record)
+    sheet = accuracy_tables.firsts(record)
     assert sheet.header == ["solver", "to 1e-3", "to 1e-6", "to 1e-9"]
     assert sheet.groups == [[["fixed-point", "0", "0", "0"], ["shi", "2", "2", "2"]]]
     for i, row in enumerate(record.measurements):
         if row.solver == "shi":
             object.__setattr__(record.measurements[i], "milestones", [])
-    assert convergence.firsts(record).groups == [[["fixed-point", "2", "2", "0"], ["shi", "0", "0", "0"]]]
+    assert accuracy_tables.firsts(record).groups == [[["fixed-point", "2", "2", "0"], ["shi", "0", "0", "0"]]]
 
 
 def test_rate_of_fixed_point_is_shown_beside_its_theory(record: Record) -> None:
-    (rows,) = convergence.rates(record).groups
+    (rows,) = accuracy_tables.rates(record).groups
     assert [row[0] for row in rows] == ["paper-example-1.json", "paper-example-2.json"]
     for row in rows:
         measured, local, bound = map(float, row[2:])

@@ -14,7 +14,7 @@ from scipy.sparse import csr_array, diags_array
 
 from lcpcli import Problem, error_bound, read
 from lcpcli.errors import ProblemError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.verify import error_theorems
 
 from . import exact
@@ -198,7 +198,7 @@ def assert_source(M: list[list[float]], z: list[float], source: str) -> None:
 
 def test_exact_solution_has_the_bound_zero() -> None:
     for file in ("paper-example-1.json", "tridiagonal-100.json"):
-        problem = read(shipped.path(file))
+        problem = read(contents.shipped_path(file))
         bound = error_bound(problem, problem.solutions[0])
         assert bound is not None
         assert bound.value == 0

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, error_bound, read
-from lcpcli.files import shipped, writing
+from lcpcli.files import contents, writing
 from lcpcli.report import numbers
 
 
@@ -30,19 +30,19 @@ def test_json_holds_the_bound_where_it_is_asked_for(lcp: Callable[..., Any], tmp
 
 
 def test_table_shows_the_bound_or_that_there_is_none(lcp: Callable[..., Any]) -> None:
-    lines = lcp("compare", shipped.path("paper-example-2.json"), "--bound").out.splitlines()
+    lines = lcp("compare", contents.shipped_path("paper-example-2.json"), "--bound").out.splitlines()
     lines = [line for line in lines if "|z - z*|" in line]
     for line, method in zip(lines, ("fixed-point", "shi"), strict=True):
         assert line.startswith(f"{method}: |z - z*| <= ")
         assert 0 < float(line.split("<= ")[1].split()[0]) < 1e-8
-    none = lcp("solve", shipped.path("bimatrix.json"), "--bound").out
+    none = lcp("solve", contents.shipped_path("bimatrix.json"), "--bound").out
     assert "\nno bound: M is not known to be H+ or positive definite\n" in none
-    record = json.loads(lcp("solve", shipped.path("bimatrix.json"), "--bound", "--format", "json").out)
+    record = json.loads(lcp("solve", contents.shipped_path("bimatrix.json"), "--bound", "--format", "json").out)
     assert (record["error_bound"], record["error_bound_source"]) == (None, None)
 
 
 @pytest.mark.parametrize("option", [["--quiet"], ["--format", "csv"]])
 def test_bound_that_nobody_would_see_is_refused(option: list[str], lcp: Callable[..., Any]) -> None:
-    outcome = lcp("solve", shipped.path("paper-example-1.json"), "--bound", *option)
+    outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), "--bound", *option)
     assert outcome.code == 2
     assert outcome.err.count("\n") == 1

@@ -16,13 +16,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lcpcli import Problem
-from lcpcli.files import shipped, writing
+from lcpcli.files import contents, writing
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.verify.verification import verify, verify_exactly
 
 from . import exact as oracle
 
-EXAMPLE = shipped.path("paper-example-2.json")  # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
+EXAMPLE = contents.shipped_path("paper-example-2.json")  # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
 INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
 
 

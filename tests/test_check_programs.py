@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.solving.answer import Minimum
 
 from .conftest import Outcome
 from .test_program_forms import SEEDS, program
 
 Lcp = Callable[..., Outcome]
-PORTFOLIO = shipped.path("programs/portfolio.json")
+PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 EXACT_X = "13/62,41/124,57/124"
 UNIQUE = "x is the unique minimizer, as Q is positive definite"
-SHIPPED = sorted(Path(shipped.path("programs")).glob("*.json"))
+SHIPPED = sorted(Path(contents.shipped_path("programs")).glob("*.json"))
 
 
 def minimum(problem: lcpcli.Problem) -> Minimum:

@@ -17,13 +17,13 @@ import lcpcli
 from lcpcli import Problem, Status, Trace, clock, interrupts
 from lcpcli.bench.runs import run_method
 from lcpcli.cli import repetition
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
 from lcpcli.report import summary
 from lcpcli.solving.driver import run
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 PARTS = ("setup_seconds", "solve_seconds", "verify_seconds")
 
 Lcp = Callable[..., Any]

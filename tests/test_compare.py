@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, read, run, write
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report import summary
 from lcpcli.report.formats import LEVELS
 from lcpcli.solving.driver import verified
 from lcpcli.verify.point import Criterion, Point
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 Lcp = Callable[..., Any]
 
@@ -97,7 +97,7 @@ def test_claim_is_checked_anew_and_not_believed() -> None:
 
 
 def test_small_residual_far_from_the_solution_is_remarked() -> None:
-    problem = read(shipped.path("bimatrix.json"))
+    problem = read(contents.shipped_path("bimatrix.json"))
     one, other = problem.solutions[:2]
     only_one = replace(problem, solutions=(one,))
     found = run(only_one, "auto", z0=other)

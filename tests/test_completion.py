@@ -17,7 +17,7 @@ from lcpcli.cli import program, shells
 from lcpcli.cli.command import VARIABLE
 from lcpcli.cli.completion import SHELLS
 from lcpcli.cli.help import TOPICS
-from lcpcli.files import formats, shipped
+from lcpcli.files import contents, formats
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
@@ -137,7 +137,7 @@ def test_shipped_problems_are_offered_once_a_word_has_begun_or_where_there_are_n
     assert offered("inspect", "a") == ["a.json"]
     (folder / "inner" / "my own.json").unlink()
     monkeypatch.chdir(folder / "inner")
-    assert offered("convert", "") == list(shipped.problems())
+    assert offered("convert", "") == list(contents.shipped_problems())
 
 
 @pytest.mark.parametrize(

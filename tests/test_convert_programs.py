@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem, from_qp, read, write
 from lcpcli.errors import ProblemError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
@@ -25,7 +25,7 @@ from lcpcli.model.program import Program, ProgramData
 from .conftest import Outcome
 
 Lcp = Callable[..., Outcome]
-PORTFOLIO = shipped.path("programs/portfolio.json")
+PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 INF = np.inf
 NUMBERS = st.one_of(
     st.integers(-9, 9).map(float),
@@ -114,7 +114,7 @@ def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path,
 
 def test_shipped_programs_and_families_keep_everything_in_mps(tmp_path: Path) -> None:
     pytest.importorskip("highspy")
-    shipped_ones = [read(file) for file in sorted(Path(shipped.path("programs")).glob("*.json"))]
+    shipped_ones = [read(file) for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))]
     for problem in [*shipped_ones, *(gallery.make(name, 30) for name in ("portfolio", "control", "transport"))]:
         write(problem, tmp_path / "p.mps")
         assert parts(read(tmp_path / "p.mps"), False) == parts(problem, False)
@@ -191,7 +191,7 @@ def test_changed_names_are_told(lcp: Lcp, tmp_path: Path) -> None:
 
 
 def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
-    outcome = lcp("convert", shipped.path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
+    outcome = lcp("convert", contents.shipped_path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
     words = "b.mps: is for programs, and the problem is not made from one; use .json"
     assert (outcome.code, outcome.err.count("\n"), words in outcome.err) == (2, 1, True)
     with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means none in MPS"):

@@ -17,7 +17,7 @@ import pytest
 
 import lcpcli
 from lcpcli.enumeration.search import ENOUGH, TIME_LIMIT, Solutions, SolutionSet
-from lcpcli.files.source import Source
+from lcpcli.files.contents import Source
 from lcpcli.report import solution_records, solution_table
 
 from . import solution_sets as oracle

@@ -14,7 +14,7 @@ from scipy.sparse import eye_array
 
 import lcpcli
 from lcpcli import Problem, Trace, read, run, solve
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
 HOMES = ["lcpcli", *sorted({getattr(lcpcli, name).__module__ for name in lcpcli.__all__})]
 
@@ -39,7 +39,7 @@ def test_help_names_everything_public() -> None:
 
 
 def test_result_shows_what_matters_in_one_line() -> None:
-    result = run(read(shipped.path("paper-example-1.json")), "fixed-point")
+    result = run(read(contents.shipped_path("paper-example-1.json")), "fixed-point")
     assert repr(result).startswith("<Result: solved by fixed-point, n = 4, residual ")
     assert ", error 1.2e-10, in " in repr(result)
     assert repr(result).endswith("z = (1, 0, 1, 0)>")

@@ -10,7 +10,7 @@ import pytest
 
 from lcpcli import Problem, Status, Trace, read
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.methods import registry as methods
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.options import Limits
@@ -19,7 +19,7 @@ from lcpcli.solving.trace import PendingRow
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion
 
-EXAMPLE = read(shipped.path("paper-example-1.json"))
+EXAMPLE = read(contents.shipped_path("paper-example-1.json"))
 ANSWER = np.array([0.5, -0.5, 0.5, -0.5])
 
 Script = Callable[[], Iterator[Iterate]]  # the iterates after the start; it may return how the method ends
@@ -218,7 +218,7 @@ def test_numpy_numbers_are_numbers() -> None:
 
 
 def test_error_is_to_the_nearest_known_solution() -> None:
-    problem = read(shipped.path("bimatrix.json"))
+    problem = read(contents.shipped_path("bimatrix.json"))
     first, _, third = problem.solutions
     for solution in (first, third):
         w = problem.w(solution)

@@ -13,7 +13,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.enumeration.equilibria import Equilibria
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.rational.problem import ExactProblem, decimal_parts_of
 
 from . import solution_sets as oracle
@@ -70,7 +70,7 @@ def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n: i
     ("name", "extreme", "components"), [("coordination-4", 15, 15), ("winkels", 12, 1), ("von-stengel-75", 75, 75)]
 )
 def test_shipped_games_have_the_known_number_of_equilibria(name: str, extreme: int, components: int) -> None:
-    found = checked(lcpcli.read(shipped.path(f"games/{name}.nfg")))
+    found = checked(lcpcli.read(contents.shipped_path(f"games/{name}.nfg")))
     assert (len(found.extreme), len(found.components)) == (extreme, components)
 
 

@@ -17,7 +17,7 @@ from scipy.io import savemat
 
 import lcpcli
 from lcpcli import Problem, Result, Status, clock
-from lcpcli.files import shipped, writing
+from lcpcli.files import contents, writing
 from lcpcli.options import Limits
 from lcpcli.rational import lemke
 from lcpcli.rational.numbers import rounded
@@ -30,7 +30,7 @@ from lcpcli.verify.exact_solution import from_point
 
 from . import exact as oracle
 
-EXAMPLE = shipped.path("paper-example-2.json")
+EXAMPLE = contents.shipped_path("paper-example-2.json")
 UNTIL = float("inf")
 
 

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, Trace, read, run
-from lcpcli.files import shipped, writing
+from lcpcli.files import contents, writing
 
-EXAMPLE = shipped.path("paper-example-1.json")
-TRIDIAGONAL = shipped.path("tridiagonal-100.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
+TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
 
 Lcp = Callable[..., Any]
 
@@ -35,7 +35,7 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
         assert list(line) == keys.split()
         assert line["trace"] is None
         assert line["seconds"] == line["setup_seconds"] + line["solve_seconds"] + line["verify_seconds"]
-        problem = read(shipped.path(f"{line['problem']}.json"))
+        problem = read(contents.shipped_path(f"{line['problem']}.json"))
         z = np.array(line["z"])
         assert np.array_equal(line["w"], problem.w(z))
         assert line["residual"] == np.abs(np.minimum(z, problem.w(z))).max()
@@ -71,7 +71,7 @@ def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
 
 def test_csv_of_problems_of_different_sizes_is_one_table(lcp: Lcp) -> None:
     arguments = ("--format", "csv", "--trace", "--max-iterations", "3")
-    rows = table(lcp("compare", EXAMPLE, shipped.path("bimatrix.json"), *arguments).out)
+    rows = table(lcp("compare", EXAMPLE, contents.shipped_path("bimatrix.json"), *arguments).out)
     assert all(None not in row and None not in row.values() for row in rows)
     assert rows[0]["z5"] == ""
 

@@ -14,12 +14,12 @@ from typing import Any
 import pytest
 
 from lcpcli import interrupts
-from lcpcli.files import reading, shipped
+from lcpcli.files import contents, reading
 from lcpcli.solving import driver as driver
 
 resource = pytest.importorskip("resource")
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
 MAIN = "from lcpcli.cli.main import main; main()"
 Run = Callable[..., Any]

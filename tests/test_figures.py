@@ -20,14 +20,14 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from lcpcli.errors import OptionError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report.figures import bench_figure, convergence_figure, curves, style
 from lcpcli.report.figures import drawing as figures
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 from .figure_samples import METHODS, PEERS, crowd, decaying, growth, odd, paper_panel, profiles, strange
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 MAGIC = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
 
 

@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.io import savemat
 
 from lcpcli import read
-from lcpcli.files import typed
+from lcpcli.files import beside
 from lcpcli.files.reading import read_exact
 
 from . import small_problem
@@ -175,8 +175,8 @@ def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(folder: Path, lcp:
 
 @pytest.mark.parametrize("text", ["1,-2.5,1/3", "1 -2.5 1/3", "[1, -2.5, 1/3]", " 1; -2.5;1/3", "[1,-2.5 1/3]"])
 def test_numbers_are_typed_in_any_usual_way(lcp: Lcp, tmp_path: Path, text: str) -> None:
-    assert typed.numbers(text) == ["1", "-2.5", "1/3"]
-    assert typed.vector("--x0", ["1", "-2.5", "1/3"], 3).tolist() == [1, -2.5, 1 / 3]
+    assert beside.typed_numbers(text) == ["1", "-2.5", "1/3"]
+    assert beside.typed_vector("--x0", ["1", "-2.5", "1/3"], 3).tolist() == [1, -2.5, 1 / 3]
     (tmp_path / "p.csv").write_text("1,0,0,-1\n0,1,0,2.5\n0,0,1,-1\n")
     file = str(tmp_path / "p.csv")
     assert lcp("solve", file, "--x0", text, "-q").code == 0
@@ -186,7 +186,7 @@ def test_numbers_are_typed_in_any_usual_way(lcp: Lcp, tmp_path: Path, text: str)
 def test_a_file_named_like_numbers_is_that_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("1").write_text("5")
-    assert (typed.numbers("1"), typed.numbers("2"), typed.numbers("p.csv")) == (None, ["2"], None)
+    assert (beside.typed_numbers("1"), beside.typed_numbers("2"), beside.typed_numbers("p.csv")) == (None, ["2"], None)
 
 
 FOREIGN = [

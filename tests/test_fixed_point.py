@@ -13,13 +13,13 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from lcpcli import Problem, Status, read
 from lcpcli.errors import OptionError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.linalg import factors
 from lcpcli.methods.fixed_point import Anderson, best_omega, fixed_point
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 
-EXAMPLE_1 = read(shipped.path("paper-example-1.json"))
+EXAMPLE_1 = read(contents.shipped_path("paper-example-1.json"))
 
 
 @pytest.mark.parametrize("omega", [0.5, 1.0, 4.0])

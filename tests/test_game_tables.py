@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli.files.game_tables import game_in
+from lcpcli.files.games import game_in
 from lcpcli.model.origins import Game
 
 

@@ -14,6 +14,7 @@ import pytest
 
 import lcpcli
 from lcpcli.files import json_format
+from lcpcli.files.fields import made
 from lcpcli.model.origins import Game
 from lcpcli.report import strategies
 
@@ -22,7 +23,8 @@ LONG = "0.1234567890123456789012345"
 
 
 def game_of(text: str) -> Game:
-    problem = json_format.parse(text.encode())
+    problem = made(json_format.fields(text.encode()))
+    assert isinstance(problem, lcpcli.Problem)
     assert isinstance(problem.origin, Game)
     return problem.origin
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
-EXAMPLE = shipped.path("paper-example-2.json")
+EXAMPLE = contents.shipped_path("paper-example-2.json")
 INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
 
 Lcp = Callable[..., Any]

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem
-from lcpcli.files import shipped, writing
+from lcpcli.files import contents, writing
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 REPORT = """
 import sys
 sys.argv = ["lcp", *sys.argv[1:]]

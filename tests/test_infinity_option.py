@@ -10,7 +10,7 @@ import pytest
 
 import lcpcli
 from lcpcli import from_qp, read
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
 from .conftest import Outcome
 from .far_bounds import FAR
@@ -86,7 +86,7 @@ def test_exact_bounds_are_the_decimals_but_for_those_that_are_none(lcp: Lcp) -> 
 @pytest.mark.parametrize("size", ["1e20", "1e200", "inf"])
 @pytest.mark.parametrize("name", ["lcp.json", "paper-example-1.json", "diode-bridge.json", "bimatrix.json"])
 def test_problems_without_such_bounds_are_solved_with_it_as_without_it(name: str, size: str, lcp: Lcp) -> None:
-    path = name if name == "lcp.json" else shipped.path(name)
+    path = name if name == "lcp.json" else contents.shipped_path(name)
     before, after = (lcp("solve", path, *given, "--format", "csv") for given in ((), ("--infinity", size)))
     assert after == before
     assert before.err == ""
@@ -111,4 +111,4 @@ def test_inspect_remarks_on_it_among_its_hints(lcp: Lcp) -> None:
     assert json.loads(lcp("inspect", "far.json", "--format", "json").out)["hints"] == [hint]
     assert hint in lcpcli.inspect(read("far.json")).hints
     assert "1e20" not in lcp("inspect", "far.json", "--infinity", "1e20").out
-    assert "1e20" not in lcp("inspect", shipped.path("diode-bridge.json")).out
+    assert "1e20" not in lcp("inspect", contents.shipped_path("diode-bridge.json")).out

@@ -13,7 +13,7 @@ import pytest
 from scipy import sparse
 
 from lcpcli import Problem, Status, Trace, write
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.inspection.classify import CLASSES
 from lcpcli.inspection.inspection import Inspection, inspect
 from lcpcli.methods.registry import METHODS
@@ -24,7 +24,7 @@ from lcpcli.solving.reference import with_reference
 
 from .conftest import Outcome
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 OBJECT = json.loads(inspection_json.render(inspect(Problem([[1.0]], [1.0]))))
 
 

@@ -18,7 +18,7 @@ import pytest
 import lcpcli
 from lcpcli import Status
 from lcpcli.bench import session as benching
-from lcpcli.files import atomic_write, reading, shipped
+from lcpcli.files import atomic_write, contents, reading
 from lcpcli.report.figures import drawing as figures
 from lcpcli.solving import driver as driver
 from lcpcli.solving import proof, reference
@@ -27,7 +27,7 @@ from lcpcli.verify import error_bound
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
 MAIN = "from lcpcli.cli.main import main; main()"
 Run = Callable[..., Any]

@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report import latex
 
-FIRST, SECOND = shipped.path("paper-example-1.json"), shipped.path("paper-example-2.json")
-LARGE = shipped.path("tridiagonal-100.json")
+FIRST, SECOND = contents.shipped_path("paper-example-1.json"), contents.shipped_path("paper-example-2.json")
+LARGE = contents.shipped_path("tridiagonal-100.json")
 PROBLEMS = {
     "none.json": '{"name": "no_solution", "M": [[0, -1], [1, 0]], "q": [-1, -1]}',
     "names.json": '{"name": "50% of #1 & ~^{x}\\\\ <y>", "M": [[2, 1], [1, 2]], "q": [-5, -6]}',

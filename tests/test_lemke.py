@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 
 from lcpcli import Problem, Status, Trace, read
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke
 from lcpcli.options import Limits
@@ -186,7 +186,7 @@ def test_infeasible_problem_is_proved_to_be(M: list[list[float]], q: list[float]
     assert np.allclose(result.certificate.vector / result.certificate.vector.max(), y)
 
 
-BIMATRIX = read(shipped.path("bimatrix.json"))
+BIMATRIX = read(contents.shipped_path("bimatrix.json"))
 
 
 @pytest.mark.parametrize(

@@ -15,12 +15,12 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report import notebook
 
 from .conftest import Outcome
 
-EXAMPLE = shipped.path("paper-example-2.json")
+EXAMPLE = contents.shipped_path("paper-example-2.json")
 M, Q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
 INFEASIBLE = lcpcli.Problem([[-1.0]], [-2.0])
 

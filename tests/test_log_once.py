@@ -13,7 +13,7 @@ import pytest
 
 from lcpcli.cli import many
 from lcpcli.errors import OptionError
-from lcpcli.files import locks, log
+from lcpcli.files import atomic_write, log
 from lcpcli.files.atomic_write import write_whole
 
 Lcp = Callable[..., Any]
@@ -190,13 +190,13 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
 def test_a_lock_is_that_of_the_file_which_has_the_name(folder: Path) -> None:
-    first = locks.opened_alone("log.jsonl", "log.jsonl")
+    first = atomic_write.opened_alone("log.jsonl", "log.jsonl")
     write_whole("log.jsonl", "replaced")
-    second = locks.opened_alone("log.jsonl", "log.jsonl")
+    second = atomic_write.opened_alone("log.jsonl", "log.jsonl")
     assert second.read() == b"replaced"
     first.close()
     with pytest.raises(OptionError, match="is being written by another run"):
-        locks.opened_alone("log.jsonl", "log.jsonl")
+        atomic_write.opened_alone("log.jsonl", "log.jsonl")
     second.close()
     assert folder.is_dir()
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.gallery import families
 
 Lcp = Callable[..., Any]
@@ -295,6 +295,6 @@ def test_a_log_of_something_else_is_refused_and_kept(
 
 
 def test_shipped_problems_are_solved_in_one_run(lcp: Lcp) -> None:
-    files = [shipped.path(name) for name in (*shipped.PAPER_EXAMPLES, "bimatrix.json", "tridiagonal-100.json")]
+    files = map(contents.shipped_path, (*contents.PAPER_EXAMPLES, "bimatrix.json", "tridiagonal-100.json"))
     records = records_of(lcp("solve", *files, "--format", "json").out)
     assert [record["solved"] for record in records] == [True] * 4

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, check, from_qp, read, run
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.model.columns import Columns
 from lcpcli.typing import Vector
@@ -33,7 +33,7 @@ def relative_residual(problem: Problem, z: Any) -> float:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_both_residuals_vanish_at_known_solutions(name: str) -> None:
-    problem = read(shipped.path(name))
+    problem = read(contents.shipped_path(name))
     for z in problem.solutions:
         point = Point(Criterion(problem), z)
         assert point.residual <= 1e-15

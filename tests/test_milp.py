@@ -12,7 +12,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Result, Status, read
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp, silence
 from lcpcli.methods import milp
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
@@ -75,7 +75,7 @@ def test_known_problem_ends_as_it_must(M: object, q: np.ndarray, status: Status)
 
 @pytest.mark.parametrize("file", ["bimatrix", "paper-example-1", "paper-example-2", "tridiagonal-100"])
 def test_shipped_problem_is_solved_to_rounding(file: str) -> None:
-    result = run(read(shipped.path(f"{file}.json")), "milp")
+    result = run(read(contents.shipped_path(f"{file}.json")), "milp")
     assert result.solved
     assert result.relative_residual <= 1e-15
     assert result.error is not None
@@ -123,7 +123,7 @@ def test_sparse_problem_is_decided_like_a_dense_one() -> None:
 
 
 def test_start_of_the_problem_has_no_influence_but_is_checked_first() -> None:
-    problem = read(shipped.path("paper-example-1.json"))
+    problem = read(contents.shipped_path("paper-example-1.json"))
     assert run(replace(problem, x0=np.array([0.5, -0.5, 0.5, -0.5])), "milp").iterations == 0
     assert run(replace(problem, x0=np.full(4, 7.0)), "milp").iterations == 1
 

@@ -15,7 +15,7 @@ import pytest
 
 from lcpcli import Problem, read, run
 from lcpcli.errors import ProblemError
-from lcpcli.files import mps_words
+from lcpcli.files import mps_format
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.solving.answer import Minimum
@@ -271,7 +271,7 @@ def test_bad_programs_are_told_in_words_of_our_own(
 
 
 def test_a_complaint_without_words_names_what_it_quotes() -> None:
-    error = mps_words.fault(DIET.encode(), 'Something about "milk" in COLUMNS section')
+    error = mps_format.fault_of(DIET.encode(), 'Something about "milk" in COLUMNS section')
     assert str(error) == "line 9: cannot be read because of 'milk'; compare it with a file that is read"
 
 

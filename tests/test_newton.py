@@ -10,7 +10,7 @@ import pytest
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, Status, Trace, read
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
 from lcpcli.options import Limits
@@ -20,7 +20,7 @@ from lcpcli.solving.driver import run
 def test_rows_of_the_papers_first_table_are_its_own() -> None:
     """From any start with all components negative: 0; 4, 0, 4, 0; 1, 0, 1, 0, the vector-division rows."""
     trace = Trace()
-    run(read(shipped.path("paper-example-1.json")), "newton", [-1.0, -1.0, -1.0, -1.0], trace=trace)
+    run(read(contents.shipped_path("paper-example-1.json")), "newton", [-1.0, -1.0, -1.0, -1.0], trace=trace)
     assert [row.z.tolist() for row in trace.rows[1:]] == [[4.0, 0.0, 4.0, 0.0], [1.0, 0.0, 1.0, 0.0]]
 
 

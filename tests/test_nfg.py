@@ -10,7 +10,7 @@ import pytest
 
 import lcpcli
 from lcpcli import errors
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.files.reading import read_exact
 from lcpcli.model.origins import Game
 
@@ -57,7 +57,7 @@ def test_fractions_are_not_rounded_for_proofs(tmp_path: Path) -> None:
 
 
 def test_the_shipped_games_are_read() -> None:
-    shapes = [lcpcli.read(file).n for file in sorted(Path(shipped.path("games")).glob("*.nfg"))]
+    shapes = [lcpcli.read(file).n for file in sorted(Path(contents.shipped_path("games")).glob("*.nfg"))]
     assert shapes == [8, 12, 8]
 
 
@@ -86,9 +86,9 @@ def test_what_is_wrong_is_said_in_one_line_with_its_place(text: str, message: st
 
 
 def test_it_is_only_read(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
-    done = lcp("convert", shipped.path("games/winkels.nfg"), "-o", str(tmp_path / "w.nfg"))
+    done = lcp("convert", contents.shipped_path("games/winkels.nfg"), "-o", str(tmp_path / "w.nfg"))
     assert (done.code, "is of a format that is only read" in done.err) == (2, True)
-    assert lcp("convert", shipped.path("games/winkels.nfg"), "-o", str(tmp_path / "w.json")).code == 0
+    assert lcp("convert", contents.shipped_path("games/winkels.nfg"), "-o", str(tmp_path / "w.json")).code == 0
     again = lcpcli.read(tmp_path / "w.json").origin
     assert isinstance(again, Game)
     assert again.payoffs()[0][4][0] == Fraction(5, 2)

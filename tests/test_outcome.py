@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from lcpcli import Problem, Trace, read
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report import outcome, summary
 from lcpcli.report.formats import LEVELS
 from lcpcli.solving.driver import run
 
-EXAMPLE = shipped.path("paper-example-1.json")
-TRIDIAGONAL = shipped.path("tridiagonal-100.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
+TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
 ESCAPE = "\x1b["
 
 Lcp = Callable[..., Any]
@@ -44,7 +44,7 @@ def test_long_z_fits_the_terminal_and_is_whole_in_a_file(
     assert line.endswith(", ..., 0)")
     assert 50 < len(line) <= 60
     assert "all 100 components of z" in head
-    assert "all 5 components of z" not in lcp("solve", shipped.path("bimatrix.json")).out
+    assert "all 5 components of z" not in lcp("solve", contents.shipped_path("bimatrix.json")).out
     file = tmp_path / "result.txt"
     lcp("solve", TRIDIAGONAL, "-o", str(file))
     rows = re.findall(r"^z(\d+) +(.*)$", file.read_text(), flags=re.MULTILINE)
@@ -96,8 +96,8 @@ def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp: Lcp, terminal: Calla
     [
         [TRIDIAGONAL],
         [TRIDIAGONAL, "--method", "fixed-point", "--max-iterations", "20"],
-        [shipped.path("bimatrix.json"), "--method", "lemke", "--bound"],
-        [shipped.path("bimatrix.json"), "--method", "shi", "--max-iterations", "300"],
+        [contents.shipped_path("bimatrix.json"), "--method", "lemke", "--bound"],
+        [contents.shipped_path("bimatrix.json"), "--method", "shi", "--max-iterations", "300"],
     ],
 )
 def test_eighty_columns_are_enough_for_a_result(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, Trace, read, run
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
 TABLE_1 = {
     1: "0.0000000 0.0000000 0.0000000 0.0000000",
@@ -54,28 +54,32 @@ def fixed_point_rows(problem: Problem, x0: list[float] | None = None) -> dict[in
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_fixed_point_rows_are_the_printed_ones(number: int) -> None:
-    rows = fixed_point_rows(read(shipped.path(f"paper-example-{number}.json")))
+    rows = fixed_point_rows(read(contents.shipped_path(f"paper-example-{number}.json")))
     assert {k: rows[k] for k in PRINTED[number]} == PRINTED[number]
 
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_json_trace_holds_the_printed_rows(number: int, lcp: Callable[..., Any]) -> None:
     outcome = lcp(
-        "solve", shipped.path(f"paper-example-{number}.json"), "--method=fixed-point", "--format=json", "--trace"
+        "solve",
+        contents.shipped_path(f"paper-example-{number}.json"),
+        "--method=fixed-point",
+        "--format=json",
+        "--trace",
     )
     rows = {row["k"]: " ".join(f"{z:.7f}" for z in row["z"]) for row in json.loads(outcome.out)["trace"]}
     assert {k: rows[k] for k in PRINTED[number]} == PRINTED[number]
 
 
 def test_printed_start_of_example_1_does_not_give_its_table() -> None:
-    rows = fixed_point_rows(read(shipped.path("paper-example-1.json")), [1.1, 0.1, 1.2, 0.2])
+    rows = fixed_point_rows(read(contents.shipped_path("paper-example-1.json")), [1.1, 0.1, 1.2, 0.2])
     assert rows[5] == "0.9336092 0.0000000 0.9309409 0.0000000"
     assert rows[5] != TABLE_1[5]
 
 
 def test_vector_division_rows_do_not_come_out_of_the_printed_algorithm() -> None:
     """The printed table reaches the solution of example 1 in 3 iterations, from (4, 0, 4, 0)."""
-    problem = read(shipped.path("paper-example-1.json"))
+    problem = read(contents.shipped_path("paper-example-1.json"))
     for start in (problem.x0, np.array([1.1, 0.1, 1.2, 0.2])):
         result = run(problem, "shi", x0=start, trace=Trace())
         assert result.trace is not None

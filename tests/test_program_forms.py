@@ -16,12 +16,12 @@ from scipy.sparse import csc_matrix, csr_array
 
 import lcpcli
 from lcpcli import Problem, from_osqp, from_qp, from_qpsolvers, read, run, write
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.solving.answer import Minimum
 
 from .conftest import Outcome
 
-SHIPPED = Path(shipped.path("programs"))
+SHIPPED = Path(contents.shipped_path("programs"))
 SEEDS = range(12)
 
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from lcpcli import read, run
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.gallery import families as gallery
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program
 from lcpcli.solving.answer import Minimum
 
-FOLDER = Path(shipped.path("programs"))
+FOLDER = Path(contents.shipped_path("programs"))
 SHIPPED = sorted(path.name for path in FOLDER.glob("*.json"))
 MADE = [(name, n, seed) for name in ("portfolio", "control", "transport") for n in (20, 80, 200) for seed in (0, 1)]
 

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from lcpcli import __version__
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 MADE_BY = f"lcp {__version__}, tol 1e-08, at most 500 iterations, time limit 9 s"
 GIVEN = (EXAMPLE, "--method", "shi", "--k-star", "7", "--tol", "1e-8", "--max-iterations", "500", "--time-limit", "9")
 

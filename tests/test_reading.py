@@ -14,7 +14,7 @@ from scipy import sparse
 
 from lcpcli import Problem, read, write
 from lcpcli.errors import ProblemError
-from lcpcli.files.reading import read_start
+from lcpcli.files.beside import read_start
 
 from .conftest import Outcome
 from .small_problem import JSON, M, Q, numbers

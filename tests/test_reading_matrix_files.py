@@ -13,7 +13,7 @@ import pytest
 from scipy import sparse
 
 from lcpcli import read
-from lcpcli.files.reading import read_start
+from lcpcli.files.beside import read_start
 from lcpcli.linalg.matrices import is_sparse
 
 from .small_problem import M, Q, numbers

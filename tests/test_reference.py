@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem, read, run
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.solving import reference
 from lcpcli.solving.reference import with_reference
@@ -76,7 +76,7 @@ def test_reference_of_random_problems_solves_them(seed: int) -> None:
 
 
 def test_known_solutions_are_left_as_they_are() -> None:
-    problem = read(shipped.path("paper-example-2.json"))
+    problem = read(contents.shipped_path("paper-example-2.json"))
     assert with_reference(problem) is problem
     assert problem.reference == "known"
 

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from lcpcli import Problem, Status, Trace, read, run
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.methods.shi import AVERAGE, PLANE, SELECTED, STEEPEST, STEEPEST_AT_MULTIPLE, direction, shi
 from lcpcli.methods.smoothing import Smoothed
 from lcpcli.methods.stages import Iterate
 
 Vector = NDArray[np.float64]
-EXAMPLE_1, EXAMPLE_2 = (read(shipped.path(f"paper-example-{number}.json")) for number in (1, 2))
+EXAMPLE_1, EXAMPLE_2 = (read(contents.shipped_path(f"paper-example-{number}.json")) for number in (1, 2))
 LINE_SEARCHES = [(1e-4, 0.9), (0.1, 0.5), (0.49, 0.5)]
 
 

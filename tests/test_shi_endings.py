@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lcpcli import Problem, Status, read
 from lcpcli.errors import OptionError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.gallery.families import make
 from lcpcli.methods.shi import shi
 from lcpcli.methods.smoothing import Point, Smoothed
@@ -22,7 +22,7 @@ from lcpcli.solving.driver import run
 from .stages import through
 
 Vector = NDArray[np.float64]
-EXAMPLE_1 = read(shipped.path("paper-example-1.json"))
+EXAMPLE_1 = read(contents.shipped_path("paper-example-1.json"))
 
 
 def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
@@ -38,7 +38,7 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
 @pytest.mark.parametrize("p", [1.0, 10.0])
 @pytest.mark.parametrize("name", ["paper-example-1", "paper-example-2", "tridiagonal-100"])
 def test_larger_p_that_is_advised_solves_the_problem(name: str, p: float, scale: bool) -> None:
-    problem = read(shipped.path(f"{name}.json"))
+    problem = read(contents.shipped_path(f"{name}.json"))
     failed = run(problem, "shi", p=p, scale=scale)
     advised = re.match(r'try p=(\S+), or method="auto"', failed.advice)
     assert advised, failed.message

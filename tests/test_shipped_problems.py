@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, Status, read, run
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
 from . import exact
 
-FOLDER = Path(shipped.path("paper-example-1.json")).parent
+FOLDER = Path(contents.shipped_path("paper-example-1.json")).parent
 NAMES = sorted(path.name for path in FOLDER.glob("*.json"))
 
 
 @pytest.fixture(params=NAMES)
 def problem(request: pytest.FixtureRequest) -> Problem:
-    return read(shipped.path(request.param))
+    return read(contents.shipped_path(request.param))
 
 
 def test_these_problems_ship() -> None:
@@ -59,7 +59,7 @@ def test_all_but_the_game_are_solved_by_both_methods(problem: Problem, method: s
 def test_bimatrix_solutions_are_the_published_equilibria() -> None:
     """von Stengel 2007: (1, 0, 0) and (1, 0); (4/5, 1/5, 0) and (2/3, 1/3); (0, 1/3, 2/3) and (1/3, 2/3)."""
     published = [((1, 0, 0), (1, 0)), ((4 / 5, 1 / 5, 0), (2 / 3, 1 / 3)), ((0, 1 / 3, 2 / 3), (1 / 3, 2 / 3))]
-    for z, (x, y) in zip(read(shipped.path("bimatrix.json")).solutions, published, strict=True):
+    for z, (x, y) in zip(read(contents.shipped_path("bimatrix.json")).solutions, published, strict=True):
         assert np.allclose(z[:3] / z[:3].sum(), x, rtol=0, atol=1e-15)
         assert np.allclose(z[3:] / z[3:].sum(), y, rtol=0, atol=1e-15)
 
@@ -71,9 +71,9 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("name", shipped.problems())
+@pytest.mark.parametrize("name", contents.shipped_problems())
 def test_each_is_read_by_its_name_from_any_folder(name: str, elsewhere: Path) -> None:
-    file = shipped.problems()[name]
+    file = contents.shipped_problems()[name]
     for given in (name, file.name):
         assert np.array_equal(read(given).q, read(str(file)).q)
     assert not list(elsewhere.iterdir())

@@ -8,10 +8,10 @@ import pytest
 
 from lcpcli import read, run
 from lcpcli.bench import suites
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.solving.answer import Minimum
 
-FOLDER = Path(shipped.path("programs/portfolio.json")).parent
+FOLDER = Path(contents.shipped_path("programs/portfolio.json")).parent
 OPTIMA = {  # Hock and Schittkowski 1981, Dantzig 1963, Klee and Minty 1972; of the portfolio, computed in fractions
     "hs21": -99.96,
     "hs35": 1 / 9,

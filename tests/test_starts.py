@@ -11,13 +11,13 @@ import pytest
 
 from lcpcli import Problem, Status, read, run
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files import shipped
+from lcpcli.files import contents as shipped
 from lcpcli.model.box import ORTHANT
 
 from .conftest import Outcome
 
 METHODS = ["shi", "fixed-point"]
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = shipped.shipped_path("paper-example-1.json")
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 
 def shell(script: str) -> subprocess.CompletedProcess[str]:

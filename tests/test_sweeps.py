@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.methods import variants
 from lcpcli.methods.variants import Variant, labels, parse, sweep
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 Lcp = Callable[..., Any]
 

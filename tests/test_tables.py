@@ -14,11 +14,11 @@ import pytest
 
 from lcpcli import Problem, Status
 from lcpcli.cli import session
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.report import iterations, latex, numbers
 
-EXAMPLE = shipped.path("paper-example-1.json")
-TRIDIAGONAL = shipped.path("tridiagonal-100.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
+TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
 ESCAPE = "\x1b["
 
 Lcp = Callable[..., Any]
@@ -61,7 +61,7 @@ def test_components_have_seven_decimals_and_the_method_stands_at_the_left(lcp: L
     assert lines[4].startswith("  ")
 
 
-@pytest.mark.parametrize("file", [EXAMPLE, shipped.path("paper-example-2.json"), TRIDIAGONAL])
+@pytest.mark.parametrize("file", [EXAMPLE, contents.shipped_path("paper-example-2.json"), TRIDIAGONAL])
 def test_eighty_columns_are_enough(file: str, lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
     terminal(80, False)
     outcome = lcp("compare", file)
@@ -140,13 +140,22 @@ def test_quiet_prints_nothing_and_the_exit_code_gives_the_outcome(lcp: Lcp) -> N
 
 
 def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
-    long = ("solve", shipped.path("bimatrix.json"), "--method", "shi", "--max-iterations", "400", "--k-star", "10")
+    long = (
+        "solve",
+        contents.shipped_path("bimatrix.json"),
+        "--method",
+        "shi",
+        "--max-iterations",
+        "400",
+        "--k-star",
+        "10",
+    )
     assert 30 < len(lcp(*long).out.splitlines()) < 75
     assert len(lcp(*long, "--every", "1").out.splitlines()) > 300
 
 
 def test_several_known_solutions_are_announced(lcp: Lcp) -> None:
-    assert lcp("compare", shipped.path("bimatrix.json"), "--max-iterations", "5").out.startswith(
+    assert lcp("compare", contents.shipped_path("bimatrix.json"), "--max-iterations", "5").out.startswith(
         "bimatrix: n = 5, 3 known solutions"
     )
 

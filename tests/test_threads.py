@@ -20,10 +20,10 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.cli import threads as cli
 from lcpcli.errors import OptionError
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.linalg import threads
 
-EXAMPLE = shipped.path("paper-example-1.json")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
 # What a command sees: whether numpy was loaded when it settled the number, what the environment then said, and what
 # the BLAS made of it.
 COMMAND = """

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, Status, Trace, read
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import MOST_TOGETHER
 
-EXAMPLE = read(shipped.path("paper-example-1.json"))
+EXAMPLE = read(contents.shipped_path("paper-example-1.json"))
 
 
 def test_trace_is_kept_only_if_somebody_asks() -> None:

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
-FIRST, SECOND = map(shipped.path, shipped.PAPER_EXAMPLES)
+FIRST, SECOND = map(contents.shipped_path, contents.PAPER_EXAMPLES)
 COMMANDS = {
     "solve": ("solve", FIRST),
     "solve, stalled": ("solve", SECOND, "--method", "shi", "--p", "10"),
-    "solve, proved": ("solve", shipped.path("bimatrix.json"), "--exact", "--bound"),
+    "solve, proved": ("solve", contents.shipped_path("bimatrix.json"), "--exact", "--bound"),
     "compare": ("compare",),
     "compare, a sweep": ("compare", FIRST, "--method", "shi", "--sweep", "p=1,10,1e5"),
     "check": ("check", FIRST, "1,0,1,0.5"),

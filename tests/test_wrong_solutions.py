@@ -12,7 +12,7 @@ import pytest
 
 from lcpcli import Problem, read
 from lcpcli.bench.suites import SUITES, problem_of
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.verify.known import without_wrong_solutions
 
 from .conftest import Outcome
@@ -27,7 +27,7 @@ LINE = "lcp: {}: solution{}: is not a solution: its residual is 3, with z2 = 1 a
 def problems() -> Iterator[Problem]:
     """Those that are shipped, and one of each gallery problem that the suites have, with known solutions."""
     for name in ("paper-example-1.json", "paper-example-2.json", "bimatrix.json", "tridiagonal-100.json"):
-        yield read(shipped.path(name))
+        yield read(contents.shipped_path(name))
     cases = {case.name: case for suite in SUITES.values() for case in suite.cases if case.n <= LARGEST}
     yield from (problem for problem in map(problem_of, cases.values()) if problem.solutions)
 

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import OptionError, likely
-from lcpcli.files import shipped
-from lcpcli.files.folders import files_in
+from lcpcli.files import contents
+from lcpcli.files.contents import files_in
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -154,7 +154,7 @@ MIXED = (
 )
 PROGRAMS = (
     *(
-        Case(f"{name}.json", file=shipped.path(f"programs/{name}.json"))
+        Case(f"{name}.json", file=contents.shipped_path(f"programs/{name}.json"))
         for name in ("hs21", "hs35", "hs53", "hs76", "klee-minty", "portfolio", "transport")
     ),
     *sizes("portfolio", 100, 1000, 2500),
@@ -210,8 +210,8 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
     if path == "-":
         raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
     is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix  # reading reports what is wrong with it
-    if not is_file and path not in shipped.problems():
-        hint = likely(path, (*known, *shipped.problems()), f"choose one of {', '.join(known)}, or name a file")
+    if not is_file and path not in contents.shipped_problems():
+        hint = likely(path, (*known, *contents.shipped_problems()), f"choose one of {', '.join(known)}, or name a file")
         raise OptionError(path, "is neither a suite nor a file", hint)
     problem, files = reading.read_next(asked, infinity or math.inf)
     far = far_bounds.remark(problem) if infinity is None else ""

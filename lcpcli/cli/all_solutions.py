@@ -13,13 +13,13 @@ from lcpcli.cli.options import STARTS
 from lcpcli.cli.output import HERE, Output, emit, terminal
 from lcpcli.cli.session import refuse_clashes
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files.keys import OF_BOUNDS
+from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.methods.registry import ADDITIONS, OPTIONS
 from lcpcli.options import MAX_ITERATIONS, MAX_SOLUTIONS, TIME_LIMIT, TOL, flag
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import Solutions, SolutionSet
-    from lcpcli.files.source import Source
+    from lcpcli.files.contents import Source
     from lcpcli.methods.variants import Variant
     from lcpcli.rational.problem import ExactProblem
 
@@ -86,7 +86,7 @@ def _refuse_without_effect(variant: Variant, given: Mapping[str, Any]) -> None:
 
 def _read(files: Sequence[str], bounds: problems.Given, given: Mapping[str, Any]) -> tuple[ExactProblem, Source]:
     """The problem in the files, with decimals as written, and where it is."""
-    from lcpcli.files.game_tables import hint
+    from lcpcli.files.games import hint
 
     works, several = problems.works(files, given["game"])
     if several:

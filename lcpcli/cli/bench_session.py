@@ -22,8 +22,7 @@ from lcpcli.cli.output import emit, form_of, terminal
 from lcpcli.cli.progress import Progress, wanted
 from lcpcli.cli.session import same_file
 from lcpcli.errors import OptionError
-from lcpcli.files.atomic_write import refuse_unwritable, write_whole
-from lcpcli.files.locks import reserved
+from lcpcli.files.atomic_write import refuse_unwritable, reserved, write_whole
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, TIME_LIMIT, TOL, flag
 from lcpcli.report.figures import drawing as figures
 

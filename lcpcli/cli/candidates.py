@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.files import shipped
+from lcpcli.files import contents
 from lcpcli.files.formats import PROBLEMS
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def problems(*before: Completer, endings: tuple[str, ...] = PROBLEMS) -> Complet
 
     def complete(context: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         others = [item for each in (*before, files(*endings)) for item in each(context, param, incomplete)]
-        names = dict.fromkeys(shipped.problems(), "shipped problem")
+        names = dict.fromkeys(contents.shipped_problems(), "shipped problem")
         return others + (words(names, incomplete) if incomplete or not others else [])
 
     return complete

@@ -15,7 +15,7 @@ from lcpcli.options import TOL
 from lcpcli.report.verification import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.files.candidate import Candidate
+    from lcpcli.files.answers import Candidate
     from lcpcli.model.problem import Problem
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.verification import Verification
@@ -75,19 +75,20 @@ def _verifications(
     files: tuple[str, ...], given: problems.Given, solution: str, tol: float | None, exact: bool, quiet: bool
 ) -> list[Verification]:
     from lcpcli import options
-    from lcpcli.files import reading
+    from lcpcli.files.beside import read_candidates
+    from lcpcli.files.contents import place
     from lcpcli.solving import checking
 
     options.check((TOL,), {"tol": tol})
     data = problems.read_exact(files, given, quiet) if exact else None
     problem = data.problem if data else problems.read(files, given, quiet)
-    answers = reading.read_candidates(solution, checking.lengths(problem), problem.name)
+    answers = read_candidates(solution, checking.lengths(problem), problem.name)
     if answers[0].remark and not quiet:
-        problems.tell(f"{reading.place(solution)}: {answers[0].remark}")
+        problems.tell(f"{place(solution)}: {answers[0].remark}")
     try:
         found = [_verification(problem, data, answer, tol) for answer in answers]
     except ProblemError as fault:
-        raise fault.inside(reading.place(solution)) from None
+        raise fault.inside(place(solution)) from None
     if len(found) == 1:
         return found
     places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))

@@ -262,9 +262,9 @@ class Group(Command, click.Group):
     def _meant_command(self, given: str) -> str:
         if given.casefold() in COMMANDS_ELSEWHERE:
             return f"did you mean lcp {COMMANDS_ELSEWHERE[given.casefold()]}?"
-        from lcpcli.files import shipped
+        from lcpcli.files import contents
         from lcpcli.files.formats import PROBLEMS
 
-        if given == "-" or given.casefold().endswith(PROBLEMS) or given in shipped.problems():
+        if given == "-" or given.casefold().endswith(PROBLEMS) or given in contents.shipped_problems():
             return f"did you mean lcp solve {given}?"
         return likely(given, self.commands)

@@ -10,8 +10,8 @@ from lcpcli.cli import candidates, problems, session
 from lcpcli.cli.command import Command, argument
 from lcpcli.cli.methods import chosen_variants, several_methods
 from lcpcli.cli.options import EXITS, numeric, solving, with_bounds
-from lcpcli.files import shipped
-from lcpcli.files.folders import files_in
+from lcpcli.files import contents
+from lcpcli.files.contents import files_in
 from lcpcli.methods.registry import meanings
 from lcpcli.options import WARM
 from lcpcli.report.formats import LEVELS
@@ -52,5 +52,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
 @solving
 def compare(files: tuple[str, ...], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
-    paths = files_in(files, problems.teller(given["quiet"])) or [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
+    paths = files_in(files, problems.teller(given["quiet"])) or [
+        contents.shipped_path(name) for name in contents.PAPER_EXAMPLES
+    ]
     return session.run(paths, chosen_variants(given, AS_PUBLISHED), given, levels=LEVELS)

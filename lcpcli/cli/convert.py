@@ -65,7 +65,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
 
 def _tell_of_names(problem: Problem, output: str) -> None:
     """Say which names of rows and columns the file has others for."""
-    from lcpcli.files.mps_writing import changed
+    from lcpcli.files.mps_lines import changed
 
     if names := changed(problem):
         old, new = next(iter(names.items()))

@@ -21,9 +21,9 @@ from lcpcli.cli.workers import elsewhere, here
 from lcpcli.errors import OptionError, count
 from lcpcli.files import log
 from lcpcli.files.atomic_write import refuse_unwritable, written_gradually
+from lcpcli.files.contents import place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
-from lcpcli.files.reading import place
 from lcpcli.options import JOBS
 from lcpcli.report import rows
 

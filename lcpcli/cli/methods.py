@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -117,15 +116,15 @@ def _remedy(name: str, asked: Sequence[Variant]) -> str:
 
 
 def _basis(given: str, problem: Problem) -> list[str]:
-    from lcpcli.files.states import read_states
+    from lcpcli.files.beside import read_states
 
     return read_states(given, problem)
 
 
 def _vector(name: str, given: str, problem: Problem) -> Vector:
-    from lcpcli.files import reading, typed
+    from lcpcli.files import beside
 
-    if typed.numbers(given) is None and not (given and os.path.exists(given)):  # noqa: PTH110 (Path.exists raises an error for a long text)
+    if beside.typed_numbers(given) is None and not (given and beside.is_there(given)):
         fault = f"{given!r} is neither a file nor numbers"
         raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
-    return reading.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box)
+    return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box)

@@ -14,8 +14,8 @@ import click
 
 from lcpcli.cli.output import emit
 from lcpcli.errors import ProblemError
+from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import COMPLETE, OF_PROGRAMS
-from lcpcli.files.keys import BOUNDS
 
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
@@ -33,23 +33,23 @@ def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
     given as options."""
     if given["game"]:
         return _of_game(files, given, quiet).problem
-    from lcpcli.files import bounds, reading
+    from lcpcli.files import beside, reading
 
     with _hint_at_game(files):
-        return _vetted(bounds.bounded(reading.read(*files), given), files[0], quiet)
+        return _vetted(beside.bounded(reading.read(*files), given), files[0], quiet)
 
 
 def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> ExactProblem:
     """Return the problem that `read` does with its numbers as written, as fractions."""
     if given["game"]:
         return _of_game(files, given, quiet).exactly()
-    from lcpcli.files import bounds, reading
+    from lcpcli.files import beside, contents, reading
 
-    fetch = cache(reading.content_of)
+    fetch = cache(contents.content_of)
     with _hint_at_game(files):
         data = reading.read_exact(*files)
-    problem = bounds.bounded(data.problem, given, fetch)
-    data = bounds.exactly_bounded(data, problem, given, fetch)
+    problem = beside.bounded(data.problem, given, fetch)
+    data = beside.exactly_bounded(data, problem, given, fetch)
     data.problem = _vetted(problem, files[0], quiet)
     return data
 
@@ -61,14 +61,14 @@ def read_written(files: Sequence[str], given: Given) -> Written[Problem]:
     if given["game"]:
         problem = _of_game(files, given, quiet=False).problem
         return Written(problem, problem, {})
-    from lcpcli.files import bounds, reading
+    from lcpcli.files import beside, contents, reading
 
-    fetch = cache(reading.content_of)
+    fetch = cache(contents.content_of)
     file, q_file = [*files, None][:2]
 
     def parse(doubles: Doubles) -> Problem:
         problem = reading.problem_of(str(file), q_file, fetch, doubles)
-        return bounds.bounded(problem, given, fetch, doubles)
+        return beside.bounded(problem, given, fetch, doubles)
 
     with _hint_at_game(files):
         found = written(parse)
@@ -81,7 +81,7 @@ def _hint_at_game(files: Sequence[str]) -> Iterator[None]:
     try:
         yield
     except ProblemError as error:
-        from lcpcli.files.game_tables import hint
+        from lcpcli.files.games import hint
 
         told = hint(files)
         raise ProblemError(error.where, error.fault, f"{error.hint}; {told}") if told else error from None
@@ -89,7 +89,7 @@ def _hint_at_game(files: Sequence[str]) -> Iterator[None]:
 
 def _of_game(files: Sequence[str], given: Given, quiet: bool) -> Held:
     """Return the game whose payoffs are in the files."""
-    from lcpcli.files.game_tables import game_in
+    from lcpcli.files.games import game_in
 
     held = _single(game_in(files), given)
     for remark in [] if quiet else held.remarks:
@@ -103,7 +103,7 @@ def works(files: Sequence[str], game: bool = False, are_many: bool = False) -> t
     from lcpcli.files.inputs import QColumns, inputs
 
     if game:
-        from lcpcli.files.game_tables import game_in
+        from lcpcli.files.games import game_in
 
         return iter([game_in(files)]), are_many
     each = inputs(files, streams=are_many)
@@ -134,20 +134,20 @@ def held(work: Work, given: Given) -> Iterator[Held]:
 
 
 def _single(work: Input, given: Given) -> Held:
-    from lcpcli.files import bounds, reading
+    from lcpcli.files import beside, contents
 
-    fetch = cache(reading.content_of)  # standard input can be read only once
+    fetch = cache(contents.content_of)  # standard input can be read only once
     original = work.read()
-    bounded = bounds.bounded(original, given, fetch)
+    bounded = beside.bounded(original, given, fetch)
     problem, remarks = _without_wrong_solutions(bounded, work.paths[0])
-    if far := bounds.remark(bounded, given):
-        remarks.append(f"{reading.place(work.paths[0])}: {far}")
+    if far := beside.remark(bounded, given):
+        remarks.append(f"{contents.place(work.paths[0])}: {far}")
 
     @cache
     def exactly() -> ExactProblem:
         from lcpcli.rational.problem import ExactProblem
 
-        data = bounds.exactly_bounded(ExactProblem(original, *work.exact_parts()), bounded, given, fetch)
+        data = beside.exactly_bounded(ExactProblem(original, *work.exact_parts()), bounded, given, fetch)
         data.problem = problem
         return data
 
@@ -165,9 +165,9 @@ def _columns(work: QColumns, given: Given) -> Iterator[Held]:
 
 def first_of(work: QColumns, given: Given) -> Problem:
     """The problem of the first of several q for one M."""
-    from lcpcli.files import bounds
+    from lcpcli.files import beside
 
-    return bounds.bounded(work.first_problem(), given)
+    return beside.bounded(work.first_problem(), given)
 
 
 def inputs(files: Sequence[str], given: Given) -> list[str]:
@@ -232,11 +232,10 @@ def _vetted(problem: Problem, file: str, quiet: bool) -> Problem:
 
 def _without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
     """The problem without those of its known solutions that are wrong, and lines that say so, or that it is shipped."""
-    from lcpcli.files import shipped
-    from lcpcli.files.reading import place
+    from lcpcli.files.contents import place, shipped_file
     from lcpcli.verify.known import without_wrong_solutions
 
     vetted, faults = without_wrong_solutions(problem)
-    if Path(file).suffix and shipped.file_of(file):  # perhaps a file of the user was meant
+    if Path(file).suffix and shipped_file(file):  # perhaps a file of the user was meant
         faults.insert(0, "no such file; the problem that ships under this name is read")
     return vetted, [f"{place(file)}: {fault}" for fault in faults]

@@ -12,9 +12,9 @@ from lcpcli.cli.methods import for_methods
 from lcpcli.cli.options import limits
 from lcpcli.cli.repetition import timed
 from lcpcli.errors import LCPError
+from lcpcli.files.contents import Source
+from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.files.inputs import QColumns, Work
-from lcpcli.files.keys import OF_BOUNDS
-from lcpcli.files.source import Source
 from lcpcli.options import LIMITS
 from lcpcli.report import rows
 from lcpcli.report.render import BAD_INPUT

@@ -12,10 +12,10 @@ from lcpcli.cli import exit_codes
 from lcpcli.cli.options import STARTS
 from lcpcli.cli.records import Record, Task
 from lcpcli.errors import OptionError
+from lcpcli.files.contents import Source
+from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.files.inputs import QColumns, Work, digest
-from lcpcli.files.keys import OF_BOUNDS
 from lcpcli.files.log import Log
-from lcpcli.files.source import Source
 from lcpcli.methods.registry import OPTIONS
 from lcpcli.options import LIMITS
 from lcpcli.report.numbers import finite

@@ -20,13 +20,13 @@ from lcpcli.cli.options import limits
 from lcpcli.cli.output import HERE, Output, Plot, emit, terminal
 from lcpcli.cli.progress import wanted
 from lcpcli.errors import LCPError, OptionError
+from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.files.formats import LINES
-from lcpcli.files.keys import OF_BOUNDS
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import Held
+    from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
-    from lcpcli.files.source import Source
     from lcpcli.methods.variants import Variant
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.solving.result import Result
@@ -64,12 +64,13 @@ def run(
     of_z = {name: given[name] for name in OF_BOUNDS}
     _refuse_amiss(problems_in.inputs(files, of_z), output, plot, given.get("resume"))
     bounds = limits(given)
-    from lcpcli.files import game_tables
-
     are_many = many is not None and _is_for_many(given, output)
     works, several = problems_in.works(files, given.get("game", False), are_many)
-    if several and not given["quiet"] and (told := game_tables.hint(files)):
-        problems_in.tell(told)
+    if several and not given["quiet"]:
+        from lcpcli.files.games import hint
+
+        if told := hint(files):
+            problems_in.tell(told)
     if many is not None and several:
         return many(works, output)
     held, sources, faults = _read(works, of_z, given["quiet"])
@@ -245,9 +246,9 @@ def refuse_standard_output(inputs: Sequence[str]) -> None:
 
 def refuse_twice(paths: Sequence[str | None]) -> None:
     """Raise OptionError if standard input is given for two files."""
-    from lcpcli.files import reading
+    from lcpcli.files.contents import STANDARD_INPUT
 
-    if paths.count(reading.STANDARD_INPUT) > 1:
+    if paths.count(STANDARD_INPUT) > 1:
         raise OptionError("standard input", "can be read only once", "name a file")
 
 

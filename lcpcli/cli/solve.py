@@ -11,7 +11,7 @@ from lcpcli.cli.command import Command, option
 from lcpcli.cli.methods import MethodChoice
 from lcpcli.cli.options import EXITS, numeric, problem_files, solving
 from lcpcli.errors import OptionError
-from lcpcli.files.folders import files_in
+from lcpcli.files.contents import files_in
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS

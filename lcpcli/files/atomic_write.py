@@ -1,4 +1,4 @@
-"""Atomic output: files are written completely or not at all."""
+"""Output to files: whole or not at all, and by one run at a time where the system has locks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import os
 import shutil
 import signal
 import stat
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import IO, Any, TypeAlias
 
@@ -26,22 +28,18 @@ def refuse_unwritable(path: str) -> None:
 
     if not path:
         raise OptionError("", "the name of the output is empty", "name a file")
-    try:
+    with telling_of(path):
         target = _target(path)
         if target.is_dir():
             raise OptionError(path, "is a directory", "name a file")
         if not target.parent.is_dir():
             raise OptionError(path, f"there is no folder {target.parent}", "create it first")
-        if _is_special(target):
-            if not os.access(target, os.W_OK):
-                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        else:
+        if not _is_special(target):
             with contextlib.suppress(FileNotFoundError):
                 target.lstat()
-            with TemporaryFile(dir=target.parent):
-                pass
-    except OSError as error:
-        raise _unwritable(path, error) from None
+            TemporaryFile(dir=target.parent).close()
+        elif not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
 def write_whole(path: str, content: Content) -> None:
@@ -76,20 +74,21 @@ def write_together(contents: Mapping[str, Content]) -> None:
 @contextlib.contextmanager
 def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
     """A context with a function that adds a text to what is written when the context is left, whatever with."""
-    from tempfile import TemporaryFile
+    from tempfile import TemporaryFile, gettempdir
 
     def add(text: str) -> None:
-        with _collecting(path):
-            file.write(_encoded(text))
+        with collecting():
+            _put(text, file)
 
     refuse_unwritable(path)
-    with _collecting(path):
+    collecting = partial(telling_of, path, f"collected in {gettempdir()}", "set TMPDIR to a folder with room")
+    with collecting():
         file = TemporaryFile()  # noqa: SIM115
     try:
         yield add
     finally:
         try:
-            with _collecting(path):
+            with collecting():
                 file.seek(0)  # which writes the rest
             write_whole(path, file)
         finally:
@@ -98,24 +97,12 @@ def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
 
 
 @contextlib.contextmanager
-def _collecting(path: str) -> Iterator[None]:
-    """A context in which a fault of the system becomes an OptionError that names the folder of temporary files."""
-    from tempfile import gettempdir
-
-    try:
-        yield
-    except OSError as error:
-        fault = f"cannot be collected in {gettempdir()} ({error.strerror})"
-        raise OptionError(path, fault, "set TMPDIR to a folder with room") from None
-
-
-@contextlib.contextmanager
-def telling_of(path: str) -> Iterator[None]:
+def telling_of(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
     """A context in which a fault of the system becomes an OptionError for the output to that file."""
     try:
         yield
     except OSError as error:
-        raise _unwritable(path, error) from None
+        raise OptionError(path, f"cannot be {what} ({error.strerror})", hint) from None
 
 
 @contextlib.contextmanager
@@ -137,14 +124,12 @@ def _undisturbed() -> Iterator[None]:
 
 
 def _put(content: Content, file: IO[bytes]) -> None:
-    if isinstance(content, (str, bytes)):
-        file.write(_encoded(content))
+    if isinstance(content, str):
+        content = content.encode("utf-8", errors="backslashreplace")
+    if isinstance(content, bytes):
+        file.write(content)
     else:
         shutil.copyfileobj(content, file)
-
-
-def _encoded(content: str | bytes) -> bytes:
-    return content.encode("utf-8", errors="backslashreplace") if isinstance(content, str) else content
 
 
 def _target(path: str) -> Path:
@@ -157,12 +142,8 @@ def _target(path: str) -> Path:
     raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
 
 
-def _unwritable(path: str, error: OSError) -> OptionError:
-    return OptionError(path, f"cannot be written ({error.strerror})", "choose another location")
-
-
 def _temporary(target: Path, content: Content) -> Path:
-    """A complete temporary file beside the target, ready to replace it."""
+    """A complete temporary file beside the target, ready to replace it, with its permissions or those of a new file."""
     from tempfile import mkstemp
 
     handle, name = mkstemp(dir=target.parent, prefix=".lcp-")
@@ -170,21 +151,78 @@ def _temporary(target: Path, content: Content) -> Path:
     try:
         with os.fdopen(handle, "wb") as file:
             _put(content, file)
-        temporary.chmod(_mode(target))
+        mask = os.umask(0)
+        os.umask(mask)
+        temporary.chmod(stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~mask)
     except BaseException:
         temporary.unlink()
         raise
     return temporary
 
 
-def _mode(target: Path) -> int:
-    """The permissions of the file that is replaced, or those of a new file."""
-    if target.exists():
-        return stat.S_IMODE(target.stat().st_mode)
-    mask = os.umask(0)
-    os.umask(mask)
-    return 0o666 & ~mask
-
-
 def _is_special(target: Path) -> bool:
     return target.exists() and not target.is_file()
+
+
+def opened_alone(path: str | Path, name: str) -> IO[bytes]:
+    """A file, made where it is missing, that this run alone reads and writes until it is closed; a device or a pipe is
+    only written.
+
+    name : of the file in the OptionError if another run has it.
+    """
+    while True:
+        if Path(path).exists() and not Path(path).is_file():
+            return Path(path).open("ab")
+        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
+        try:
+            _lock(file, name)
+            if _is_at(path, file):
+                return file
+            file.close()
+        except BaseException:
+            file.close()
+            raise
+
+
+@contextmanager
+def reserved(paths: Iterable[str]) -> Iterator[None]:
+    """A context in which no other run has these files, each of which is replaced as a whole: locks are on files beside
+    them.
+
+    OptionError if another run has one.
+    """
+    targets = {Path(path).resolve(): path for path in paths}
+    locks: list[tuple[Path, IO[bytes]]] = []
+    try:
+        for target, path in targets.items():
+            if not target.exists() or target.is_file():
+                beside = target.with_name(f".{target.name}.lock")
+                with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
+                    locks.append((beside, opened_alone(beside, path)))
+        yield
+    finally:
+        for beside, file in locks:
+            with suppress(OSError):
+                beside.unlink()
+            file.close()
+
+
+def _lock(file: IO[bytes], name: str) -> None:
+    try:
+        import fcntl
+    except ImportError:
+        return
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise OptionError(name, "is being written by another run", "wait for its end, or name another file") from None
+    except OSError:  # a system of files without locks
+        return
+
+
+def _is_at(path: str | Path, file: IO[bytes]) -> bool:
+    """Whether an open file still has that name: who had the lock before may have replaced it or removed it."""
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), Path(path).stat())
+    except FileNotFoundError:
+        return False

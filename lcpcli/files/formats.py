@@ -1,30 +1,36 @@
-"""The formats of problem files, by their suffixes. numpy is not loaded, so that shell completion is instant."""
+"""The formats of files, by their suffixes and by how a file begins. One that is not read gets advice.
+
+numpy is not loaded, so that shell completion is instant.
+"""
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
-from typing import TYPE_CHECKING, Protocol, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+from lcpcli.errors import ProblemError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from fractions import Fraction
 
-    from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import ExactParts
-    from lcpcli.typing import Matrix, Vector
-
     Number = Callable[[str], float]  # what makes a double of a number in a text
     Exact = Mapping[float, Fraction]  # what doubles stand for, where that is not their shortest decimals
 
 FORMATS = {  # the module that reads and writes it
-    ".json": "json",
-    ".csv": "csv",
-    ".mtx": "matrix_market",
-    ".npz": "npz",
-    ".npy": "npy",
-    ".mat": "mat",
+    ".json": "json_format",
+    ".csv": "csv_format",
+    ".mtx": "matrix_market_format",
+    ".npz": "npz_format",
+    ".npy": "npy_format",
+    ".mat": "mat_format",
 }
-READ_ONLY = {".mps": "mps", ".qps": "mps", ".lp": "mps", ".nfg": "nfg"}  # of programs, and of games
+READ_ONLY = {  # of programs, and of games
+    **dict.fromkeys((".mps", ".qps", ".lp"), "mps_format"),
+    ".nfg": "games",
+}
 OF_PROGRAMS = (".mps", ".qps")  # those of them that are written too, with programs
 COMPLETE = (".json", ".npz", ".mat")  # those that keep all that a problem holds, and not only M and q
 WITH_BOUNDS = (*COMPLETE, ".csv")  # those that keep the bounds of z
@@ -32,36 +38,122 @@ COMPRESSED = tuple(f"{ending}.gz" for ending in (".mtx", *READ_ONLY))  # read as
 PROBLEMS = (*FORMATS, *READ_ONLY, *COMPRESSED)  # all suffixes of files with one problem
 TEXTS = (".json", ".csv", ".mtx", *OF_PROGRAMS)  # those that are written in decimals, with any number of digits
 WRITTEN = f"{', '.join(FORMATS)}, or {' or '.join(OF_PROGRAMS)} for a program"
-TEXT_FORMS = {(FORMATS | READ_ONLY)[ending] for ending in TEXTS}
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
-
-
-NEAREST: Exact = {}  # every double stands for itself
+OF_ARRAYS = ("npz_format", "npy_format", "mat_format")  # of numbers of any type, in place of texts
+NO_VECTORS = {"mps_format": "is a program", "games": "is a game"}
 
 
 class Format(Protocol):
     """Interface of a format's module. Errors do not name the file; the caller adds that.
 
-    Those of TEXTS have one parameter more: `parse` and `parse_vector` what makes doubles of their numbers, in place of
-    float, and `render` what these doubles stand for.
+    number : makes the doubles of the numbers in a text, where these are not the nearest ones.
     """
 
-    def parse(self, content: bytes, /) -> Problem | Matrix:
-        """The problem, or M alone if the file has no q."""
+    def fields(self, content: bytes, number: Number = float, /) -> dict[str, Any]:
+        """What the file holds, as `lcpcli.files.fields` takes it; M alone if it has no q."""
 
-    def parse_vector(self, field: str, content: bytes, n: int | None = None, /) -> Vector:
-        """A vector of length n, any length if None."""
+    def values(self, field: str, content: bytes, number: Number = float, /) -> Any:
+        """The numbers of a file with a single field, or of the field of that name: a list or an array."""
 
-    def parse_exact(self, content: bytes, /) -> ExactParts:
-        """What the file holds with all decimals, from content that `parse` has accepted."""
+    def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
+        """The files to write: the file itself under "", others beside it under the part inserted before its suffix.
 
-    def parse_exact_vector(self, field: str, content: bytes, /) -> list[Fraction]:
-        """The same for content that `parse_vector` has accepted."""
-
-    def render(self, problem: Problem, /) -> dict[str, bytes]:
-        """The files to write: the file itself under "", others beside it under the part inserted before its suffix."""
+        exact : what the doubles of texts stand for.
+        """
 
 
 def load(name: str) -> Format:
     """The module of a format."""
-    return cast(Format, import_module(f"lcpcli.files.{name}_format"))
+    return cast(Format, import_module(f"lcpcli.files.{name}"))
+
+
+ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
+# Of formats that are read whatever their suffix.
+BEGINNINGS = {b"\x93NUMPY": "npy_format", b"MATLAB 5.0": "mat_format", b"NFG ": "games"}
+COMPRESSIBLE = {Path(ending).stem for ending in COMPRESSED}
+MPS = re.compile(rb"(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S", re.MULTILINE)
+AS_ARRAYS = "save M and q with numpy.savez"
+SPREADSHEET = ("is a spreadsheet", "save it as CSV")
+HDF5 = ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7")
+PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
+GAME = ("is a game tree of Gambit", "save it there as a strategic game, .nfg")
+SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
+TABLE = ("is a binary table", "save it as CSV")
+PACKED = ("is compressed", "uncompress it first")
+PAGE = ("is HTML or XML", "was a web page saved in place of the file?")
+DOCUMENT = ("is a document", "copy M and q into a CSV file")
+
+TABLES = ("", ".txt", ".md", ".tex")
+HEAD = 4096  # bytes of a file that tell whether it is a result
+RESULT = re.compile(  # of this program, in JSON or CSV
+    rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, "(?:kind|bounds)": |\{\s*"suite": \[|'
+    rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
+    rb"problem,method,k,)"
+)
+RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \d|in exact arithmetic)")
+AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it with -o to a .json or .csv file")
+FOREIGN_BEGINNINGS = {
+    b"MATLAB 7.3": ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')"),
+    b"\x89HDF": HDF5,
+    b"\xd0\xcf\x11\xe0": SPREADSHEET,
+    **dict.fromkeys((b"PAR1", b"ARROW1"), TABLE),
+    **dict.fromkeys((b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"), PICKLE),
+    **dict.fromkeys((GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd"), PACKED),
+    b"EFG ": GAME,
+    **dict.fromkeys((b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"), PAGE),
+    b"%PDF": DOCUMENT,
+}
+FOREIGN_SUFFIXES = {
+    **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods", ".numbers"), SPREADSHEET),
+    **dict.fromkeys((".efg", ".gbt"), GAME),
+    **dict.fromkeys((".h5", ".hdf5"), HDF5),
+    **dict.fromkeys((".pkl", ".pickle", ".joblib"), PICKLE),
+    **dict.fromkeys((".parquet", ".feather", ".dta", ".sav", ".rds", ".rdata"), TABLE),
+    **dict.fromkeys((".zip", ".gz", ".bz2", ".xz", ".7z", ".tar", ".tgz", ".zst"), PACKED),
+    **dict.fromkeys((".m", ".py", ".ipynb", ".jl", ".r", ".mod", ".gms", ".nl"), SCRIPT),
+    **dict.fromkeys((".pdf", ".docx", ".doc", ".tex"), DOCUMENT),
+}
+
+
+def form_of(path: str, content: bytes) -> str:
+    """The format in FORMATS or READ_ONLY that a file has, or ProblemError for one that is not read.
+
+    With other suffixes and .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
+    """
+    ending = Path(uncompressed(path)).suffix.casefold()
+    if content.startswith(ZIP) and ending != ".npz":
+        return _of_archive(content)
+    if not (content.startswith(GZIP) and ending in COMPRESSIBLE):
+        _refuse(next((advice for mark, advice in FOREIGN_BEGINNINGS.items() if content.startswith(mark)), None))
+    form = next(
+        (form for mark, form in BEGINNINGS.items() if content.startswith(mark)), (FORMATS | READ_ONLY).get(ending)
+    )
+    if form is None:
+        _refuse(AS_TABLE if ending in TABLES and RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
+    if form is None and MPS.match(content):
+        return "mps_format"
+    if form is None or form == "csv_format":
+        return "json_format" if content.lstrip()[:1] in (b"{", b"[") else "csv_format"
+    return form
+
+
+def is_result(content: bytes) -> bool:
+    """Whether a file is a result of this program, by what it begins with."""
+    return RESULT.match(content[:HEAD]) is not None
+
+
+def uncompressed(path: str) -> str:
+    """The name of a file without the suffix of a compression that is read."""
+    return path[:-3] if path.casefold().endswith(COMPRESSED) else path
+
+
+def _of_archive(content: bytes) -> str:
+    """The format of a ZIP archive, by the names in it: NPZ, if it is read at all."""
+    if b".npy" not in content:
+        _refuse(SPREADSHEET if b"xl/" in content or b"opendocument.spreadsheet" in content else PACKED)
+    return "npz_format"
+
+
+def _refuse(advice: tuple[str, str] | None) -> None:
+    if advice is not None:
+        raise ProblemError("", *advice)

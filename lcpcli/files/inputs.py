@@ -10,20 +10,36 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import blake2b
-from typing import IO, TYPE_CHECKING, Any, TypeAlias
+from itertools import chain
+from typing import IO, TYPE_CHECKING, Any, TypeAlias, cast
+
+import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files import json_format, reading
-from lcpcli.files.content import unpacked, without_mark
-from lcpcli.files.formats import LINES
+from lcpcli.files.contents import (
+    STANDARD_INPUT,
+    Source,
+    blaming,
+    checked,
+    content_of,
+    opened,
+    place,
+    unpacked,
+    without_mark,
+)
+from lcpcli.files.fields import made
+from lcpcli.files.formats import LINES, NO_VECTORS, form_of, load
 from lcpcli.files.reading import LINE, WHOLE
-from lcpcli.files.source import Source
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.arrays import as_matrix
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
 if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactParts
+
+FIRST_BYTES = 1024  # of a file, in which its first character that is not blank is sought
 
 
 @dataclass(frozen=True)
@@ -44,7 +60,7 @@ class Input:
     @property
     def sources(self) -> list[Source]:
         """Where its problem is."""
-        return [Source(reading.place(self.paths[0]), self.line, *self.marks)]
+        return [Source(place(self.paths[0]), self.line, *self.marks)]
 
     @property
     def digests(self) -> list[str]:
@@ -58,11 +74,10 @@ class Input:
         if self.line is None:
             return reading.problem_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
         try:
-            problem = json_format.parse(self.contents[0])
+            problem = cast(Problem, made(json_format.fields(self.contents[0])))
         except ProblemError as error:
-            where = error.where.removeprefix("line 1, ")
-            place = f"{reading.place(self.paths[0])}: line {self.line}"
-            raise ProblemError(f"{place}: {where}" if where else place, error.fault, error.hint) from None
+            error.where = error.where.removeprefix("line 1, ")
+            raise error.inside(f"{place(self.paths[0])}: line {self.line}") from None
         return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
 
     def length(self) -> int:
@@ -73,10 +88,10 @@ class Input:
     def exact_parts(self) -> ExactParts:
         """The numbers of the problem as they are written, where `read` has accepted it."""
         if self.line is not None:
-            return json_format.parse_exact(self.contents[0])
+            return reading.exact_parts_in("json_format", self.contents[0])
         return reading.exact_parts_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
 
-    def _fetch(self, path: str, expected: str) -> bytes:  # noqa: ARG002 (as `reading.content_of`)
+    def _fetch(self, path: str, expected: str) -> bytes:  # noqa: ARG002 (as `content_of`)
         return self.contents[self.paths.index(path)]
 
 
@@ -96,8 +111,8 @@ class QColumns:
     @property
     def sources(self) -> list[Source]:
         """Where its problems are."""
-        place, marks = reading.place(self.paths[1]), self.marks
-        return [Source(place, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
+        file, marks = place(self.paths[1]), self.marks
+        return [Source(file, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
 
     @property
     def digests(self) -> list[str]:
@@ -108,10 +123,7 @@ class QColumns:
 
     def first_problem(self) -> Problem:
         """The problem with the first q; ProblemError, which names the file of M, if there is none."""
-        try:
-            return Problem(self.M, self.Q[:, 0], name=self.names[0])
-        except ProblemError as error:
-            raise error.inside(reading.place(self.paths[0])) from None
+        return blaming(self.paths[0], lambda: Problem(self.M, self.Q[:, 0], name=self.names[0]))
 
     def part(self, begin: int, end: int) -> QColumns:
         """Those from begin up to end, counted from 0."""
@@ -119,7 +131,6 @@ class QColumns:
         return replace(self, Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
 
 
-FIRST_BYTES = 1024  # of a file, in which its first character that is not blank is sought
 Work: TypeAlias = Input | QColumns
 
 
@@ -141,12 +152,12 @@ def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
     while left:
         path = left.pop(0)
         try:
-            with reading.opened(path) as file:
-                head, is_lines = _head(path, file, streams and path == reading.STANDARD_INPUT)
+            with opened(path) as file:
+                head, is_lines = _head(path, file, streams and path == STANDARD_INPUT)
                 if is_lines:
                     yield from _lines(path, head, file)
                     continue
-                content = reading.checked(path, b"".join([*head, file.read()]), WHOLE)
+                content = checked(path, b"".join([*head, file.read()]), WHOLE)
             yield _followed(path, content, left)
         except ProblemError as fault:
             if left and _is_vector(left[0]):
@@ -181,14 +192,12 @@ def _is_object(line: bytes) -> bool:
 def _lines(path: str, head: Sequence[bytes], file: IO[bytes]) -> Iterator[Input]:
     """The problems in the lines of a file, the first of which have been read."""
     number = 0
-    for source in (head, file):
-        for line in source:
-            number += 1
-            text = (without_mark(line) if number == 1 else line).strip()
-            if text:
-                yield Input((path,), (text,), line=number)
+    for number, line in enumerate(chain(head, file), 1):
+        text = (without_mark(line) if number == 1 else line).strip()
+        if text:
+            yield Input((path,), (text,), line=number)
     if not number:
-        yield Input((path,), fault=ProblemError(reading.place(path), "is empty", "give one problem in each line"))
+        yield Input((path,), fault=ProblemError(place(path), "is empty", "give one problem in each line"))
 
 
 def _followed(path: str, content: bytes, left: list[str]) -> Work:
@@ -198,19 +207,16 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
     """
     if not left:
         return Input((path,), (content,))
-    held: Problem | Matrix | None = None
+    M: Matrix | None = None
     with suppress(ProblemError):
         held = None if _opens_an_object(content) else reading.held_in(path, lambda *_: content)
-    if (held is None or isinstance(held, Problem)) and not _is_vector(left[0]):
+        M = None if isinstance(held, Problem) else held
+    if M is None and not _is_vector(left[0]):
         return Input((path,), (content,))
-    from lcpcli.files.columns import columns_of
-
     q_path = left.pop(0)
-    q_content = reading.content_of(q_path, LINE)
-    columns = None if held is None or isinstance(held, Problem) else columns_of(q_path, q_content, held.shape[0])
-    if columns is None:
-        return Input((path, q_path), (content, q_content))
-    return QColumns((path, q_path), held, *columns)
+    q_content = content_of(q_path, LINE)
+    columns = None if M is None else blaming(q_path, lambda: _columns(q_path, q_content, M.shape[0]))
+    return Input((path, q_path), (content, q_content)) if columns is None else QColumns((path, q_path), M, *columns)
 
 
 def _opens_an_object(content: bytes) -> bool:
@@ -220,17 +226,41 @@ def _opens_an_object(content: bytes) -> bool:
 
 def _is_vector(path: str) -> bool:
     """Whether a file holds a vector and no problem."""
-    if path == reading.STANDARD_INPUT or path.casefold().endswith(LINES):
+    if path == STANDARD_INPUT or path.casefold().endswith(LINES):
         return False
-    try:
-        with reading.opened(path) as file:
+    with suppress(ProblemError):
+        with opened(path) as file:
             if _opens_an_object(file.read(FIRST_BYTES)):
                 return False
-        content = reading.content_of(path, LINE)
+        content = content_of(path, LINE)
         with suppress(ProblemError):
             if isinstance(reading.held_in(path, lambda *_: content), Problem):
                 return False
-        reading.format_of(path, content).parse_vector("q", content)
-    except ProblemError:
-        return False
-    return True
+        reading.vector_in("q", path, content)
+        return True
+    return False
+
+
+def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | None:
+    """Q of shape (n, k) with the names of its columns, q1, q2, ... unless a header has others; None if the file holds
+    a single vector, or is of a format without such tables."""
+    form, names = form_of(path, content), list[str]()
+    if form in (*NO_VECTORS, "matrix_market_format"):
+        return None
+    if form == "csv_format":
+        from lcpcli.files.csv_format import table_of
+
+        table, _, names, _ = table_of(content)
+    else:
+        table = load(form).values("q", content)
+    shape = np.shape(table) if isinstance(table, (list, np.ndarray)) else ()
+    if n == 1 and len(shape) == 1:
+        table, shape = [table], (1, *shape)
+    if len(shape) != 2 or shape[1] == 1 or (shape[0] == 1 and n > 1):
+        return None
+    Q = as_matrix("q", table)
+    if shape[0] != n:
+        transposed = "transpose it: " * (shape[1] == n)
+        hint = f"{transposed}give one column for each problem, of as many rows as M has"
+        raise ProblemError("q", f"is {shape[0]} x {shape[1]} but M is {n} x {n}", hint)
+    return Q, names or [f"q{j}" for j in range(1, shape[1] + 1)]

@@ -1,9 +1,9 @@
 """Problems in JSON: an object with M, q and, if known, lower, upper, name, x0, x1, solution, verdict, source, note and
-origin; or one that holds a program or a game, as in `origins`.
+origin; or one that holds a program or a game, as in `fields`.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
 indices from 0. lower and upper are numbers, null for no bound, or lists of these. solution is one z or a list of them;
-origin is as in `lcpcli.model.origins`. Numbers are decimal; each key occurs once.
+origin is as in `lcpcli.model.reductions`. Numbers are decimal; each key occurs once.
 """
 
 from __future__ import annotations
@@ -11,25 +11,24 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import ProblemError, kind, quoted
-from lcpcli.files import coordinates, origins
-from lcpcli.files.content import decode
-from lcpcli.files.formats import NEAREST
-from lcpcli.files.keys import BOUNDS, KEYS, TEXTS, refuse_unknown
-from lcpcli.files.log import first_of
+import numpy as np
+
+from lcpcli.errors import ProblemError, count, kind, quoted
+from lcpcli.files.contents import decode
+from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.origins import OwnNames
-from lcpcli.model.problem import Problem
-from lcpcli.model.program import names_of
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Indices, Matrix
 
-MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
+if TYPE_CHECKING:
+    from lcpcli.files.formats import Exact, Number
+
+OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 SHORTEST = 15  # digits that every double has
 LARGEST = 10**1000  # what payoffs and their denominators stay below
 SEVERAL = (
@@ -47,49 +46,33 @@ FAULTS = {  # by how Python's message about a text that is not JSON begins
     "Invalid \\": "a backslash is followed by what JSON does not allow",
 }
 
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
-    from lcpcli.rational.problem import ExactParts
 
-
-def parse(content: bytes, number: Number = float) -> Problem:
-    """The problem in a JSON text, or a ProblemError that names the field or the line and column.
-
-    number : makes the doubles of its numbers.
-    """
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+    """The fields of the object in a JSON text, or a ProblemError that names the field or the line and column."""
     data = load(decode(content), number)
     if not isinstance(data, dict):
         raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q, or one in each line")
-    if told := origins.kind_of(data):
-        for key in [key for key in MATRICES if isinstance(data.get(key), dict)]:
-            data[key] = coordinates.matrix(key, data[key])
-        return origins.made(data if told == "program" else data | _payoffs(load(decode(content), payoff)))
+    if of := kind_of(data):
+        data |= {key: _sparse(key, data[key]) for key in MATRICES if isinstance(data.get(key), dict)}
+        return data | (_payoffs(load(decode(content), payoff)) if of == "game" else {})
     refuse_unknown("", data, KEYS)
     for key in ("M", "q"):
         if key not in data:
             raise ProblemError(key, "is missing", f"add the key {key}")
-    fields = {key: data[key] for key in (*TEXTS, *BOUNDS, "x0", "x1", "origin") if key in data}
-    if "names" in data:
-        fields["names"] = names_of("names", data["names"])
-    for key in ("x0", "x1"):
-        if key in fields and not isinstance(fields[key], list):
-            raise ProblemError(key, f"is {kind(fields[key])}", "give a list of numbers")
-    M = data["M"]
-    if isinstance(M, dict):
-        M = coordinates.matrix("M", M, as_vector("q", data["q"]).size)
-    return Problem(M, data["q"], solutions=_solutions(data), **fields)
+    data |= {key: as_vector(key, data[key]) for key in STARTS if key in data}
+    if isinstance(data["M"], dict):
+        data["M"] = _sparse("M", data["M"], as_vector("q", data["q"]).size)
+    if "solution" in data:
+        given = data["solution"]
+        if not isinstance(given, list):
+            raise ProblemError("solution", f"is {kind(given)}", "give a list of numbers, or a list of such lists")
+        data["solution"] = given if given and isinstance(given[0], list) else [given]
+    return data
 
 
-def parse_vector(field: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
-    """A vector of length n, any length if None, written as a JSON list."""
-    return as_vector(field, load(decode(content), number), n)
-
-
-def parse_exact(content: bytes) -> ExactParts:
-    """A problem that `parse` has accepted, with all decimals."""
-    from lcpcli.rational.problem import exact_parts
-
-    return exact_parts(lambda number: parse(content, number))
+def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001 (as in every format)
+    """The numbers in a JSON list."""
+    return load(decode(content), number)
 
 
 def payoff(text: str) -> float | Fraction:
@@ -122,40 +105,6 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
     return tables
 
 
-def fraction_or_none(text: str) -> Fraction | None:
-    """A number with all decimals; None if it is infinite, as bounds may be."""
-    from lcpcli.rational.numbers import fraction
-
-    return None if "Infinity" in text else fraction(text)
-
-
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
-    """A JSON list that `parse_vector` has accepted, with all decimals."""
-    from lcpcli.rational.numbers import exact_vector
-
-    return exact_vector(lambda number: parse_vector(field, content, None, number))
-
-
-def parse_result(field: str, content: bytes, n: int) -> tuple[Vector, Vector]:
-    """z and w, of length n, of a result as `lcp solve --format json` has it; the first of several lines."""
-    result = load_first(decode(content))
-    if not {"z", "w"} <= set(result):
-        raise ProblemError(
-            field, "is an object without z and w", "give a list of numbers, or what lcp solve --format json prints"
-        )
-    try:
-        return as_vector("z", result["z"], n), as_vector("w", result["w"], n)
-    except ProblemError as error:
-        raise error.inside(field) from None
-
-
-def load_first(text: str, number: Callable[[str], Any] = float) -> Any:
-    """The content of a JSON text, its numbers read by `number`; of several objects, one per line, the first, in a log
-    that of the first problem."""
-    _, _, rest = text.strip().partition("\n")
-    return load(first_of(text.strip()) if rest.lstrip().startswith("{") else text, number)
-
-
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
     """The content of a JSON text, its numbers read by `number`."""
     try:
@@ -170,39 +119,6 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
         raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
 
 
-def render(problem: Problem, exact: Exact = NEAREST) -> dict[str, bytes]:
-    """The problem as a JSON text that `parse` reads back to the same numbers; one row of a dense M per line.
-
-    exact : what doubles stand for.
-    """
-    number = partial(number_text, exact)
-    lines = [
-        f'"{key}": {json.dumps(getattr(problem, key))}' for key in ("name", "source", "note") if getattr(problem, key)
-    ]
-    lines.append(f'"M": {matrix_text(problem.M, number)}')
-    lines.append(f'"q": {list_text(problem.q, number)}')
-    if problem.is_mixed:
-        lines += [f'"{key}": {_bound_text(getattr(problem, key), number)}' for key in BOUNDS]
-    starts = {key: getattr(problem, key) for key in ("x0", "x1")}
-    lines += [f'"{key}": {list_text(start, number)}' for key, start in starts.items() if start is not None]
-    if problem.solutions:
-        rendered = ", ".join(list_text(z, number) for z in problem.solutions)
-        lines.append(f'"solution": {rendered if len(problem.solutions) == 1 else f"[{rendered}]"}')
-    if problem.verdict:
-        lines.append(f'"verdict": "{problem.verdict}"')
-    if isinstance(problem.origin, OwnNames):
-        lines.append(f'"names": {json.dumps(problem.names)}')
-    elif problem.origin is not None:
-        lines.append(f'"origin": {json.dumps(problem.origin.data())}')
-    return {"": object_text(lines)}
-
-
-def object_text(lines: list[str]) -> bytes:
-    """An object of lines with a key and a value each."""
-    body = ",\n  ".join(lines)
-    return f"{{\n  {body}\n}}\n".encode()
-
-
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data = dict(pairs)
     if len(data) < len(pairs):
@@ -211,28 +127,82 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return data
 
 
-def _solutions(data: dict[str, Any]) -> list[Any]:
-    if "solution" not in data:
-        return []
-    solution = data["solution"]
-    if not isinstance(solution, list):
-        raise ProblemError("solution", f"is {kind(solution)}", "give a list of numbers, or a list of such lists")
-    return solution if solution and isinstance(solution[0], list) else [solution]
+def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
+    """The matrix, sparse, after checking that its indices fit its shape, n x n to fit q unless n is None."""
+    refuse_unknown(field, given, OF_COORDINATES)
+    for key in OF_COORDINATES:
+        if key not in given:
+            raise ProblemError(f"{field}.{key}", "is missing", f"add the key {key}")
+    if given["format"] != "coo":
+        raise ProblemError(f"{field}.format", f"is {kind(given['format'])}", 'the only format is "coo"')
+    m, k = _shape(field, given["shape"], n)
+    values = as_vector(f"{field}.values", given["values"])
+    rows, cols = (_indices(field, key, given[key], values.size, size) for key, size in (("rows", m), ("cols", k)))
+    if (i := repeated(rows, cols)) is not None:
+        fault = f"and {field}.cols[{i}] name entry ({rows[i]}, {cols[i]}) again"
+        raise ProblemError(f"{field}.rows[{i}]", fault, "give every entry once (indices count from 0)")
+    from scipy.sparse import csr_array
+
+    return csr_array((values, (rows, cols)), shape=(m, k))
 
 
-def list_text(v: Any, number: Callable[[float], str]) -> str:
-    """A vector as a list."""
-    return "[" + ", ".join(map(number, v.tolist())) + "]"
+def _shape(field: str, given: Any, n: int | None) -> tuple[int, int]:
+    shape = as_vector(f"{field}.shape", given)
+    declared = " x ".join(f"{side:g}" for side in shape) or "empty"
+    if n is not None and (shape.size != 2 or (shape != n).any()):
+        raise ProblemError(f"{field}.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
+    if shape.size != 2 or (shape < 1).any() or (shape % 1 != 0).any() or (shape > np.iinfo(np.int32).max).any():
+        raise ProblemError(f"{field}.shape", f"is {declared}", "give two whole numbers from 1")
+    return int(shape[0]), int(shape[1])
 
 
-def _bound_text(bound: Vector, number: Callable[[float], str]) -> str:
-    """One number if all bounds are the same, null for none."""
-    values = list(map(number, bound.tolist()))
-    return values[0] if len(set(values)) == 1 else f"[{', '.join(values)}]"
+def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
+    field = f"{matrix}.{key}"
+    numbers = as_vector(field, given)
+    if numbers.size != size:
+        fault = f"has {count(numbers.size, 'entry')} where {matrix}.values has {size}"
+        raise ProblemError(field, fault, "make them agree")
+    wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers != np.floor(numbers)))
+    if wrong.size:
+        i = int(wrong[0])
+        raise ProblemError(f"{field}[{i}]", f"is {numbers[i]:g}", f"indices are whole numbers from 0 to {n - 1}")
+    return numbers.astype(np.intp)
 
 
-def number_text(exact: Exact, x: float) -> str:
-    """What a double stands for; null if it is infinite."""
+def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
+    """The fields as a JSON text that `fields` reads back to the same numbers; one row of a dense matrix per line."""
+    number = partial(number_text, exact)
+    lines = []
+    for key, value in fields.items():
+        is_same = key in BOUNDS and "M" in fields and (value == value[0]).all()
+        lines.append(f'"{key}": {_text(value[0].item() if is_same else value, number)}')
+    body = ",\n  ".join(lines)
+    return {"": f"{{\n  {body}\n}}\n".encode(errors="backslashreplace")}
+
+
+def _text(value: Any, number: Callable[[float], str]) -> str:
+    if isinstance(value, float):
+        return number(value)
+    if isinstance(value, list) and isinstance(value[0], np.ndarray):
+        return f"[{', '.join(_text(each, number) for each in value)}]"
+    if is_sparse(value):
+        coo = value.tocoo()
+        parts = {"rows": coo.row, "cols": coo.col, "values": coo.data}
+        lists = ",\n    ".join(f'"{key}": {_text(part, number)}' for key, part in parts.items())
+        return f'{{\n    "format": "coo", "shape": [{value.shape[0]}, {value.shape[1]}],\n    {lists}\n  }}'
+    if not isinstance(value, np.ndarray):
+        return json.dumps(value, ensure_ascii=False)
+    if value.ndim == 2:
+        return "[\n    " + ",\n    ".join(_text(row, number) for row in value) + "\n  ]"
+    return "[" + ", ".join(map(number, value.tolist())) + "]"
+
+
+def number_text(exact: Exact, x: float | Fraction) -> str:
+    """What a double stands for, null if it is infinite; or a payoff, one that is no decimal as a text."""
+    if isinstance(x, Fraction):
+        from lcpcli.rational.numbers import decimal, places, text
+
+        return json.dumps(text(x)) if places(x) is None else decimal(x)
     if x in exact:
         from lcpcli.rational.numbers import decimal
 
@@ -240,11 +210,8 @@ def number_text(exact: Exact, x: float) -> str:
     return "null" if math.isinf(x) else f"{x:.0f}" if x == int(x) and abs(x) < 1e15 else repr(x)
 
 
-def matrix_text(M: Matrix, number: Callable[[float], str]) -> str:
-    """A matrix as a list of rows, or by coordinates."""
-    if not is_sparse(M):
-        return "[\n    " + ",\n    ".join(list_text(row, number) for row in M) + "\n  ]"
-    coo = M.tocoo()
-    parts = {"rows": coo.row, "cols": coo.col, "values": coo.data}
-    lists = ",\n    ".join(f'"{key}": {list_text(values, number)}' for key, values in parts.items())
-    return f'{{\n    "format": "coo", "shape": [{M.shape[0]}, {M.shape[1]}],\n    {lists}\n  }}'
+def repeated(rows: Indices, cols: Indices) -> int | None:
+    """The first entry, in the order of rows and columns, at the place of another; None if there is none."""
+    order = np.lexsort((cols, rows))
+    again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
+    return int(order[again[0] + 1]) if again.size else None

@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from lcpcli.errors import OptionError
-from lcpcli.files.atomic_write import telling_of, write_whole
-from lcpcli.files.locks import opened_alone
+from lcpcli.files.atomic_write import opened_alone, telling_of, write_whole
 
 OPENING = b'{"version": '
 END, COMPLETE = b"}\n", b', "complete": true}\n'

@@ -12,24 +12,19 @@ import math
 import struct
 import warnings
 import zlib
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files import named_arrays, origins
-from lcpcli.files.content import refuse_beyond_memory
-from lcpcli.files.json_format import MATRICES
-from lcpcli.files.keys import KEYS, is_for_bounds
-from lcpcli.files.npy_format import flat
+from lcpcli.files.contents import refuse_beyond_memory
+from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
+from lcpcli.files.npy_format import flat, named, of_arrays, texts
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
-    from fractions import Fraction
-
-    from lcpcli.rational.problem import ExactParts
+    from lcpcli.files.formats import Exact, Number
 
 MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
 TYPES = {*range(1, 8), 9, *range(12, 19)}  # of the elements that version 5 has
@@ -37,21 +32,42 @@ MATRIX, COMPRESSED = 14, 15  # those that consist of others
 MOST_NAMED = 6  # variables that a message names
 
 
-def parse(content: bytes) -> Problem | Matrix:
-    """The problem in a file, or M alone if there is no q."""
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
+    """The fields among the variables of a file."""
     variables = _variables(content)
-    program = None if "M" in variables else named_arrays.program(_without_others(variables))
-    if program is not None:
-        return program
+    known = {name: values for name, values in variables.items() if name in KNOWN}
+    if "M" not in variables and kind_of(known):
+        return of_arrays(known)
     if "M" not in variables:
         raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {_names(variables)}")
     _refuse_misnamed_bounds(variables)
-    return named_arrays.problem(variables["M"], variables, by_columns=True)
+    n = math.prod(variables["q"].shape) if "q" in variables else -1
+    if "names" in variables and len(texts(variables["names"]) or ()) != n:
+        del variables["names"]  # of something else in the workspace
+    several = variables.get("solution")
+    if several is not None and several.ndim == 2 and several.shape[0] == n:
+        variables["solution"] = several.T
+    return of_arrays(variables)
 
 
-def _without_others(variables: dict[str, Any]) -> dict[str, Any]:
-    """The variables of a program or a game."""
-    return {name: values for name, values in variables.items() if name in origins.KNOWN}
+def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
+    """The variable of that name, or the only one."""
+    return named(field, _variables(content))
+
+
+def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
+    """The fields, numbers bit for bit; sparse matrices are sparse, names cells, several solutions columns."""
+    from scipy.io import savemat
+
+    variables = dict(fields)
+    for key in ("names", "rows", "columns"):
+        if key in variables:
+            variables[key] = np.array(variables[key], dtype=object)
+    if isinstance(variables.get("solution"), list):
+        variables["solution"] = np.array(variables["solution"]).T
+    file = io.BytesIO()
+    savemat(file, variables, oned_as="column")
+    return {"": file.getvalue()}
 
 
 def _refuse_misnamed_bounds(variables: dict[str, Any]) -> None:
@@ -61,45 +77,6 @@ def _refuse_misnamed_bounds(variables: dict[str, Any]) -> None:
         if name not in KEYS and is_for_bounds(name) and math.prod(values.shape) in (1, n, 2 * n):
             fault = "may hold bounds of z, which are called lower and upper"
             raise ProblemError(name, fault, "rename it, or leave it out")
-
-
-def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
-    """A vector of length n, any length if None: the variable of that name, or the only one."""
-    return named_arrays.vector(field, _variables(content), n)
-
-
-def parse_bound(name: str, content: bytes) -> Any:
-    """A bound, one number or one for each unknown: the variable of that name, or the only one."""
-    return named_arrays.bound(name, _variables(content))
-
-
-def parse_exact(content: bytes) -> ExactParts:
-    """M and, if the file has it, q, with the numbers as they are; of a program or a game with its doubles."""
-    from lcpcli.rational.problem import parts_of
-
-    variables = _variables(content)
-    if "M" in variables:
-        return named_arrays.exact_parts(variables["M"], variables)
-    return parts_of(parse(content))
-
-
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
-    """A vector that `parse_vector` has accepted, with the numbers as they are."""
-    return named_arrays.exact_vector(field, _variables(content))
-
-
-def render(problem: Problem) -> dict[str, bytes]:
-    """Everything that the problem holds, numbers bit for bit; M sparse if it is sparse."""
-    from scipy.io import savemat
-
-    arrays = named_arrays.arrays_of(problem)
-    if len(problem.solutions) > 1:
-        arrays["solution"] = arrays["solution"].T
-    if "names" in arrays:
-        arrays["names"] = np.array(arrays["names"], dtype=object)
-    file = io.BytesIO()
-    savemat(file, {"M": problem.M, **arrays}, oned_as="column")
-    return {"": file.getvalue()}
 
 
 def _variables(content: bytes) -> dict[str, Any]:

@@ -8,25 +8,21 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.errors import REAL as REAL_ONLY
 from lcpcli.errors import ProblemError, count, quoted
-from lcpcli.files.content import refuse_beyond_memory, unpacked
-from lcpcli.files.formats import NEAREST
+from lcpcli.files.contents import refuse_beyond_memory, unpacked
+from lcpcli.files.json_format import repeated
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.arrays import as_vector
-from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
-    from fractions import Fraction
-
     from lcpcli.files.formats import Exact, Number
-    from lcpcli.rational.problem import ExactParts
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
@@ -47,16 +43,13 @@ class _Header(NamedTuple):
     end: int
 
 
-def parse(content: bytes, number: Number = float) -> Matrix:
-    """M, dense or in scipy's coordinate form. The format has no place for q.
-
-    number : makes the doubles of its numbers.
-    """
-    return _matrix("M", unpacked(content), number)
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+    """M, dense or in scipy's coordinate form. The format has no place for q."""
+    return {"M": _matrix("M", unpacked(content), number)}
 
 
-def parse_vector(field: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
-    """A vector of length n, any length if None, from a matrix of one row or one column."""
+def values(field: str, content: bytes, number: Number = float) -> Any:
+    """A vector from a matrix of one row or one column."""
     matrix = _matrix(field, unpacked(content), number)
     rows, columns = matrix.shape
     if 1 not in (rows, columns):
@@ -64,26 +57,12 @@ def parse_vector(field: str, content: bytes, n: int | None = None, number: Numbe
     if is_sparse(matrix):
         refuse_beyond_memory(field, (rows, columns))
         matrix = matrix.toarray()
-    return as_vector(field, matrix.ravel(), n)
+    return matrix.ravel()
 
 
-def parse_exact(content: bytes) -> ExactParts:
-    """M of a file that `parse` has accepted, with all decimals."""
-    from lcpcli.rational.problem import exact_parts
-
-    return exact_parts(lambda number: parse(content, number))
-
-
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
-    """A vector that `parse_vector` has accepted, with all decimals."""
-    from lcpcli.rational.numbers import exact_vector
-
-    return exact_vector(lambda number: parse_vector(field, content, None, number))
-
-
-def render(problem: Problem, exact: Exact = NEAREST) -> dict[str, bytes]:
+def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
-    return {"": _written(problem.M, exact), ".q": _written(problem.q[:, np.newaxis], exact)}
+    return {"": _written(fields["M"], exact), ".q": _written(fields["q"][:, np.newaxis], exact)}
 
 
 def _written(matrix: Matrix, exact: Exact) -> bytes:
@@ -102,33 +81,20 @@ def _written(matrix: Matrix, exact: Exact) -> bytes:
 
 
 def _matrix(field: str, content: bytes, number: Number) -> Any:
-    header, numbers = _entries(field, content)
-    width = WIDTHS[header.form]
-    texts = numbers[width - 1 :: width]
-    doubles = map(float, texts) if number is float else (number(text.decode("ascii")) for text in texts)
-    return _assembled(field, header, numbers, np.fromiter(doubles, np.float64, header.entries))
-
-
-def _entries(field: str, content: bytes) -> tuple[_Header, list[bytes]]:
-    """The header and all numbers of the entries, checked line by line."""
+    """The matrix, dense or in scipy's coordinate form, all lines of its entries checked."""
     header = _header(content)
     _refuse_impossible(field, header, len(content) - header.end)
     _refuse_other_lines(header, content)
-    numbers = content[header.end :].split()
-    width = WIDTHS[header.form]
-    if len(numbers) != header.entries * width:
-        held = count(len(numbers) // width, "entry")
-        raise ProblemError(
-            field, f"is declared with {count(header.entries, 'entry')} but has {held}", "make them agree"
-        )
-    return header, numbers
-
-
-def _assembled(field: str, header: _Header, numbers: list[bytes], values: Vector) -> Any:
-    """The matrix with these values of its entries, dense or in scipy's coordinate form."""
+    words, width = content[header.end :].split(), WIDTHS[header.form]
+    if len(words) != header.entries * width:
+        fault = f"is declared with {count(header.entries, 'entry')} but has {count(len(words) // width, 'entry')}"
+        raise ProblemError(field, fault, "make them agree")
+    texts = words[width - 1 :: width]
+    doubles = map(float, texts) if number is float else (number(text.decode("ascii")) for text in texts)
+    values = np.fromiter(doubles, np.float64, header.entries)
     if header.form == "array":
         return _dense(header, values)
-    rows, cols = (np.fromiter(map(int, numbers[i :: WIDTHS["coordinate"]]), np.int64, header.entries) for i in range(2))
+    rows, cols = (np.fromiter(map(int, words[i::width]), np.int64, header.entries) for i in range(2))
     return _sparse(field, header, values, rows, cols)
 
 
@@ -156,16 +122,16 @@ def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -
         sign = 1 if header.symmetry == "symmetric" else -1
         values = np.concatenate((values, sign * values[mirrored]))
         rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
-    _refuse_twice(field, rows, cols)
+    if (again := repeated(rows, cols)) is not None:
+        raise ProblemError(field, f"has the entry ({rows[again]}, {cols[again]}) twice", "give each entry once")
     from scipy.sparse import coo_array
 
     return coo_array((values, (rows - 1, cols - 1)), shape=header.shape)
 
 
 def _header(content: bytes) -> _Header:
-    end = _end_of_line(content, 0)
-    banner = content[:end].decode("latin-1").split()
-    words = [word.lower() for word in banner]
+    file = io.BytesIO(content)
+    words = file.readline().decode("latin-1").lower().split()
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
         raise ProblemError("line 1", "is not a Matrix Market header", f"begin with {BANNER}")
     if "complex" in words:
@@ -173,14 +139,9 @@ def _header(content: bytes) -> _Header:
     for word, choices in zip(words[2:], CHOICES, strict=True):
         if word not in choices:
             raise ProblemError("line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
-    begin, number = end, 2
-    while begin < len(content):
-        end = _end_of_line(content, begin)
-        line = content[begin:end].strip()
-        if line and not line.startswith(b"%"):
-            break
-        begin, number = end, number + 1
-    else:
+    of_size = (each for each in enumerate(map(bytes.strip, file), 2) if each[1] and not each[1].startswith(b"%"))
+    number, line = next(of_size, (0, b""))
+    if not line:
         raise ProblemError("", "ends before its size", "give the numbers of rows and columns below the header")
     sizes = line.split()
     names = ("rows", "columns") if words[2] == "array" else ("rows", "columns", "entries")
@@ -192,12 +153,7 @@ def _header(content: bytes) -> _Header:
     if not entries:
         less = {"general": 0, "symmetric": rows * (rows - 1) // 2, "skew-symmetric": rows * (rows + 1) // 2}[symmetry]
         entries = [rows * columns - less]
-    return _Header(words[2], words[3], symmetry, (rows, columns), entries[0], end)
-
-
-def _end_of_line(content: bytes, begin: int) -> int:
-    end = content.find(b"\n", begin)
-    return len(content) if end < 0 else end + 1
+    return _Header(words[2], words[3], symmetry, (rows, columns), entries[0], file.tell())
 
 
 def _refuse_impossible(field: str, header: _Header, left: int) -> None:
@@ -210,9 +166,8 @@ def _refuse_impossible(field: str, header: _Header, left: int) -> None:
     if header.form == "array":
         refuse_beyond_memory(field, header.shape)
     if header.entries * SHORTEST[header.form] > left + 1:
-        raise ProblemError(
-            field, f"is declared with {count(header.entries, 'entry')}, more than the file holds", "is it cut off?"
-        )
+        fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
+        raise ProblemError(field, fault, "is it cut off?")
 
 
 def _refuse_other_lines(header: _Header, content: bytes) -> None:
@@ -226,12 +181,3 @@ def _refuse_other_lines(header: _Header, content: bytes) -> None:
         kind = "whole number" if header.field == "integer" else "number"
         expected = f"give one {kind}" if header.form == "array" else f"give a row, a column and a {kind}"
         raise ProblemError(f"line {line}", f"is {quoted(found.group().decode('latin-1').strip())}", expected)
-
-
-def _refuse_twice(field: str, rows: Any, cols: Any) -> None:
-    order = np.lexsort((cols, rows))
-    row, col = rows[order], cols[order]
-    again = np.flatnonzero((np.diff(row) == 0) & (np.diff(col) == 0))
-    if again.size:
-        i = again[0]
-        raise ProblemError(field, f"has the entry ({row[i]}, {col[i]}) twice", "give each entry once")

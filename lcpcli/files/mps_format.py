@@ -17,77 +17,49 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.files import mps_words
-from lcpcli.files.content import unpacked
-from lcpcli.files.formats import NEAREST
+from lcpcli.files.contents import unpacked
 from lcpcli.files.mps_lines import (
     MPS,
+    NUMBER,
     as_written,
     line_of,
+    lines,
     range_sides,
     refuse_misread,
     spaced_row,
-    undeclared,
     unknown_row,
 )
+from lcpcli.files.mps_lines import render as render
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import NO_BOUND
-from lcpcli.model.problem import Problem
-from lcpcli.model.reductions import from_qp
 from lcpcli.rational.numbers import Doubles
-from lcpcli.rational.problem import exact_parts
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
-    from fractions import Fraction
+    from lcpcli.files.formats import Number
 
-    from lcpcli.files.formats import Exact, Number
-    from lcpcli.rational.problem import ExactParts
 
 Interval = tuple[float, float]
 
 PACKAGE = "highspy"
 HINT = "pip install 'linear-complementarity[mps]'"
-NO_VECTOR = ("is a program", "name a file that holds a vector")
 TOLD_BETTER = ("inconsistent bounds", "Parser error", "switching to fixed format")  # here, or harmless
 DENSE = 200  # unknowns up to which the matrices are kept dense
 NAME = re.compile(rb"^NAME[ \t]+(\S+)", re.MULTILINE)
 
 
-def parse(content: bytes, number: Number = float) -> Problem:
-    """The problem of the program in a file.
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+    """The program in a file, in the native keys.
 
     number : makes the doubles of the numbers in MPS, one for each of them if it is a `Doubles`.
     """
     text = unpacked(content)
-    is_mps = MPS.search(text) is not None
-    if not is_mps:
-        return _problem(_read(text, ".lp"), text, {})
+    if not MPS.search(text):
+        return _fields(_read(text, ".lp"), text, {}, is_mps=False)
     refuse_misread(text)
     double_of = number.of if isinstance(number, Doubles) else float
     sides = {row: (double_of(low), double_of(high)) for row, (low, high) in range_sides(text).items()}
-    return _problem(_read(text if number is float else as_written(text, number), ".mps"), text, sides, is_mps)
-
-
-def parse_exact(content: bytes) -> ExactParts:
-    """The problem of the program in a file with the numbers as they are written, in the LP format the shortest decimals
-    of their doubles."""
-    return exact_parts(lambda number: parse(content, number))
-
-
-def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:  # noqa: ARG001 (as in every format)
-    raise ProblemError("", *NO_VECTOR)
-
-
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001
-    raise ProblemError("", *NO_VECTOR)
-
-
-def render(problem: Problem, exact: Exact = NEAREST) -> dict[str, bytes]:
-    """The program as free MPS."""
-    from lcpcli.files import mps_writing
-
-    return {"": mps_writing.render(problem, exact)}
+    return _fields(_read(text if number is float else as_written(text, number), ".mps"), text, sides, is_mps=True)
 
 
 def _read(text: bytes, ending: str) -> Any:
@@ -119,13 +91,15 @@ def _read(text: bytes, ending: str) -> Any:
         place = line_of(text, f'"{unknown}"')
         raise ProblemError(place, f"names {quoted(unknown)}, which is not in ROWS", "correct it, or declare it there")
     if complaints:
-        raise mps_words.fault(text, complaints[0])
+        raise fault_of(text, complaints[0])
     if is_error:
         raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
     return highs
 
 
-def _problem(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: bool = False) -> Problem:
+def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: bool) -> dict[str, Any]:
+    from scipy.sparse import csc_array, csr_array, diags_array
+
     model = highs.getModel()
     lp, hessian = model.lp_, model.hessian_
     k, names = lp.num_col_, list(lp.col_names_)
@@ -133,8 +107,12 @@ def _problem(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: bo
         raise ProblemError("", "has no columns", "give a program with at least one variable")
     _refuse_integers(lp, names, text)
     low, high = np.array(lp.col_lower_), np.array(lp.col_upper_)
-    A = _sparse(lp.a_matrix_, (lp.num_row_, k))
-    Q = _symmetric(hessian, k) if hessian.dim_ else None
+    by_columns = lp.a_matrix_.format_.name == "kColwise"
+    A = csr_array(_matrix(csc_array if by_columns else csr_array, lp.a_matrix_, (lp.num_row_, k)))
+    Q = None
+    if hessian.dim_:  # its lower triangle
+        triangle = _matrix(csc_array, hessian, (k, k))
+        Q = (triangle + triangle.T - diags_array(triangle.diagonal())).tocsr()
     if is_mps:
         _refuse_undeclared(lp, A, names, text)
     _refuse_crossed(low, high, names, text)
@@ -142,20 +120,20 @@ def _problem(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: bo
     _round_once(rows, list(lp.row_names_), ranges)
     if k + lp.num_row_ <= DENSE:
         A, Q = A.toarray(), None if Q is None else Q.toarray()
-    return from_qp(
-        Q,
-        np.array(lp.col_cost_),
-        A if lp.num_row_ else None,
-        row_lower=rows[0] if lp.num_row_ else None,
-        row_upper=rows[1] if lp.num_row_ else None,
-        lower=low,
-        upper=high,
-        sense="max" if "Max" in lp.sense_.name else "min",
-        constant=lp.offset_,
-        rows=list(lp.row_names_),
-        columns=names,
-        name=name[1].decode("utf-8", "replace") if (name := NAME.search(text)) else "",
-    )
+    name = NAME.search(text)
+    of_rows = {"A": A, "row_lower": rows[0], "row_upper": rows[1]} if lp.num_row_ else {}
+    return {
+        **({} if Q is None else {"Q": Q}),
+        "c": np.array(lp.col_cost_),
+        **of_rows,
+        "lower": low,
+        "upper": high,
+        "sense": "max" if "Max" in lp.sense_.name else "min",
+        "constant": lp.offset_,
+        "rows": list(lp.row_names_),
+        "columns": names,
+        "name": name[1].decode("utf-8", "replace") if name else "",
+    }
 
 
 def _sides(low: Vector, high: Vector) -> tuple[Vector, Vector]:
@@ -174,23 +152,9 @@ def _round_once(sides: tuple[Vector, Vector], names: list[str], ranges: Mapping[
         sides[0][i], sides[1][i] = ends
 
 
-def _sparse(matrix: Any, shape: tuple[int, int]) -> Matrix:
-    """A matrix of HiGHS in compressed sparse rows."""
-    from scipy.sparse import csc_array, csr_array
-
-    by_columns = matrix.format_.name == "kColwise"
-    parts = (np.array(matrix.value_), np.array(matrix.index_, np.intc), np.array(matrix.start_, np.intc))
-    found = (csc_array if by_columns else csr_array)(parts, shape=shape)
-    return csr_array(found)
-
-
-def _symmetric(hessian: Any, k: int) -> Matrix:
-    """Q from its lower triangle."""
-    from scipy.sparse import csc_array, diags_array
-
-    parts = (np.array(hessian.value_), np.array(hessian.index_, np.intc), np.array(hessian.start_, np.intc))
-    triangle = csc_array(parts, shape=(k, k))
-    return (triangle + triangle.T - diags_array(triangle.diagonal())).tocsr()
+def _matrix(form: Any, matrix: Any, shape: tuple[int, int]) -> Any:
+    """A matrix of HiGHS in a sparse form of scipy."""
+    return form((np.array(matrix.value_), np.array(matrix.index_, np.intc), np.array(matrix.start_, np.intc)), shape)
 
 
 def _refuse_integers(lp: Any, names: list[str], text: bytes) -> None:
@@ -205,7 +169,10 @@ def _refuse_integers(lp: Any, names: list[str], text: bytes) -> None:
 def _refuse_undeclared(lp: Any, A: Matrix, names: list[str], text: bytes) -> None:
     """Refuse a column that only BOUNDS name: HiGHS adds it to the program."""
     used = (np.array(lp.col_cost_) != 0) | (np.bincount(A.indices, minlength=len(names)) > 0)
-    unknown = undeclared(text, [names[j] for j in np.flatnonzero(~used)])
+    if used.all():
+        return
+    declared = {line.split(None, 1)[0] for _, section, line in lines(text) if section == b"COLUMNS" and line.strip()}
+    unknown = next((names[j] for j in np.flatnonzero(~used) if names[j].encode() not in declared), "")
     if unknown:
         hint = "correct the name, or declare it there"
         raise ProblemError(line_of(text, f'"{unknown}"'), f"names {quoted(unknown)}, which is not in COLUMNS", hint)
@@ -220,3 +187,65 @@ def _refuse_crossed(low: Vector, high: Vector, names: list[str], text: bytes) ->
     fault = f"gives {quoted(names[j])} the upper bound {high[j]:g}, below its lower bound {low[j]:g}"
     hint = "make the lower bound the smaller one" if low[j] else "give a lower bound too: LO, or MI for none"
     raise ProblemError(place, fault, hint)
+
+
+LEAST, MOST = 1e-9, 1e15  # the sizes of entries that HiGHS takes
+NOT_OF_SIZE = "not of a size between 1e-9 and 1e15"
+IN_ROWS, IN_COLUMNS = "ROWS section", "COLUMNS section"
+LINEAR = "lcp solves programs with linear constraints and continuous variables only"
+# A complaint, what is wrong with the names that it quotes, how to fix it, and the section if the complaint has none.
+WORDS = (
+    (r'of type "(\S+)"', "has a bound of the type {}", "use UP, LO, FX, FR, MI or PL", ""),
+    (r'Row name "(.*)" in \w+ section is not defined', "names {}, which is not in ROWS", "declare it there", ""),
+    (r'Row name "(.*)" in RANGES section is not valid', "gives a range to {}", "only rows L, G and E have one", ""),
+    (r'"(.*)" in \w+ section has duplicate', "has {} a second time", "keep one", ""),
+    (r'Column "(.*)" has duplicate nonzero \S+ in row "(.*)"', "gives {} a second entry in {}", "keep one", IN_COLUMNS),
+    (r'Variables .* same name "(.*)"', "has {} again", "put all entries of a column together", IN_COLUMNS),
+    (r'constraints .* same name "(.*)"', "declares {} a second time", "give each row a name of its own", IN_ROWS),
+    (
+        r"(?:Row|Col) \S+ has (?:lower|upper) bound of",
+        "has a bound of 1e20 or more, which means none, where it cannot be none",
+        "give a smaller one",
+        "",
+    ),
+    (r"No objective", "has no objective, which is a row N", "add it to ROWS", ""),
+    (r"Quadratic (?:rows|constraints)", "has quadratic constraints", LINEAR, ""),
+    (r"SOS", "has special ordered sets", LINEAR, ""),
+    (r"not symmetric", "has a QMATRIX that is not symmetric", "give both entries, or one of them in QUADOBJ", ""),
+)
+SECTIONS = (b"ROWS", b"COLUMNS", b"RHS", b"RANGES", b"BOUNDS", b"QUADOBJ", b"QMATRIX", b"ENDATA", b"NAME", b"OBJSENSE")
+UNIDENTIFIED = re.compile(r'Entry "(.*)" in (\w+) section')
+
+
+def fault_of(text: bytes, complaint: str) -> ProblemError:
+    """The error for a complaint about a program."""
+    if "|value|" in complaint:
+        return _of_size(text)
+    if match := UNIDENTIFIED.search(complaint):
+        entry = match[1].encode().split()
+        number = next((number for number, _, line in lines(text) if line.split() == entry), None)
+        hint = "is the heading of the next section misspelt, or the first word of the line?"
+        return ProblemError(f"line {number}" * bool(number), f"has {quoted(match[1])} in {match[2]}", hint)
+    for pattern, wrong, hint, section in WORDS:
+        if match := re.search(pattern, complaint):
+            place = line_of(text, f"{complaint} in {section}" if section else complaint)
+            return ProblemError(place, wrong.format(*map(quoted, match.groups())), hint)
+    for number, heading, line in lines(text):
+        if line[:1].isalpha() and heading not in SECTIONS and MPS.search(text):
+            fault = f"has the heading {quoted(heading.decode('utf-8', 'replace'))}"
+            hint = f"the sections are {', '.join(map(bytes.decode, SECTIONS[:8]))}"
+            return ProblemError(f"line {number}", fault, hint)
+    about = [quoted(name) for name in re.findall(r'"([^"]+)"', complaint)]
+    because = f" because of {', '.join(about)}" if about else ""
+    return ProblemError(line_of(text, complaint), f"cannot be read{because}", "compare it with a file that is read")
+
+
+def _of_size(text: bytes) -> ProblemError:
+    """The error for an entry that is too small or too large."""
+    for number, _, line in lines(text):
+        for word in line.split()[1:]:
+            if re.fullmatch(NUMBER, word) and float(word) and not LEAST < abs(float(word)) < MOST:
+                shown = quoted(word.decode("ascii"))
+                hint = "change the units of its row or its column, or write the program as .json"
+                return ProblemError(f"line {number}", f"has the entry {shown}, {NOT_OF_SIZE}", hint)
+    return ProblemError("", f"has an entry {NOT_OF_SIZE}", "change the units")

@@ -1,13 +1,28 @@
-"""The lines of an MPS file: what HiGHS reads otherwise than it stands there, and where something stands."""
+"""The lines of an MPS file: what HiGHS reads otherwise than it stands there, where something stands, and programs
+written as free MPS: QUADOBJ has a triangle of Q; minus the right-hand side of the objective is its constant.
+"""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.rational.numbers import fraction
+from lcpcli.files.json_format import number_text
+from lcpcli.model.arrays import NO_BOUND
+from lcpcli.model.problem import Problem
+from lcpcli.rational.numbers import decimal, fraction, shortest_decimal
+from lcpcli.typing import Vector
+
+if TYPE_CHECKING:
+    from lcpcli.files.formats import Exact
+
 
 MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -32,7 +47,10 @@ def refuse_misread(text: bytes) -> None:
     if b"ENDATA" not in places:
         raise ProblemError("", "has no ENDATA", "is it cut off?")
     if b"OBJSENSE" in places:
-        _refuse_sense(text, text.rfind(b"\n", 0, places[b"OBJSENSE"][0] - 1) + 1, places[b"OBJSENSE"][1])
+        start = text.rfind(b"\n", 0, places[b"OBJSENSE"][0] - 1) + 1
+        words = text[start : places[b"OBJSENSE"][1]].split()[1:]
+        if len(words) != 1 or words[0].upper() not in SENSES:
+            raise _misread(text, start, b" ".join(words), "as the sense of the objective", "give MIN or MAX")
     rows: set[bytes] = set()
     for section in filter(places.__contains__, OF_ENTRIES):
         for match in OTHERS.finditer(text, *places[section]):
@@ -45,28 +63,11 @@ def refuse_misread(text: bytes) -> None:
         raise _misread(text, wrong.start() + 1, line.split()[-1])
 
 
-def _refuse_sense(text: bytes, start: int, end: int) -> None:
-    words = text[start:end].split()[1:]
-    if len(words) != 1 or words[0].upper() not in SENSES:
-        line = text.count(b"\n", 0, start) + 1
-        shown = quoted(b" ".join(words).decode("utf-8", "replace"))
-        raise ProblemError(f"line {line}", f"has {shown} as the sense of the objective", "give MIN or MAX")
-
-
 def _numbers(words: list[bytes], rows: set[bytes]) -> list[bytes]:
     """The words of an entry that have to be numbers; names in fixed format may consist of several words."""
     if b"'MARKER'" in words:
         return []
     return [words[2], words[4]] if len(words) == 5 and words[1] in rows and words[3] in rows else words[-1:]
-
-
-def undeclared(text: bytes, names: Sequence[str]) -> str:
-    """The first of some names of columns that does not occur in COLUMNS; "" if all do."""
-    if not names:
-        return ""
-    start, end = _sections(text).get(b"COLUMNS", (0, 0))
-    declared = {line.split(None, 1)[0] for line in text[start:end].splitlines() if line.strip()}
-    return next((name for name in names if name.encode() not in declared), "")
 
 
 def unknown_row(text: bytes) -> str:
@@ -154,7 +155,114 @@ def _sections(text: bytes) -> dict[bytes, tuple[int, int]]:
     return {match[1]: (match.end(), end) for match, end in zip(found, ends, strict=True)}
 
 
-def _misread(text: bytes, start: int, word: bytes) -> ProblemError:
+def _misread(
+    text: bytes, start: int, word: bytes, role: str = "in place of a number", hint: str = "give a number"
+) -> ProblemError:
     line = text.count(b"\n", 0, start) + 1
-    fault = f"has {quoted(word.decode('utf-8', 'replace'))} in place of a number"
-    return ProblemError(f"line {line}", fault, "give a number")
+    return ProblemError(f"line {line}", f"has {quoted(word.decode('utf-8', 'replace'))} {role}", hint)
+
+
+NONE = -1e30  # the right-hand side of a row without bounds
+TAKEN = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX", "OBJSENSE", "MAX", "MIN", "ENDATA")
+
+
+def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
+    """The program in free MPS, or a ProblemError for bounds that MPS takes for none."""
+    number = partial(number_text, exact)
+    k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
+    low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))
+    ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
+    _refuse_far(lower=low, upper=high, row_lower=ends[0], row_upper=ends[1])
+    columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
+    objective = _free("obj", rows)
+    kinds, sides, ranges = (
+        zip(*map(partial(_side, exact), *(end.tolist() for end in ends)), strict=True) if m else ((), (), ())
+    )
+    lines = [f"NAME {'_'.join(fields.get('name', '').split())}".rstrip()]
+    lines += ["OBJSENSE", "    MAX"] if "sense" in fields else []
+    lines += ["ROWS", f" N {objective}", *(f" {kind} {row}" for kind, row in zip(kinds, rows, strict=True)), "COLUMNS"]
+    lines += _columns(fields, columns, rows, objective, number)
+    lines += ["RHS"] + ([f" RHS {objective} {number(-fields['constant'])}"] if "constant" in fields else [])
+    lines += [f" RHS {row} {number(side)}" for row, side in zip(rows, sides, strict=True) if side]
+    lines += ["RANGES"] * any(ranges)
+    lines += [f" RNG {row} {size}" for row, size in zip(rows, ranges, strict=True) if size]
+    bounds = [
+        line for each in zip(columns, low.tolist(), high.tolist(), strict=True) for line in _bounds(number, *each)
+    ]
+    lines += ["BOUNDS", *bounds] if bounds else []
+    lines += ["QUADOBJ", *_triangle(fields["Q"], columns, number)] if "Q" in fields else []
+    return {"": "\n".join([*lines, "ENDATA", ""]).encode()}
+
+
+def changed(problem: Problem) -> dict[str, str]:
+    """The names of rows and columns that are others in MPS, with these."""
+    given = ((getattr(problem.origin, key), letter) for key, letter in (("columns", "x"), ("rows", "r")))
+    both = [pair for own, letter in given for pair in zip(own, names(own, letter), strict=True)]
+    return {name: other for name, other in both if name and name != other}
+
+
+def names(given: Sequence[str], letter: str) -> list[str]:
+    """Names without spaces, all different and none a word of the format; a letter and the place where there is none."""
+    found: dict[str, None] = {}
+    for i, name in enumerate(given, 1):
+        found[_free("_".join(name.split()) or f"{letter}{i}", TAKEN, found)] = None
+    return list(found)
+
+
+def _free(name: str, *taken: Any) -> str:
+    while any(name in some for some in taken):
+        name += "_"
+    return name
+
+
+def _refuse_far(**bounds: Vector) -> None:
+    for field, values in bounds.items():
+        if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
+            fault = f"has a bound of {NO_BOUND:g} or more, which means none in MPS"
+            raise ProblemError(field, fault, "give --infinity 1e20 if it means none here too, or write .json")
+
+
+def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
+    """The kind of a row, its right-hand side, and its range, "" for none."""
+    if low == high:
+        return "E", low, ""
+    if math.isinf(low) or math.isinf(high):
+        return ("G", low, "") if math.isfinite(low) else ("L", high, "") if math.isfinite(high) else ("G", NONE, "")
+    ends = [exact[end] if end in exact else shortest_decimal(end) for end in (low, high)]
+    return *(("L", high) if abs(low) >= abs(high) else ("G", low)), decimal(ends[1] - ends[0])
+
+
+def _bounds(number: Callable[[float], str], name: str, low: float, high: float) -> Iterator[str]:
+    if low == high:
+        yield f" FX BND {name} {number(low)}"
+    elif low == -math.inf and high == math.inf:
+        yield f" FR BND {name}"
+    else:
+        if low:
+            yield f" MI BND {name}" if low == -math.inf else f" LO BND {name} {number(low)}"
+        if high < math.inf:
+            yield f" UP BND {name} {number(high)}"
+
+
+def _columns(
+    held: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
+) -> Iterator[str]:
+    """The lines of COLUMNS: at least one for each variable."""
+    from scipy.sparse import csc_array
+
+    A = csc_array(held["A"] if rows else (0, len(columns)))
+    for j, (name, cost) in enumerate(zip(columns, held["c"].tolist(), strict=True)):
+        own = range(A.indptr[j], A.indptr[j + 1])
+        if cost or not len(own):
+            yield f" {name} {objective} {number(cost)}"
+        for place in own:
+            yield f" {name} {rows[A.indices[place]]} {number(A.data[place].item())}"
+
+
+def _triangle(Q: Any, columns: list[str], number: Callable[[float], str]) -> Iterator[str]:
+    from scipy.sparse import coo_array
+
+    upper = coo_array(Q)
+    for i, j, value in zip(upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True):
+        if i <= j and value:
+            yield f" {columns[j]} {columns[i]} {number(value)}"

@@ -1,67 +1,56 @@
-"""One array, as numpy.save writes it: M alone, n x n; [M | q], n x (n + 1); or a vector. Nothing is ever unpickled."""
+"""Arrays: one, as numpy.save writes it, M alone, n x n, or [M | q], n x (n + 1), or a vector; and what arrays by name
+mean, as in NPZ and MAT. Nothing is ever unpickled.
+"""
 
 from __future__ import annotations
 
 import io
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.lib import format as npy
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.content import refuse_beyond_memory
+from lcpcli.files.contents import refuse_beyond_memory
+from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, TEXTS, kind_of
 from lcpcli.linalg import matrices
-from lcpcli.model.arrays import as_vector
-from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.linalg.matrices import is_sparse
 
 if TYPE_CHECKING:
-    from fractions import Fraction
+    from lcpcli.files.formats import Exact, Number
 
-    from lcpcli.rational.problem import ExactParts
+OF_NAMES = ("rows", "columns", "names")
 
 
-def parse(content: bytes) -> Problem | Matrix:
-    """The problem in an array of n rows and n + 1 columns, or M in one of any other shape."""
-    table = _array(content)
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
+    """M and q of an array of n rows and n + 1 columns, or M of one of any other shape."""
+    return of_table(_array(content))
+
+
+def of_table(table: Any) -> dict[str, Any]:
+    """M and q of a table of n rows and n + 1 columns, or M of any other."""
     if table.ndim != 2 or table.shape[1] != table.shape[0] + 1:
-        return table
-    return Problem(np.ascontiguousarray(table[:, :-1]), np.ascontiguousarray(table[:, -1]))
+        return {"M": table}
+    return {"M": np.ascontiguousarray(table[:, :-1]), "q": np.ascontiguousarray(table[:, -1])}
 
 
-def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
-    """A vector of length n, any length if None, from an array of one row or one column."""
-    return as_vector(field, held(content), n)
-
-
-def parse_exact(content: bytes) -> ExactParts:
-    """M and, if the array has it, q, with the numbers as they are."""
-    from lcpcli.rational.problem import ExactParts, fractions_of, rows_of
-
-    table = _array(content)
-    if table.shape[1] != table.shape[0] + 1:
-        return ExactParts(rows_of(table))
-    return ExactParts(rows_of(table[:, :-1]), fractions_of(table[:, -1]))
-
-
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001 (as in every format)
-    """A vector that `parse_vector` has accepted, with the numbers as they are."""
-    from lcpcli.rational.problem import fractions_of
-
-    return fractions_of(held(content))
-
-
-def render(problem: Problem) -> dict[str, bytes]:
-    """M, dense, and q, bit for bit."""
-    return {"": _written(matrices.dense(problem.M)), ".q": _written(problem.q)}
-
-
-def held(content: bytes) -> Any:
-    """The array in a file, one row or one column as a vector."""
+def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
+    """The array, one row or one column as a vector."""
     return flat(_array(content))
+
+
+def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
+    """M, dense, and q, bit for bit."""
+    return {"": _written(matrices.dense(fields["M"])), ".q": _written(fields["q"])}
+
+
+def _written(array: Any) -> bytes:
+    file = io.BytesIO()
+    np.save(file, array)
+    return file.getvalue()
 
 
 def flat(array: Any) -> Any:
@@ -100,12 +89,74 @@ def _refuse_false_header(name: str, file: IO[bytes], size: int) -> None:
     held = size - file.tell()
     if math.prod(shape) * dtype.itemsize != held:
         declared = " x ".join(map(str, shape)) or "one number"
-        hint = "save it again with numpy.savez" if name else "save it again with numpy.save"
+        hint = f"save it again with numpy.save{'z' * bool(name)}"
         raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {held} bytes", hint)
     refuse_beyond_memory(name, shape, dtype.itemsize)
 
 
-def _written(array: Any) -> bytes:
-    file = io.BytesIO()
-    np.save(file, array)
-    return file.getvalue()
+def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields in arrays by name: of a program or a game all, of a problem those that it has, of M alone no others.
+
+    Several solutions are rows.
+    """
+    if kind_of(arrays):
+        return {key: _plain(key, array) for key, array in arrays.items()}
+    fields = {key: _plain(key, arrays[key]) for key in (KEYS if "q" in arrays else ("M", *BOUNDS)) if key in arrays}
+    if "solution" in fields:
+        fields["solution"] = list(arrays["solution"]) if arrays["solution"].ndim > 1 else [arrays["solution"]]
+    return fields
+
+
+def named(field: str, arrays: Mapping[str, Any]) -> Any:
+    """The array for a field or an option, that of its name or the only one; a bound may be one number."""
+    name = field.lstrip("-")
+    if name not in arrays and len(arrays) != 1:
+        raise ProblemError(name, "is missing", f"add the key {name}, or keep a single array")
+    return _plain(name, arrays.get(name, next(iter(arrays.values()))))
+
+
+def _plain(key: str, array: Any) -> Any:
+    """A text, texts, a number, a vector or a matrix, by the key; an origin from its JSON."""
+    if key in (*TEXTS, "verdict", "sense"):
+        return text(key, array)
+    if key == "origin":
+        return _origin(text(key, array))
+    if is_sparse(array) or key == "M":
+        return array
+    if key in MATRICES:
+        return array if array.ndim == 2 else np.atleast_2d(array)
+    if key in OF_NAMES and (names := texts(array)) is not None:
+        return names
+    if key == "names":
+        raise ProblemError(key, f"is an array of {array.dtype.name}", "give texts")
+    if key == "constant" and array.size == 1:
+        return array.item()
+    vector = flat(array)
+    return vector[0] if key in BOUNDS and vector.shape == (1,) else vector
+
+
+def texts(array: Any) -> list[str] | None:
+    """The texts in an array of texts, or of cells with one each; None if it is another."""
+    if array.dtype.kind in "US":
+        return [str(name) for name in array.ravel().tolist()]
+    if array.dtype.kind != "O":
+        return None
+    cells: list[list[Any]] = [np.atleast_1d(name).tolist() for name in array.ravel().tolist()]
+    return ["".join(cell) for cell in cells] if all(isinstance(text, str) for cell in cells for text in cell) else None
+
+
+def text(key: str, array: Any) -> str:
+    """The text in an array of one text."""
+    if array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US":
+        raise ProblemError(key, f"is an array of {array.dtype.name}", "give a text")
+    held = array.item()
+    return held.decode("utf-8", "replace") if isinstance(held, bytes) else str(held)
+
+
+def _origin(written: str) -> Any:
+    from lcpcli.files.json_format import load
+
+    try:
+        return load(written)
+    except ProblemError as error:
+        raise error.inside("origin") from None

@@ -2,32 +2,28 @@
 the texts.
 
 A sparse M is in parts as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse rows),
-or those of another form with its name as format. solution is one z or has one z per row. origin is a JSON string.
-Nothing is ever unpickled.
+or those of another form with its name as format; those of the matrices of programs are called A.data and so on.
+solution is one z or has one z per row. origin is a JSON string. Nothing is ever unpickled.
 """
 
 from __future__ import annotations
 
 import io
 import zipfile
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.files import named_arrays
-from lcpcli.files.json_format import MATRICES
-from lcpcli.files.keys import KEYS, refuse_unknown
-from lcpcli.files.npy_format import checked
+from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
+from lcpcli.files.npy_format import checked, named, of_arrays, text
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Matrix
 
 if TYPE_CHECKING:
-    from fractions import Fraction
-
-    from lcpcli.rational.problem import ExactParts
+    from lcpcli.files.formats import Exact, Number
 
 COMPRESSED = ("data", "indices", "indptr")
 PARTS = {
@@ -40,50 +36,31 @@ PARTS = {
 OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "format", "_is_array")
 
 
-def parse(content: bytes) -> Problem | Matrix:
-    """The problem in an archive, or M alone if there is no q."""
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
+    """The fields in an archive."""
     arrays = _arrays(content)
-    program = named_arrays.program(_with_sparse(arrays))
-    if program is not None:
-        return program
-    refuse_unknown("", arrays, (*KEYS, *OF_SPARSE))
-    M = _matrix(arrays)
-    return named_arrays.problem(M, arrays)
+    held = _with_sparse(arrays)
+    if not kind_of(held):
+        refuse_unknown("", arrays, (*KEYS, *OF_SPARSE))
+        held = {**arrays, "M": _matrix(arrays)}
+    return of_arrays(held)
 
 
-def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:
-    """A vector of length n, any length if None: the array of that name, or the only one."""
-    return named_arrays.vector(field, _arrays(content), n)
+def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
+    """The array of that name, or the only one."""
+    return named(field, _arrays(content))
 
 
-def parse_bound(name: str, content: bytes) -> Any:
-    """A bound, one number or one for each unknown: the array of that name, or the only one."""
-    return named_arrays.bound(name, _arrays(content))
-
-
-def parse_exact(content: bytes) -> ExactParts:
-    """M and, if the archive has it, q, with the numbers as they are; of a program or a game with its doubles."""
-    from lcpcli.rational.problem import parts_of
-
-    arrays = _arrays(content)
-    program = named_arrays.program(_with_sparse(arrays))
-    return parts_of(program) if program is not None else named_arrays.exact_parts(_matrix(arrays), arrays)
-
-
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:
-    """A vector that `parse_vector` has accepted, with the numbers as they are."""
-    return named_arrays.exact_vector(field, _arrays(content))
-
-
-def render(problem: Problem) -> dict[str, bytes]:
-    """Everything that the problem holds, bit for bit, except NULs at the end of a text."""
-    arrays = named_arrays.arrays_of(problem)
-    M = problem.M
-    if is_sparse(M):
-        arrays |= {"data": M.data, "indices": M.indices, "indptr": M.indptr, "shape": M.shape}
-        arrays |= {"format": M.format.encode(), "_is_array": True}
-    else:
-        arrays["M"] = M
+def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
+    """The fields bit for bit, except NULs at the end of a text; sparse matrices in their parts."""
+    arrays: dict[str, Any] = {}
+    for key, value in fields.items():
+        if not is_sparse(value):
+            arrays[key] = value
+            continue
+        prefix = "" if key == "M" else f"{key}."
+        arrays |= {f"{prefix}{part}": getattr(value, part) for part in (*COMPRESSED, "shape")}
+        arrays |= {"format": value.format.encode(), "_is_array": True} if key == "M" else {}
     file = io.BytesIO()
     np.savez(file, **arrays)
     return {"": file.getvalue()}
@@ -130,7 +107,7 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
         return arrays["M"]
     if not parts:
         raise ProblemError("M", "is missing", "add the key M, or data, indices, indptr and shape of a sparse M")
-    form = named_arrays.text("format", arrays["format"]) if "format" in arrays else "csr"
+    form = text("format", arrays["format"]) if "format" in arrays else "csr"
     if form not in PARTS:
         raise ProblemError("format", f"{quoted(form)} is unknown", f"use one of {', '.join(PARTS)}")
     for key in (*PARTS[form], "shape"):

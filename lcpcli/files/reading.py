@@ -1,37 +1,32 @@
-"""Problems, starting points and proposed solutions read from files of any format, with errors that name the file."""
+"""Problems read from files of any format, with errors that name the file."""
 
 from __future__ import annotations
 
 import math
 import os
-import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files import shipped
-from lcpcli.files.content import without_mark
-from lcpcli.files.formats import TEXT_FORMS, Format, load
-from lcpcli.files.recognition import form_of, is_result, uncompressed
-from lcpcli.model.box import Box
+from lcpcli.files.contents import STANDARD_INPUT, Fetch, blaming, content_of, place
+from lcpcli.files.fields import BOUNDS, kind_of, made
+from lcpcli.files.formats import NO_VECTORS, OF_ARRAYS, form_of, is_result, load, uncompressed
+from lcpcli.model.arrays import as_vector
 from lcpcli.model.far_bounds import with_infinity
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
-    from lcpcli.files.candidate import Candidate
     from lcpcli.files.formats import Number
     from lcpcli.rational.problem import ExactParts, ExactProblem
 
-STANDARD_INPUT = "-"
 ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
-
-T = TypeVar("T")
-Fetch = Callable[[str, str], bytes]
 
 
 def read(
@@ -53,7 +48,7 @@ def read(
     """
     name = os.fspath(path)
     problem = problem_of(name, None if q_path is None else os.fspath(q_path), content_of)
-    return _blaming(name, lambda: with_infinity(problem, infinity))
+    return blaming(name, lambda: with_infinity(problem, infinity))
 
 
 def read_origin(kind: str, path: str) -> Problem:
@@ -87,8 +82,8 @@ def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem
     """
     held = held_in(paths[0], content_of)
     used = paths[: 1 if isinstance(held, Problem) else 2]
-    problem = _completed(held, paths[0], used[1] if len(used) > 1 else None, content_of)
-    return _blaming(paths[0], lambda: with_infinity(problem, infinity)), used
+    problem = _completed(held, paths[0], "".join(used[1:]) or None, content_of)
+    return blaming(paths[0], lambda: with_infinity(problem, infinity)), used
 
 
 def problem_of(path: str, q_path: str | None, fetch: Fetch, number: Number = float) -> Problem:
@@ -99,28 +94,20 @@ def problem_of(path: str, q_path: str | None, fetch: Fetch, number: Number = flo
     return _completed(held_in(path, fetch, number), path, q_path, fetch, number)
 
 
-def exact_parts_of(path: str, q_path: str | None, fetch: Fetch) -> ExactParts:
-    """The numbers of contents that `problem_of` has accepted, as they are there."""
-    content = fetch(path, WHOLE)
-    parts = _blaming(path, lambda: format_of(path, content).parse_exact(content))
-    if parts.q is not None:
-        return parts
-    q_place = cast(str, q_path)
-    vector = fetch(q_place, LINE)
-    return parts._replace(q=_blaming(q_place, lambda: format_of(q_place, vector).parse_exact_vector("q", vector)))
-
-
 def held_in(path: str, fetch: Fetch, number: Number = float) -> Problem | Matrix:
     """The problem in a file, or M alone."""
     content = fetch(path, WHOLE)
     if is_result(content):
         raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
-    return _blaming(path, lambda: format_of(path, content).parse(content, *_of_text(path, content, number)))
+    return blaming(path, lambda: made(load(form_of(path, content)).fields(content, number)))
 
 
-def _of_text(path: str, content: bytes, number: Number) -> list[Number]:
-    """What makes the doubles, if the content is a text in which it makes others than float does."""
-    return [number] if number is not float and form_of(path, content) in TEXT_FORMS else []
+def vector_in(field: str, path: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
+    """The vector of length n, any length if None, in a file's content."""
+    form = form_of(path, content)
+    if form in NO_VECTORS:
+        raise ProblemError("", NO_VECTORS[form], "name a file that holds a vector")
+    return as_vector(field, load(form).values(field, content, number), n)
 
 
 def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fetch, number: Number = float) -> Problem:
@@ -135,148 +122,47 @@ def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fet
             shape = " x ".join(map(str, held.shape)) or "one number"
             raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
         line = fetch(q_path, LINE)
-        own = _of_text(q_path, line, number)
-        q = _blaming(q_path, lambda: format_of(q_path, line).parse_vector("q", line, None, *own))
-        problem = _blaming(path, lambda: Problem(held, q))
+        q = blaming(q_path, lambda: vector_in("q", q_path, line, None, number))
+        problem = blaming(path, lambda: Problem(held, q))
     return problem if problem.name else problem.named(name_of(path))
 
 
-def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
-    """A starting point of length n from a file with it or a result that `lcp solve -o` wrote: x for these bounds, or z.
-
-    path : a file, or the numbers themselves, as in `typed`.
-
-    A result gives its final iterate; of several results the first is taken.
-    """
-    from lcpcli.files import csv_answer, csv_format, json_format, typed
-    from lcpcli.model.arrays import as_vector
-    from lcpcli.rational.numbers import rounded
-
-    numbers = typed.numbers(path)
-    if numbers is not None:
-        return typed.vector(field, numbers, n)
-    content = content_of(path, LINE)
-
-    def parse() -> Vector:
-        form = format_of(path, content)
-        if form is csv_format:
-            try:
-                given = csv_answer.parse(content)
-            except ProblemError as error:
-                raise error if error.where else error.inside(field) from None
-            first = as_vector(field, rounded(given.z), n)
-            return first if given.w is None or box is None else box.x_of(first, as_vector(field, rounded(given.w), n))
-        if form is not json_format or not content.lstrip().startswith(b"{"):
-            return form.parse_vector(field, content, n)
-        z, w = json_format.parse_result(field, content, n)
-        return z if box is None else box.x_of(z, w)
-
-    return _blaming(path, parse)
+def exact_parts_of(path: str, q_path: str | None, fetch: Fetch) -> ExactParts:
+    """The numbers of contents that `problem_of` has accepted, as they are there."""
+    content = fetch(path, WHOLE)
+    parts = blaming(path, lambda: exact_parts_in(form_of(path, content), content))
+    if parts.q is not None:
+        return parts
+    q_place = cast(str, q_path)
+    return parts._replace(q=blaming(q_place, lambda: _exact_vector(q_place, fetch(q_place, LINE))))
 
 
-def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> list[Candidate]:
-    """Proposed solutions, from a result, all solutions or a vector in any format, fractions allowed.
+def exact_parts_in(form: str, content: bytes) -> ExactParts:
+    """The numbers of a content of that format, as they are there: of arrays those of a problem with their own type, of
+    texts with all decimals."""
+    from lcpcli.rational.problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 
-    path : a file, or the numbers themselves, as in `typed`.
-    lengths : what it may be, by its length: z and, of a program, x and y, or x. name : of the problem, for which one of
-        several results is taken.
-    """
-    from lcpcli.files import candidate, csv_format, json_format, typed
+    if form not in OF_ARRAYS:
+        return exact_parts(lambda number: made(load(form).fields(content, number)))
+    fields = load(form).fields(content)
+    if kind_of(fields):
+        return parts_of(made(fields))
+    rows = rows_of(fields["M"])
+    bounds = {key: bounds_of(np.broadcast_to(fields[key], len(rows))) for key in BOUNDS if key in fields}
+    return ExactParts(rows, fractions_of(fields["q"]) if "q" in fields else None, **bounds)
+
+
+def _exact_vector(path: str, content: bytes) -> list[Fraction]:
+    """The numbers of a vector, as they are there."""
+    from lcpcli.rational.numbers import exact_vector
     from lcpcli.rational.problem import fractions_of
 
-    numbers = typed.numbers(path)
-    content = content_of(path, LINE) if numbers is None else " ".join(numbers).encode()
-
-    def parse() -> list[Candidate]:
-        form = csv_format if numbers else format_of(path, content)
-        if form is json_format:
-            return candidate.of_json(content, lengths, name)
-        if form is csv_format:
-            return candidate.of_text(content, lengths)
-        values = fractions_of(form.parse_vector("z", content))
-        return [candidate.Candidate("solution", candidate.of_length("z", values, lengths))]
-
-    return _blaming(path, parse)
-
-
-def format_of(path: str, content: bytes) -> Format:
-    """The module of a file's format."""
-    return load(form_of(path, content))
+    form = form_of(path, content)
+    if form in OF_ARRAYS:
+        return fractions_of(load(form).values("q", content))
+    return exact_vector(lambda number: vector_in("q", path, content, None, number))
 
 
 def name_of(path: str) -> str:
     """The name of a problem that has none of its own, from its file."""
     return place(path) if path == STANDARD_INPUT else Path(uncompressed(path)).stem
-
-
-def _blaming(path: str, parse: Callable[[], T]) -> T:
-    """The result of parse; a ProblemError raised by it is made to name the file."""
-    try:
-        return parse()
-    except ProblemError as error:
-        raise error.inside(place(path)) from None
-
-
-def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
-    """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
-    content = (fetch or content_of)(path, expected)
-    return _blaming(path, lambda: parse(content))
-
-
-def place(path: str) -> str:
-    """The name of a file in messages."""
-    return "standard input" if path == STANDARD_INPUT else path
-
-
-def content_of(path: str, expected: str) -> bytes:
-    """The content of a file, without a byte order mark; `expected` is the hint for an empty one."""
-    with opened(path) as file:
-        return checked(path, file.read(), expected)
-
-
-def checked(path: str, content: bytes, expected: str) -> bytes:
-    """What was read from a file, without a byte order mark; ProblemError if it is empty."""
-    content = without_mark(content)
-    if not content or content.isspace():
-        raise ProblemError(place(path), "is empty", expected)
-    return content
-
-
-@contextmanager
-def opened(path: str) -> Iterator[IO[bytes]]:
-    """A file to read from, or standard input; a name that is no file may be that of a shipped problem.
-
-    Raises ProblemError if it cannot be read.
-    """
-    name = place(path)
-    if not path:
-        raise ProblemError("", "the name of a file is empty", "name a file")
-    try:
-        if path == STANDARD_INPUT:
-            if sys.stdin is None:
-                raise ProblemError(name, "is closed", "name a file")
-            yield sys.stdin.buffer
-        else:
-            with (shipped.file_of(path) or Path(path)).open("rb") as file:
-                yield file
-    except FileNotFoundError:
-        raise ProblemError(name, "no such file", _likely_file(path)) from None
-    except IsADirectoryError:
-        raise ProblemError(name, "is a directory", "name a file in it") from None
-    except OSError as error:
-        raise ProblemError(name, f"cannot be read ({error.strerror})", "make it readable") from None
-
-
-def _likely_file(path: str) -> str:
-    from difflib import get_close_matches
-
-    folder, name = Path(path).parent, Path(path)
-    try:
-        names = [entry.name for entry in folder.iterdir()]
-    except OSError:
-        names = []
-    if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
-        return f"did you mean {folder / close[0]}?"
-    if close := get_close_matches(name.stem, shipped.problems(), n=1, cutoff=0.75):
-        return f"did you mean {close[0]}, which is shipped?"
-    return "check the path" if folder.is_dir() else f"there is no folder {folder}"

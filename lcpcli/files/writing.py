@@ -1,16 +1,24 @@
-"""Problems written to files, in the format given by the suffix."""
+"""Problems, programs and games written to files, in the format given by the suffix."""
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
+from lcpcli.files.fields import BOUNDS, STARTS
+from lcpcli.files.fields import TEXTS as OF_ALL
 from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, TEXTS, WITH_BOUNDS, WRITTEN, load
-from lcpcli.model.origins import Game
-from lcpcli.model.problem import Problem
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.origins import Game, OwnNames
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.program import SENSES, Program
 from lcpcli.rational.numbers import Written
 from lcpcli.rational.problem import of_game
 
@@ -43,20 +51,80 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
     """The contents of the files to be written, as `Format.render` has them."""
-    problem, exact = (found.own, [found.exact]) if ending in TEXTS else (found.rounded, [])
-    if ending in OF_PROGRAMS:
-        if kind_of(problem) != "qp":
-            raise ProblemError(path, "is for programs, and the problem is not made from one", f"use {_or(COMPLETE)}")
-        try:
-            return load(READ_ONLY[ending]).render(problem, *exact)
-        except ProblemError as error:
-            raise error.inside(path) from None
-    if as_program and ending in COMPLETE:
-        from lcpcli.files import programs
+    in_text = ending in TEXTS
+    problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
+    if ending in OF_PROGRAMS and kind_of(problem) != "qp":
+        raise ProblemError(path, "is for programs, and the problem is not made from one", f"use {_or(COMPLETE)}")
+    if ending in OF_PROGRAMS or (as_program and ending in COMPLETE and _is_whole(problem)):
+        fields = fields_of_origin(problem, in_text)
+    else:
+        fields = _fields(problem, in_text)
+    try:
+        return load((FORMATS | READ_ONLY)[ending]).render(fields, exact)
+    except ProblemError as error:
+        raise error.inside(path) if ending in OF_PROGRAMS else error from None
 
-        if programs.is_whole(problem):
-            return {"": programs.WRITERS[ending](problem, *exact)}
-    return load(FORMATS[ending]).render(problem, *exact)
+
+def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
+    """All that a problem holds, texts as texts, an origin as an object or, but for a text, as JSON."""
+    fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
+    fields |= {"M": problem.M, "q": problem.q}
+    fields |= {key: getattr(problem, key) for key in BOUNDS} if problem.is_mixed else {}
+    fields |= {key: getattr(problem, key) for key in STARTS if getattr(problem, key) is not None}
+    if problem.solutions:
+        fields["solution"] = list(problem.solutions) if len(problem.solutions) > 1 else problem.solutions[0]
+    if problem.verdict:
+        fields["verdict"] = problem.verdict
+    if isinstance(problem.origin, OwnNames):
+        fields["names"] = list(problem.names)
+    elif problem.origin is not None:
+        fields["origin"] = problem.origin.data() if in_text else json.dumps(problem.origin.data())
+    return fields
+
+
+def _is_whole(problem: Problem) -> bool:
+    """Whether a problem was made from a program or a game and holds nothing for which that has no key."""
+    others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
+    return isinstance(problem.origin, (Program, Game)) and not others
+
+
+def fields_of_origin(problem: Problem, in_text: bool = True) -> dict[str, Any]:
+    """The program or the game that a problem was made from, a program in its own sense: arrays, texts, a number and
+    lists of names, without what is as by default.
+
+    in_text : whether the payoffs are as they are written.
+    """
+    origin = problem.origin
+    assert isinstance(origin, (Program, Game))
+    fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
+    if isinstance(origin, Program):
+        fields |= _fields_of_program(problem, origin)
+    elif in_text and origin.written is not None:
+        fields |= zip("AB", (np.array(payoffs, dtype=object) for payoffs in origin.written), strict=True)
+    else:
+        fields |= {"A": origin.A, "B": origin.B}
+    return fields | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
+
+
+def _fields_of_program(problem: Problem, origin: Program) -> dict[str, Any]:
+    data = origin.program(conditions_of(problem))
+    assert data is not None
+    sign = SENSES[origin.sense]
+    held: dict[str, Any] = {"sense": origin.sense} if sign < 0 else {}
+    held |= {"Q": _without_minus_zero(sign * data.Q)} if (data.Q != 0).sum() else {}
+    held["c"] = sign * data.c + 0.0
+    if data.row_lower.size:
+        held |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
+    held |= {"lower": data.lower} if data.lower.any() else {}
+    held |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
+    return held | ({"constant": origin.constant} if origin.constant else {})
+
+
+def _without_minus_zero(A: Any) -> Any:
+    if not is_sparse(A):
+        return A + 0.0
+    A.data += 0.0
+    return A
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:

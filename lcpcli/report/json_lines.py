@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, TypedDict, cast
 
 from lcpcli import __version__
-from lcpcli.files.source import NOWHERE, Source
+from lcpcli.files.contents import NOWHERE, Source
 from lcpcli.model.problem import Problem
 from lcpcli.report import advice, answers, provenance, summary
 from lcpcli.report.numbers import finite

@@ -7,7 +7,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lcpcli.files.source import Source
+    from lcpcli.files.contents import Source
     from lcpcli.report.result_table import ResultTable
     from lcpcli.solving.result import Result
 

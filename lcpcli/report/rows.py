@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lcpcli.files.source import Source
+from lcpcli.files.contents import Source
 from lcpcli.report import answer_csv, json_lines, numbers, provenance, summary
 from lcpcli.solving.result import Result
 

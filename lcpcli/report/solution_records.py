@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 from lcpcli import __version__
 from lcpcli.enumeration.equilibria import Equilibria
 from lcpcli.enumeration.search import SolutionSet, objective
-from lcpcli.files.source import Source
+from lcpcli.files.contents import Source
 from lcpcli.model.program import Program
 from lcpcli.rational.numbers import rounded, text
 from lcpcli.rational.polyhedra import Point

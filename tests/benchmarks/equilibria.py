@@ -16,7 +16,7 @@ import nashpy
 import numpy as np
 
 import lcpcli
-from lcpcli.files import shipped
+from lcpcli.files import contents
 
 ALGORITHMS = ("support_enumeration", "vertex_enumeration", "lemke_howson_enumeration")
 WIDTH = 26
@@ -26,7 +26,7 @@ def games() -> dict[str, tuple[Any, Any]]:
     """Payoffs by name."""
     found: dict[str, tuple[Any, Any]] = {}
     for name in ("coordination-4", "winkels", "von-stengel-75"):
-        origin: Any = lcpcli.read(shipped.path(f"games/{name}.nfg")).origin
+        origin: Any = lcpcli.read(contents.shipped_path(f"games/{name}.nfg")).origin
         found[name] = origin.A, origin.B
     for n in (6, 8, 10):
         A, B = np.random.default_rng(n).integers(-50, 51, (2, n, n)).astype(float)

@@ -1,54 +1,38 @@
-"""Games of two players in Gambit's strategic form, .nfg: payoffs one after another, or outcomes and which one each has.
+"""Games of two players: in Gambit's strategic form, .nfg, and in two tables with the payoffs of each.
 
-The first player's strategy changes fastest. Numbers are integers, decimals or fractions, with or without commas between
-them; outcome 0 pays nothing. (Gambit, Software Tools for Game Theory, https://www.gambit-project.org, file formats.)
+In .nfg, payoffs are one after another, or outcomes and which one each has; the first player's strategy changes fastest.
+Numbers are integers, decimals or fractions, with or without commas between them; outcome 0 pays nothing. (Gambit,
+Software Tools for Game Theory, https://www.gambit-project.org, file formats.)
 """
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
+from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import ProblemError, count, quoted
-from lcpcli.files.content import decode, unpacked
-from lcpcli.files.keys import THREE_PLAYERS
-from lcpcli.model.problem import Problem
-from lcpcli.model.reductions import from_game
+from lcpcli.errors import LCPError, OptionError, ProblemError, count, quoted
+from lcpcli.files.contents import decode, parsed, place, unpacked
+from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
+from lcpcli.files.formats import form_of
+from lcpcli.files.inputs import Input
 from lcpcli.rational.numbers import ratio
-from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
-    from lcpcli.rational.problem import ExactParts
+    from lcpcli.files.formats import Number
 
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"')
-NO_VECTOR = ("is a game", "name a file that holds a vector")
-CUT_OFF = "is it cut off?"
+LARGEST = 100_000  # bytes of a table that is read again for a hint
+HINT = "give the payoffs of the row player and those of the column player"
 
 
-def parse(content: bytes) -> Problem:
-    """The problem of the game in a file."""
-    return _Reader(decode(unpacked(content))).problem()
-
-
-def parse_exact(content: bytes) -> ExactParts:
-    """The same with the payoffs as written."""
-    from lcpcli.rational.problem import decimal_parts_of
-
-    return decimal_parts_of(parse(content))
-
-
-def parse_vector(field: str, content: bytes, n: int | None = None) -> Vector:  # noqa: ARG001 (as in every format)
-    raise ProblemError("", *NO_VECTOR)
-
-
-def parse_exact_vector(field: str, content: bytes) -> list[Fraction]:  # noqa: ARG001
-    raise ProblemError("", *NO_VECTOR)
-
-
-def render(problem: Problem) -> dict[str, bytes]:  # noqa: ARG001 (`writing` refuses the suffix first)
-    raise ProblemError("", "is of a format that is only read")
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
+    """The game in an .nfg file."""
+    return _Reader(decode(unpacked(content))).game()
 
 
 class _Reader:
@@ -59,7 +43,7 @@ class _Reader:
         self._tokens = [(match[0], match.start()) for match in TOKEN.finditer(text)]
         self._next = 0
 
-    def problem(self) -> Problem:
+    def game(self) -> dict[str, Any]:
         if [self._take() for _ in range(2)] != ["NFG", "1"]:
             raise self._error("is not the beginning of a game", "a file begins with NFG 1 R")
         self._take()  # R or D: how numbers are meant, which their digits tell
@@ -71,8 +55,8 @@ class _Reader:
         cells = self._outcomes(m * k) if self._peek() == "{" else self._payoffs(m * k)
         if self._next < len(self._tokens):
             raise self._error(f"is more than the payoffs of {m} x {k} strategies", "remove it", self._take())
-        A, B = ([[_number(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
-        return from_game(A, B, rows=names[0], columns=names[1], name=title)
+        A, B = ([[_payoff(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
+        return {"A": A, "B": B, "rows": names[0], "columns": names[1], "name": title}
 
     def _strategies(self) -> tuple[int, int, list[list[str]]]:
         """How many strategies each player has, and their names, none if they are numbers."""
@@ -148,7 +132,7 @@ class _Reader:
 
     def _peek(self) -> str:
         if self._next == len(self._tokens):
-            raise ProblemError("", "ends too early", CUT_OFF)
+            raise ProblemError("", "ends too early", "is it cut off?")
         return self._tokens[self._next][0]
 
     def _take(self) -> str:
@@ -168,10 +152,76 @@ class _Reader:
         return ProblemError(f"line {line}", f"{quoted(token)} {fault}" if token else fault, hint)
 
 
-def _number(value: Fraction) -> Fraction | float:
+def _payoff(value: Fraction) -> Fraction | float:
     """A payoff as a double if its shortest decimal is the payoff."""
     try:
         double = float(value)
     except OverflowError:
         return value
     return double if Fraction(repr(double)) == value else value
+
+
+def game_in(paths: Sequence[str]) -> Input:
+    """The game as an input, like one in JSON; payoffs in CSV may be fractions, and strategies have their labels."""
+    if len(paths) != 2:
+        raise OptionError("--game", f"takes two files, not {len(paths)}", HINT)
+    (A, rows, columns), (B, own_rows, own_columns) = map(_table, paths)
+    names = {
+        "rows": _shared(paths[1], "rows", rows, own_rows),
+        "columns": _shared(paths[1], "columns", columns, own_columns),
+    }
+    parts = [f'"{key}": [{", ".join(map(_row, table))}]' for key, table in (("A", A), ("B", B))]
+    parts += [f'"{key}": {json.dumps(own)}' for key, own in names.items()]
+    return Input((paths[0],), (f"{{{', '.join(parts)}}}".encode(),))
+
+
+def hint(paths: Sequence[str]) -> str:
+    """Return the line that says that two files may be the payoffs of a game: they are tables of one shape, of as many
+    rows as columns, or with labels and no q, or of a shape that no problem has; "" for others."""
+    if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < LARGEST for path in paths):
+        return ""
+    try:
+        (A, rows, columns), (B, _, others) = map(_table, paths)
+    except LCPError:
+        return ""
+    m, k = len(A), len(A[0])
+    is_labelled = bool(rows and columns) and not {"q", *BOUNDS} & {*columns, *others}
+    if (m, k) != (len(B), len(B[0])) or k == 1 or (k == m + 1 and not is_labelled):
+        return ""
+    return f"if {' and '.join(map(place, paths))} are the payoffs of a game, add --game"
+
+
+def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
+    """The names that the two tables, the second one from the path, give the strategies of a player; none for numbers of
+    strategies that differ. ProblemError if they are others, or in another order."""
+    if names and others and len(names) != len(others):
+        return []
+    if names and others and names != others:
+        if sorted(names) == sorted(others):
+            fault = f"has the {key} {', '.join(others)}, the other table {', '.join(names)}"
+            raise ProblemError(place(path), fault, "put them in the same order")
+        own, other = next((own, name) for own, name in zip(others, names, strict=True) if own != name)
+        fault = f"has {quoted(own)} among the {key} where the other table has {quoted(other)}"
+        raise ProblemError(place(path), fault, "give both tables the same names, or one of them none")
+    return names or others
+
+
+def _row(values: Sequence[str]) -> str:
+    """Payoffs in JSON, with their digits, fractions as texts."""
+    return f"[{', '.join(json.dumps(value) if '/' in value else str(Decimal(value)) for value in values)}]"
+
+
+def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
+    """The rows of a table, with the names of its rows and columns."""
+    from lcpcli.files.csv_format import is_number, table_of
+
+    def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
+        if form_of(path, content) != "csv_format":
+            raise ProblemError("", "is no table in CSV", "write the game as JSON, with the keys A and B")
+        rows, bounds, *labels = table_of(content, str)
+        if bounds:
+            raise ProblemError("", f"has columns headed {', '.join(bounds)}", HINT)
+        header, index = ([] if any(not name or is_number(name) for name in own) else own for own in labels)
+        return rows, index, header
+
+    return parsed(path, HINT, parse)

@@ -1,0 +1,286 @@
+"""Proposed solutions in files: a z to be verified, or a Farkas vector, with all digits.
+
+Results in JSON or CSV as `lcp solve` writes them, of several in JSON lines that of the problem, else the first; lists
+in JSON; rows and columns of numbers; several in what `lcp solve --all` writes. Of a game they may be strategies, in
+JSON under row and column. Besides decimals, fractions like 15/29 are read, in JSON as strings. Of a result with exact
+vectors, these are read.
+
+In a table in CSV with a header the columns z and w are read; a column `component` gives the order, and of several
+results the first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ...,
+or names.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any, Literal, NamedTuple
+
+from lcpcli.errors import ProblemError, count, kind
+from lcpcli.files.contents import decode
+from lcpcli.files.csv_format import NUMERIC, is_comment, is_number
+from lcpcli.files.json_format import load
+from lcpcli.files.log import record_of
+from lcpcli.model.arrays import FROM_0
+from lcpcli.rational.numbers import fraction, ratio
+
+EXPECTED = "give a list of numbers, or what lcp solve --format json prints"
+DELIMITERS = ";\t,"
+VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of all solutions
+STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # of all equilibria
+RUN = ("problem", "method")  # the columns that tell one result from another
+HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
+
+Lengths = Mapping[int, str]  # what may be given, by its length
+Rows = list[tuple[int, list[str]]]
+
+
+class Candidate(NamedTuple):
+    """A proposed solution or proof of infeasibility, to be verified.
+
+    kind : "solution", a z, strategies of a game one after the other, or what else may be given by its length; "answer",
+        x or x and y of a program, in its own sense; "farkas", a vector y meant to prove that there is no solution.
+    values : the entries, with all digits.
+    exact : whether they come from exact arithmetic, unrounded.
+    w : the w given with it; of values that are not exact only in CSV.
+    claim : a claim of the result that the vector cannot verify; "" if there is none.
+    rows : how many of the values are of the row player's strategy, where it is given as one; else None.
+    remark : which of several results it is, where that may not be the one that was meant; else "".
+    """
+
+    kind: Literal["solution", "answer", "farkas"]
+    values: list[Fraction]
+    exact: bool = False
+    w: list[Fraction] | None = None
+    claim: str = ""
+    rows: int | None = None
+    remark: str = ""
+
+
+def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
+    """The candidates, of one of these lengths, the first of which is n, in a JSON text: several in what lcp solve --all
+    writes. name : of the problem."""
+    text, remark = record_of(decode(content), name)
+    held = load(text, fraction)
+    solutions = held.get("solutions") if isinstance(held, dict) and "z" not in held else None
+    if not isinstance(solutions, list):
+        return [_of_held(held, lengths)._replace(remark=remark)]
+    if not solutions:
+        raise ProblemError("solutions", "is empty", "give a solution to check")
+    return [_of_listed(f"solutions[{i}]", each, lengths) for i, each in enumerate(solutions)]
+
+
+def _of_listed(field: str, held: Any, lengths: Lengths) -> Candidate:
+    """The candidate in one of several solutions."""
+    strategies = held.get("equilibrium") if isinstance(held, dict) else None
+    try:
+        return _of_held(held if strategies is None else strategies, lengths)
+    except ProblemError as error:
+        raise error.inside(field) from None
+
+
+def _of_held(held: Any, lengths: Lengths) -> Candidate:
+    """The candidate in the content of a JSON text."""
+    n = next(iter(lengths))
+    if isinstance(held, list):
+        return Candidate("solution", _listed("", held, lengths))
+    if not isinstance(held, dict):
+        raise ProblemError("", f"is {kind(held)}", EXPECTED)
+    if "z" not in held and {"row", "column"} <= set(held):
+        row, column = (_entries(player, held[player]) for player in ("row", "column"))
+        return Candidate("solution", [*row, *column], rows=len(row))
+    answer, exact, certificate = (
+        held[key] if isinstance(held.get(key), dict) else {} for key in ("answer", "exact", "certificate")
+    )
+    if "x" in lengths.values() and not (isinstance(held.get("z"), list) and len(held["z"]) == n):
+        both, k = [*lengths, *lengths][-2:]
+        for at, part in (("", held), ("answer.", answer)):
+            if part.get("x") is not None:
+                values = _listed(f"{at}x", part["x"], {k: "x"})
+                if part.get("y") is not None:
+                    values += _listed(f"{at}y", part["y"], {both - k: "y"})
+                return Candidate("answer", values)
+    if "z" not in held:
+        raise ProblemError("", "is an object without z", EXPECTED)
+    z, y, w = (
+        None if exact.get(key) is None else _listed(f"exact.{key}", exact[key], {n: "z"}) for key in ("z", "y", "w")
+    )
+    if y is not None:
+        return Candidate("farkas", y, exact=True)
+    if z is not None:
+        return Candidate("solution", z, exact=True, w=w)
+    if certificate.get("kind") == "farkas":
+        return Candidate("farkas", _listed("certificate.vector", certificate.get("vector"), {n: "z"}))
+    claim = "its claimed proof by exhaustion has no certificate to check" * (certificate.get("kind") == "exhaustion")
+    return Candidate("solution", _listed("z", held["z"], {n: "z"}), claim=claim)
+
+
+def _listed(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
+    """The numbers of a list, of one of the lengths."""
+    return of_length(field or "z", _entries(field, values), lengths)
+
+
+def _entries(field: str, values: Any) -> list[Fraction]:
+    if not isinstance(values, list):
+        raise ProblemError(field, f"is {kind(values)}", "give a list of numbers")
+    for i, value in enumerate(values):
+        if not isinstance(value, (Fraction, str)):
+            hint = f"give a number, or a fraction as a string {FROM_0}"
+            raise ProblemError(f"{field}[{i}]", f"is {kind(value)}", hint)
+    return [x if isinstance(x, Fraction) else _ratio(f"{field}[{i}]", x) for i, x in enumerate(values)]
+
+
+def _ratio(place: str, text: str) -> Fraction:
+    try:
+        return ratio(text)
+    except ProblemError as error:
+        raise error.inside(place) from None
+
+
+def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
+    """The values, or a ProblemError if their number is none of the lengths."""
+    if len(values) in lengths:
+        return values
+    n, own = next(iter(lengths.items()))
+    fault = f"has {count(len(values), 'entry')} for {own if own.endswith('strategies') else count(n, 'unknown')}"
+    if len(lengths) == 1:
+        raise ProblemError(field, fault, "make them agree")
+    allowed = [f"{size} for {what}" for size, what in sorted(lengths.items())]
+    raise ProblemError(field, fault, f"give {', '.join(allowed[:-1])} or {allowed[-1]}")
+
+
+def first_in(content: bytes) -> Candidate:
+    """z, and w if it is there, of the first answer in a table, or a ProblemError that names the line."""
+    first = of_table(content)[0]
+    if first.rows is not None:
+        raise ProblemError("", "has no column headed z", HINT)
+    return first
+
+
+def of_table(content: bytes, lengths: Lengths | None = None) -> list[Candidate]:
+    """The candidates in CSV, of one of these lengths, several if these are all solutions of a problem."""
+    found = _answers(content)
+    for each in found:
+        if lengths is not None and each.rows is None:
+            of_length("z", each.values, lengths)
+    return found
+
+
+def _answers(content: bytes) -> list[Candidate]:
+    lines = [(k, line) for k, line in enumerate(decode(content).splitlines(), 1)]
+    lines = [(k, line) for k, line in lines if line.strip() and not is_comment(line)]
+    rows = [(k, _cells(line)) for k, line in lines]
+    header: list[str] = []
+    if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):
+        (_, first), *others = lines
+        mark = _delimiter(first).strip(" ")
+        header = [name.casefold() for name in _cells(first, mark)]
+        rows = [(k, _cells(line, mark, len(header))) for k, line in others]
+    if set(header) >= STRATEGY or set(header) >= VERTEX:
+        return _several(header, rows)
+    if len(rows) > 1 and max(len(row) for _, row in rows) > 1:
+        return [_table(header or _columns(rows), _first_run(header, rows))]
+    if len(header) > 1 and "z" in header:
+        return [_table(header, rows)]
+    return [
+        Candidate(
+            "solution", [_ratio(f"line {k}, column {j}", x) for k, row in rows for j, x in enumerate(row, 1) if x]
+        )
+    ]
+
+
+def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
+    """The answers in what lcp solve --all writes: each vertex, or each equilibrium with its probabilities."""
+    _require_alike(header, rows)
+    place = {name: j for j, name in enumerate(header)}
+    of_game = set(header) >= STRATEGY
+    groups: dict[tuple[str, ...], Rows] = {}
+    for k, row in rows:
+        if of_game or row[place["kind"]] == "vertex":
+            key = (row[place["equilibrium"]],) if of_game else (row[place["piece"]], row[place["number"]])
+            groups.setdefault(key, []).append((k, row))
+    if not groups:
+        raise ProblemError("", "has no solution", "give a solution to check")
+    return [(_strategies if of_game else _table)(header, own) for own in groups.values()]
+
+
+def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
+    """The strategies of one equilibrium."""
+    player, strategy, value = (names.index(name) for name in ("player", "strategy", "probability"))
+    own = [[each for each in rows if (each[1][player] == "row") == first] for first in (True, False)]
+    ordered = [_ordered(part, strategy) for part in own]
+    values = [_ratio(f"line {k}, column {value + 1}", row[value]) for part in ordered for k, row in part]
+    return Candidate("solution", values, rows=len(ordered[0]))
+
+
+def _require_alike(names: Sequence[str], rows: Rows) -> None:
+    for k, row in rows:
+        if len(row) != len(names):
+            raise ProblemError(
+                f"line {k}", f"has {count(len(row), 'column')} instead of {len(names)}", "make every line alike"
+            )
+
+
+def _delimiter(line: str) -> str:
+    return next((mark for mark in DELIMITERS if mark in line), " ")
+
+
+def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
+    """The cells of a line; below a header of that width, between its delimiters, they may have spaces or be empty."""
+    is_below = bool(delimiter) and delimiter in line
+    mark = delimiter if is_below else _delimiter(line)
+    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
+    while len(cells) > (width if is_below else 1) and not cells[-1]:
+        cells.pop()
+    parts = cells if is_below else [part for cell in cells for part in (cell.split() or [""])]
+    return list(map(_with_point, parts)) if mark in ";\t" else parts
+
+
+def _with_point(part: str) -> str:
+    """A number with a decimal comma, which is unambiguous between semicolons or tabs, with a point."""
+    pointed = part.replace(",", ".", 1)
+    return pointed if is_number(pointed) else part
+
+
+def _columns(rows: Rows) -> list[str]:
+    """The names of the columns of a table without a header."""
+    width = len(rows[0][1])
+    first = [row[0] for _, row in rows]
+    indexed = any(first == [str(i) for i in range(start, start + len(rows))] for start in (0, 1))
+    named = not any(is_number(entry) for entry in first)
+    if width in (2, 3) and (indexed or named):
+        return ["index", "z", "w"][:width]
+    raise ProblemError("", f"has {len(rows)} rows and {width} columns without a header", HINT)
+
+
+def _first_run(header: Sequence[str], rows: Rows) -> Rows:
+    """The rows of the first result."""
+    places = [header.index(name) for name in RUN if name in header]
+    own = [rows[0][1][j] for j in places]
+    return [(k, row) for k, row in rows if [row[j] for j in places if j < len(row)] == own]
+
+
+def _table(names: Sequence[str], rows: Rows) -> Candidate:
+    if "z" not in names:
+        raise ProblemError("", "has no column headed z", HINT)
+    _require_alike(names, rows)
+    if "component" in names:
+        rows = _ordered(rows, names.index("component"))
+    places = [names.index(name) for name in ("z", "w") if name in names]
+    z, *w = [[_ratio(f"line {k}, column {j + 1}", row[j]) for k, row in rows] for j in places]
+    return Candidate("solution", z, w=w[0] if w else None)
+
+
+def _ordered(rows: Rows, place: int) -> Rows:
+    """The rows in the order of their components, each of which must occur once."""
+    wanted = dict.fromkeys(str(i) for i in range(1, len(rows) + 1))
+    held: dict[str, tuple[int, list[str]]] = {}
+    for k, row in rows:
+        if row[place] not in wanted or row[place] in held:
+            here = {row[place] for _, row in rows}
+            missing = next(i for i in wanted if i not in here)
+            fault = f"has component {row[place]!r}{' again' * (row[place] in held)}, while {missing} is missing"
+            raise ProblemError(f"line {k}, column {place + 1}", fault, f"give each of 1 to {len(rows)} once")
+        held[row[place]] = (k, row)
+    return [held[i] for i in wanted]

@@ -1,0 +1,216 @@
+"""Files by their names, of shipped problems and of folders too, and their contents before they are parsed."""
+
+from __future__ import annotations
+
+import codecs
+import math
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any, NamedTuple, TypeVar
+
+from lcpcli.errors import OptionError, ProblemError, count
+from lcpcli.files.formats import GZIP, HEAD, PROBLEMS, is_result
+
+STANDARD_INPUT = "-"
+PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
+SHIPPED = (".", "programs", "games")  # the folders of shipped problems
+SHOWN = 3  # results in a folder that a line names
+
+T = TypeVar("T")
+Fetch = Callable[[str, str], bytes]  # gives the content of a file, with a hint for an empty one
+
+
+class Source(NamedTuple):
+    """A file, and in a file with several problems which of them.
+
+    file : the name of the file, or of that of q; None if it is from none. item : the number of its line, or of its
+    column of q, from 1; None in a file with one problem. mark : what its record in a log says besides (`files/log.py`);
+    None elsewhere.
+    """
+
+    file: str | None = None
+    item: int | None = None
+    mark: Mapping[str, Any] | None = None
+
+    def __str__(self) -> str:
+        return f"{self.file}{'' if self.item is None else f':{self.item}'}"
+
+
+NOWHERE = Source()
+
+
+def shipped_path(name: str) -> str:
+    """The path of a shipped problem's file."""
+    package = Path(__file__).parent.parent
+    installed = package / "problems" / name
+    return str(installed if installed.exists() else package.parent / "problems" / name)
+
+
+def shipped_problems() -> dict[str, Path]:
+    """The files of the shipped problems, by the names under which every command reads them."""
+    files = (file for folder in SHIPPED for file in sorted(Path(shipped_path(folder)).glob("*")))
+    return {file.stem: file for file in files if file.suffix in (".json", ".nfg")}
+
+
+def shipped_file(name: str) -> Path | None:
+    """The file of the shipped problem with this name, which may have the file's suffix; None if there is none, or if a
+    file of the user has that name."""
+    file = None if os.path.lexists(name) else shipped_problems().get(Path(name).stem)
+    return file if file is not None and name in (file.stem, file.name) else None
+
+
+def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
+    """The paths, with the files of problems in each folder in its place, in the order of their names.
+
+    tell : is given a line on the results in a folder, which are left out.
+    Raises OptionError for a folder without any problem, or one that cannot be read.
+    """
+    return [file for path in paths for file in (_inside(path, tell) if path and Path(path).is_dir() else [path])]
+
+
+def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
+    try:
+        inside = sorted(Path(folder).iterdir())
+    except OSError as error:
+        raise OptionError(folder, f"cannot be read ({error.strerror})", "make it readable") from None
+    files = [file for file in inside if file.name.casefold().endswith(PROBLEMS) and file.is_file()]
+    results = [file for file in files if _is_result(file)]
+    if len(results) == len(files):
+        raise OptionError(folder, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
+    if results:
+        names = ", ".join(file.name for file in results[:SHOWN]) + ", ..." * (len(results) > SHOWN)
+        tell(f"{folder}: {count(len(results), 'file')} left out, as results of lcp and no problems: {names}")
+    return [str(file) for file in files if file not in results]
+
+
+def _is_result(file: Path) -> bool:
+    try:
+        with file.open("rb") as opened:
+            return is_result(opened.read(HEAD))
+    except OSError:  # which is said when it is read
+        return False
+
+
+def place(path: str) -> str:
+    """The name of a file in messages."""
+    return "standard input" if path == STANDARD_INPUT else path
+
+
+def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
+    """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
+    content = (fetch or content_of)(path, expected)
+    return blaming(path, lambda: parse(content))
+
+
+def blaming(path: str, parse: Callable[[], T]) -> T:
+    """The result of parse; a ProblemError raised by it is made to name the file."""
+    try:
+        return parse()
+    except ProblemError as error:
+        raise error.inside(place(path)) from None
+
+
+def content_of(path: str, expected: str) -> bytes:
+    """The content of a file, without a byte order mark; `expected` is the hint for an empty one."""
+    with opened(path) as file:
+        return checked(path, file.read(), expected)
+
+
+def checked(path: str, content: bytes, expected: str) -> bytes:
+    """What was read from a file, without a byte order mark; ProblemError if it is empty."""
+    content = without_mark(content)
+    if not content or content.isspace():
+        raise ProblemError(place(path), "is empty", expected)
+    return content
+
+
+@contextmanager
+def opened(path: str) -> Iterator[IO[bytes]]:
+    """A file to read from, or standard input; a name that is no file may be that of a shipped problem.
+
+    Raises ProblemError if it cannot be read.
+    """
+    name = place(path)
+    if not path:
+        raise ProblemError("", "the name of a file is empty", "name a file")
+    try:
+        if path != STANDARD_INPUT:
+            with (shipped_file(path) or Path(path)).open("rb") as file:
+                yield file
+        elif sys.stdin is None:
+            raise ProblemError(name, "is closed", "name a file")
+        else:
+            yield sys.stdin.buffer
+    except FileNotFoundError:
+        raise ProblemError(name, "no such file", _likely_file(path)) from None
+    except IsADirectoryError:
+        raise ProblemError(name, "is a directory", "name a file in it") from None
+    except OSError as error:
+        raise ProblemError(name, f"cannot be read ({error.strerror})", "make it readable") from None
+
+
+def _likely_file(path: str) -> str:
+    from difflib import get_close_matches
+
+    folder, name = Path(path).parent, Path(path)
+    try:
+        names = [entry.name for entry in folder.iterdir()]
+    except OSError:
+        names = []
+    if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
+        return f"did you mean {folder / close[0]}?"
+    if close := get_close_matches(name.stem, shipped_problems(), n=1, cutoff=0.75):
+        return f"did you mean {close[0]}, which is shipped?"
+    return "check the path" if folder.is_dir() else f"there is no folder {folder}"
+
+
+def without_mark(content: bytes) -> bytes:
+    """The content without a byte order mark, and in UTF-8 if the mark is that of UTF-16, as of Excel's Unicode text."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        try:
+            return content.decode("utf-16").encode()
+        except UnicodeError:
+            return content
+    return content.removeprefix(codecs.BOM_UTF8)
+
+
+def decode(content: bytes) -> str:
+    """The text in UTF-8 bytes, or a ProblemError."""
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:
+        raise ProblemError("", "is not UTF-8 text", "save it as UTF-8")
+    return text
+
+
+def unpacked(content: bytes) -> bytes:
+    """The content, uncompressed if it was by gzip, or a ProblemError."""
+    if not content.startswith(GZIP):
+        return content
+    import gzip
+    import zlib
+
+    try:
+        return gzip.decompress(content)
+    except (OSError, EOFError, zlib.error) as error:
+        fault = "is cut off" if isinstance(error, EOFError) else "is damaged"
+        raise ProblemError("", f"cannot be uncompressed, as it {fault}", "compress it again") from None
+
+
+def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) -> None:
+    """Raise ProblemError if an array of the shape that a file declares is larger than the memory of this machine."""
+    try:
+        memory = float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # systems that do not provide it
+        return
+    size = math.prod(shape) * itemsize
+    if size > memory:
+        declared = " x ".join(map(str, shape))
+        raise ProblemError(
+            field, f"is {declared}, {size / 1e9:.3g} GB, more than this machine's memory", "give it in sparse form"
+        )

@@ -1,0 +1,182 @@
+"""The named fields of problems, programs and games, in all formats: which there are, and the problem that they make.
+
+A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the names of qpsolvers or of OSQP; a
+game A and B. Each may have name, source and note.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from lcpcli import errors
+from lcpcli.errors import ProblemError
+from lcpcli.options import INFINITY
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.typing import Matrix
+
+TEXTS = ("name", "source", "note")
+BOUNDS = ("lower", "upper")
+OF_BOUNDS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are
+STARTS = ("x0", "x1")
+KEYS = (*TEXTS, "M", "q", *BOUNDS, *STARTS, "solution", "verdict", "origin", "names")
+NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
+THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
+OF_PAYOFFS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
+PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
+OTHER_NAMES = {
+    "matrix": "M",
+    "a": "M",
+    "vector": "q",
+    "b": "q",
+    "solutions": "solution",
+    "z": "solution",
+    "start": "x0",
+    **dict.fromkeys(("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min"), "lower"),
+    **dict.fromkeys(("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max"), "upper"),
+}
+MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
+OF_ROWS = ("A", "b", "row_lower", "row_upper", "rows")
+NATIVE = ("Q", "c", *OF_ROWS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
+QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
+OSQP = ("P", "q", "A", "l", "u", *TEXTS)
+GAME = ("A", "B", "rows", "columns", *TEXTS)
+READINGS = (
+    "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
+    "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
+)
+EQUATIONS = (
+    'write "A": Aeq, "b": beq beside P, q, G, h, lb, ub, '
+    'or "A": Aeq, "row_lower": beq, "row_upper": beq beside Q, c, lower, upper'
+)
+INEQUALITIES = (
+    'write "A": A_ub, "row_upper": b_ub beside Q, c, lower, upper, or "G": A_ub, "h": b_ub beside P, q, A, b, lb, ub'
+)
+QUADPROG = "write H as P, f as q, A and b as G and h, Aeq and beq as A and b"
+OF_OTHERS = {
+    **dict.fromkeys(("Aeq", "beq", "A_eq", "b_eq"), EQUATIONS),
+    **dict.fromkeys(("A_ub", "b_ub"), INEQUALITIES),
+    **dict.fromkeys(("H", "f"), QUADPROG),
+}
+KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *OF_OTHERS}
+TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *OF_OTHERS} - {"f"}
+
+
+def is_for_bounds(key: str) -> bool:
+    """Whether a key, right or not, is likely meant for bounds."""
+    folded = key.casefold()
+    return folded in PAIRS_OF_BOUNDS or OTHER_NAMES.get(folded, folded) in BOUNDS
+
+
+def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem") -> None:
+    """Raise ProblemError for the first unknown key, suggesting the one that is likely meant."""
+    keys = set(given)
+    if {"A", "B", "C"} <= keys:
+        raise ProblemError("", *THREE_PLAYERS)
+    if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
+        raise ProblemError("", "is a nonlinear problem", "lcp solves linear ones, w = Mz + q: give M and q")
+    if {"version", "status", "z"} <= keys:
+        raise ProblemError("", "is a result, not a problem", "name the file of the problem")
+    payoffs = next((key for key in given if key.casefold() in OF_PAYOFFS), None)
+    if payoffs is not None:
+        raise ProblemError(payoffs, f"is not a key of {whole}", "give the payoffs of a game as A and B")
+    both = next((key for key in given if key not in known and key.casefold() in PAIRS_OF_BOUNDS), None)
+    if both is not None and "lower" in known:
+        raise ProblemError(both, f"is not a key of {whole}", "give the bounds as lower and upper, each a list")
+    errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})
+
+
+class Form(NamedTuple):
+    """A way to write a program: its keys, the vector and the matrix of its objective, what makes the problem."""
+
+    keys: tuple[str, ...]
+    vector: str
+    matrix: str
+    maker: str
+
+
+FORMS = (
+    Form(NATIVE, "c", "Q", "from_qp"),
+    Form(QPSOLVERS, "q", "P", "from_qpsolvers"),
+    Form(OSQP, "q", "P", "from_osqp"),
+)
+
+
+def kind_of(keys: Collection[str]) -> str:
+    """ "program" or "game" if the keys of an object tell that it is one, else ""."""
+    given = set(keys)
+    if "M" in given:
+        return ""
+    if given & TELLING or ({"A", "q"} <= given and given & {"b", "l", "u"}):
+        return "program"
+    return "game" if given & {"A", "B"} and not given & {"b", "q"} else ""
+
+
+def made(fields: Mapping[str, Any]) -> Problem | Matrix:
+    """The problem of the fields, or of the program or the game that they are of, or M alone if there is no q; a
+    ProblemError names the field.
+
+    fields : texts, numbers, vectors and matrices as `Problem`, `from_qp` and so on take them, None for no bound;
+        solution a list of vectors, origin an object. Unknown ones have been refused if they are not of an origin.
+    """
+    if kind := kind_of(fields):
+        return _game(fields) if kind == "game" else _program(fields)
+    from lcpcli.model.problem import Problem
+    from lcpcli.model.program import names_of
+
+    if "q" not in fields:
+        if given := [key for key in BOUNDS if key in fields]:
+            raise ProblemError(given[0], "is given without q", f"add q to the file, or give --{given[0]} instead")
+        return fields["M"]
+    held = {key: fields[key] for key in KEYS if key in fields and key != "solution"}
+    held |= {"names": names_of("names", fields["names"])} if "names" in fields else {}
+    return Problem(solutions=fields.get("solution", ()), **held)
+
+
+def _program(held: Mapping[str, Any]) -> Problem:
+    for key in held:
+        if key in OF_OTHERS:
+            raise ProblemError(key, "is not a key of a program", OF_OTHERS[key])
+    form = _form(held)
+    refuse_unknown("", held, form.keys, "a program")
+    if form.vector not in held:
+        raise ProblemError(form.vector, "is missing", f"add the objective, {form.vector}'x")
+    if form.keys is OSQP and "P" not in held:
+        hint = "add it, all zeros for a linear program; the matrix of a complementarity problem is called M"
+        raise ProblemError("P", "is missing", hint)
+    from lcpcli.model import reductions
+
+    problem: Problem = getattr(reductions, form.maker)(**{form.matrix: None} | dict(held))
+    return problem
+
+
+def _form(keys: Collection[str]) -> Form:
+    """The first way to write a program that has those of the keys that any has; ProblemError if none has them all."""
+    known = sorted((key for key in keys if any(key in form.keys for form in FORMS)), key=lambda key: key not in NATIVE)
+    for form in FORMS:
+        if set(known) <= set(form.keys):
+            return form
+    one, other = next(two for two in combinations(known, 2) if not any(set(two) <= set(form.keys) for form in FORMS))
+    raise ProblemError(other, f"and {one} are of two ways to write a program", READINGS)
+
+
+def _game(held: Mapping[str, Any]) -> Problem:
+    if bound := next(filter(is_for_bounds, held), None):
+        raise ProblemError(bound, "is not a key of a game", "its unknowns are probabilities; leave it out")
+    refuse_unknown("", held, GAME, "a game")
+    for key in ("A", "B"):
+        if key not in held:
+            raise ProblemError(key, "is missing", f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}")
+    if any(_depth(held[key]) > 2 for key in ("A", "B")):
+        raise ProblemError("", *THREE_PLAYERS)
+    from lcpcli.model.reductions import from_game
+
+    return from_game(**held)
+
+
+def _depth(payoffs: Any) -> int:
+    """How many lists are nested: one per player."""
+    return 1 + _depth(payoffs[0]) if isinstance(payoffs, list) and payoffs else 0
