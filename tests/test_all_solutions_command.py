@@ -15,7 +15,7 @@ import pytest
 
 from lcpcli.enumeration.search import Solutions
 from lcpcli.files import shipped
-from lcpcli.report import solution_table
+from lcpcli.report import solutions
 from lcpcli.report.figures import drawing
 from lcpcli.report.figures.data import Cones
 
@@ -191,8 +191,8 @@ def test_picture_marks_the_cones_that_hold_q(
 def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert folder.is_dir()
     whole = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
-    monkeypatch.setattr(solution_table, "MOST_ROWS", 2)
-    monkeypatch.setattr(solution_table, "MOST_SUBSETS", 1)
+    monkeypatch.setattr(solutions, "MOST_ROWS", 2)
+    monkeypatch.setattr(solutions, "MOST_SUBSETS", 1)
     head, rows = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
     assert re.search(r"the first 2 of [34] rows; --format json and csv have all of them", head)
     shown, expected = (

@@ -13,7 +13,7 @@ from lcpcli.bench import record as records
 from lcpcli.bench.record import Record
 from lcpcli.bench.report import convergence
 from lcpcli.files import shipped
-from lcpcli.report.formats import LEVELS
+from lcpcli.report.wording import LEVELS
 
 FILES = [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
 FAST = ("--budget", "0")

@@ -20,7 +20,7 @@ from lcpcli.bench.record import Measurement, Record, Settings
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
-from lcpcli.report.numbers import finite
+from lcpcli.report.wording import finite
 
 NUMBERS = st.none() | st.floats(allow_nan=False, allow_infinity=False)
 MEASUREMENTS = st.builds(

@@ -19,7 +19,7 @@ from lcpcli.bench.answer import Method
 from lcpcli.cli import repetition
 from lcpcli.files import shipped
 from lcpcli.methods.registry import METHODS
-from lcpcli.report import summary
+from lcpcli.report import outcome as summary
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.run import run
 

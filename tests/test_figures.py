@@ -21,7 +21,7 @@ from matplotlib.text import Text
 
 from lcpcli.errors import OptionError
 from lcpcli.files import shipped
-from lcpcli.report.figures import bench_figure, convergence_figure, curves, style
+from lcpcli.report.figures import bench_figure, convergence_figure, style
 from lcpcli.report.figures import drawing as figures
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
@@ -166,7 +166,7 @@ def test_a_curve_has_few_markers_and_its_ends_among_them() -> None:
     for axes in figure.axes:
         markers = [line for line in axes.lines if line.get_marker() == style.METHODS["shi"].marker]
         xs = np.concatenate([line.get_xdata() for line in markers[:1]])
-        assert 5 <= xs.size <= curves.MOST_MARKERS + 2
+        assert 5 <= xs.size <= convergence_figure.MOST_MARKERS + 2
         line = next(line for line in axes.lines if line.get_linestyle() != "None")
         assert {xs[0], xs[-1]} == {line.get_xdata()[0], line.get_xdata()[-1]}
 

@@ -31,7 +31,7 @@ ROOMS = {
     "files": "linalg model rational",
     "gallery": "model",
     "peers": "linalg model",
-    "report": "linalg model rational classes verify solving enumeration diagnosis files",
+    "report": "linalg model rational verify solving enumeration diagnosis files",
     "bench": "linalg model verify methods solving diagnosis files gallery peers report",
     "cli": "linalg rational bounds verify methods solving enumeration diagnosis files gallery peers report bench",
 }

@@ -13,7 +13,7 @@ from lcpcli.interrupts import hides_interrupt
 from lcpcli.methods import variants
 from lcpcli.model.problem import Problem
 from lcpcli.peers import registry as peers
-from lcpcli.report.formats import LEVELS
+from lcpcli.report.wording import LEVELS
 from lcpcli.solving import run as driver
 from lcpcli.solving.limits import Limits
 from lcpcli.solving.result import Result

@@ -15,7 +15,7 @@ from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
 from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers
-from lcpcli.report.numbers import finite
+from lcpcli.report.wording import finite
 
 Timing = Callable[[Callable[[bool], Answer], float, float], tuple[Answer, list[float]]]
 

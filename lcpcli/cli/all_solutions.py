@@ -52,7 +52,7 @@ def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bo
         _require_picture(picture)
     data, source = _read(files, of_z, given)
     if picture is not None:
-        from lcpcli.report import solution_cones
+        from lcpcli.report import solutions as solution_cones
 
         solution_cones.require(data.problem)
     try:
@@ -160,18 +160,19 @@ def _draw(found: SolutionSet, path: str) -> None:
     """Write the picture of the complementary cones."""
     from lcpcli.files import atomic_write
     from lcpcli.report.figures import drawing
-    from lcpcli.report.solution_cones import cones
+    from lcpcli.report.solutions import cones
 
     atomic_write.write_whole(path, drawing.cones(cones(found), drawing.form_of(path)))
 
 
 def _text(found: SolutionSet, source: Source, form: str, exact: bool, width: int | None, color: bool) -> str:
     if form in ("json", "csv"):
-        from lcpcli.report import solution_records
+        from lcpcli.report import solutions as solution_records
 
         return (
             solution_records.in_json(found, source, exact) if form == "json" else solution_records.in_csv(found, exact)
         )
-    from lcpcli.report import render, solution_table
+    from lcpcli.report import formats
+    from lcpcli.report import solutions as solution_table
 
-    return render.typeset([solution_table.build(found, exact, form)], form, width, color)
+    return formats.typeset([solution_table.build(found, exact, form)], form, width, color)

@@ -56,11 +56,12 @@ def inspect(
     if output is not None:
         atomic_write.refuse_unwritable(output)
     from lcpcli.diagnosis import inspection
-    from lcpcli.report import inspection_json, inspection_text
+    from lcpcli.report import inspection as inspection_json
+    from lcpcli.report import inspection as inspection_text
 
     found = inspection.inspect(problems.read(files, given), time_limit)
     width = None if output else terminal()[0]
-    text = inspection_json.render(found) if form == "json" else inspection_text.render(found, width)
+    text = inspection_json.as_json(found) if form == "json" else inspection_text.as_text(found, width)
     if output is None:
         emit(text, color=False)
     else:

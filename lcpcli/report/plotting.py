@@ -12,9 +12,9 @@ from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
-from lcpcli.report import curves, summary
+from lcpcli.report import wording
 from lcpcli.report.figures import drawing
-from lcpcli.report.figures.data import Panel
+from lcpcli.report.figures.data import Curve, Panel
 from lcpcli.solving.result import Result
 
 
@@ -73,7 +73,7 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
         group.append(result)
     if not groups:
         raise ParameterError("results", "there are none", "give at least one")
-    picture = Picture(curves.panels([_told_apart(group) for group in groups]))
+    picture = Picture(panels([_told_apart(group) for group in groups]))
     if file is not None:
         picture.save(file)
     return picture
@@ -83,15 +83,14 @@ def _told_apart(group: Sequence[Result]) -> list[Result]:
     """The results with labels that name the options in which runs of one method differ."""
     labelled = []
     for result in group:
-        alike = [other.options for other in group if summary.name(other) == summary.name(result)]
+        alike = [other.options for other in group if wording.name(other) == wording.name(result)]
         apart = [
             f"{name}={value if isinstance(value, (bool, str)) else f'{value:g}'}"
             for name, value in result.options.items()
             if isinstance(value, (bool, int, float, str)) and any(options.get(name) != value for options in alike)
         ]
-        labelled.append(
-            replace(result, label=f"{result.label or result.method}:{','.join(apart)}") if apart else result
-        )
+        label = f"{result.label or result.method}:{','.join(apart)}" if apart else result.label
+        labelled.append(replace(result, label=label))
     return labelled
 
 
@@ -104,3 +103,32 @@ def _is_same(one: Problem, other: Problem) -> bool:
     if not all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper")):
         return False
     return not (one.M != other.M).nnz if is_sparse(one.M) else np.array_equal(one.M, other.M)
+
+
+def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
+    """The curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
+
+    Errors are drawn if a solution is known or computed, else residuals. Time is that of the rows.
+    """
+    return [_panel(results) for results in runs]
+
+
+def _panel(results: Sequence[Result]) -> Panel:
+    problem = results[0].problem
+    measure = "error" if problem.solutions else "residual"
+    title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
+    curves = [_curve(result, measure) for result in results]
+    return Panel(title, measure, curves, "; ".join(wording.provenance(results)))
+
+
+def _curve(result: Result, measure: str) -> Curve:
+    kept = result.curve or result.trace
+    rows = kept.rows if kept else []
+    return Curve(
+        name=result.method,
+        label=wording.name(result).replace(" warm", ", warm"),
+        k=[row.k for row in rows],
+        seconds=[row.seconds for row in rows],
+        errors=[getattr(row, measure) for row in rows],
+        solved=result.solved,
+    )

@@ -8,8 +8,8 @@ from itertools import groupby
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.report.sheet import Sheet
 from lcpcli.errors import count
-from lcpcli.report import numbers
-from lcpcli.report.formats import LEVELS
+from lcpcli.report import wording
+from lcpcli.report.wording import LEVELS
 
 NOT_REACHED = "-"
 SHOWN = LEVELS[1]  # the level whose times are listed
@@ -21,10 +21,10 @@ def reached(record: Record) -> Sheet:
     rows = []
     for name, own in _competing(record):
         times = [_seconds(own.get(method), SHOWN) for method in record.methods]
-        length, unit = numbers.unit(min((seconds for seconds in times if seconds is not None), default=0.0))
-        cells = [NOT_REACHED if seconds is None else numbers.digits(seconds / length) for seconds in times]
+        length, unit = wording.unit(min((seconds for seconds in times if seconds is not None), default=0.0))
+        cells = [NOT_REACHED if seconds is None else wording.digits(seconds / length) for seconds in times]
         rows.append([name, unit if set(cells) != {NOT_REACHED} else "", *cells])
-    title = f"Time to an error of {numbers.level(SHOWN)} relative to the solution's largest component"
+    title = f"Time to an error of {wording.level(SHOWN)} relative to the solution's largest component"
     return Sheet(title, ["problem", "in", *record.methods], [rows] if rows else [])
 
 
@@ -33,7 +33,7 @@ def firsts(record: Record) -> Sheet:
     problems = [own for _, own in _competing(record)]
     winners = {level: [name for own in problems for name in _first(own, level)] for level in LEVELS}
     rows = [[method, *(str(names.count(method)) for names in winners.values())] for method in record.methods]
-    header = ["solver", *(f"to {numbers.level(level)}" for level in LEVELS)]
+    header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
     notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
     return Sheet(
         f"How often first to an error, on {count(len(problems), 'problem')}", header, [rows] if problems else [], notes

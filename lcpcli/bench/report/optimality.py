@@ -9,7 +9,7 @@ from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.report.sheet import Sheet
 from lcpcli.bench.statistics import shifted_geometric_mean, summary
 from lcpcli.model.problem import WITHOUT_SOLUTION
-from lcpcli.report import numbers
+from lcpcli.report import wording
 
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
 NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
@@ -28,7 +28,7 @@ def build(record: Record) -> Sheet:
         "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
         "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
         "relative to the terms of w. "
-        f"mean time: of those solved to a relative {COUNTED:g}, a geometric mean shifted by {numbers.duration(SHIFT)}; "
+        f"mean time: of those solved to a relative {COUNTED:g}, a geometric mean shifted by {wording.duration(SHIFT)}; "
         "the others count as the time limit.",
     ]
     return Sheet("Optimality", header, [rows] if rows else [], notes)
@@ -39,7 +39,7 @@ def _row(record: Record, solver: str, programs: set[str]) -> list[str]:
     counts = [sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS]
     limit = record.options.time_limit
     times = [summary(row.seconds).median if _within(row, RELATIVE, COUNTED) else limit for row in own]
-    mean = numbers.duration(shifted_geometric_mean(times, SHIFT)) if times else ""
+    mean = wording.duration(shifted_geometric_mean(times, SHIFT)) if times else ""
     return [solver, str(len(own)), *map(str, counts), mean]
 
 

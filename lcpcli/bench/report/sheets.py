@@ -13,7 +13,7 @@ from lcpcli.bench.report.sheet import Sheet
 from lcpcli.bench.statistics import SHIFT, Fit, summary
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.report import numbers
+from lcpcli.report import wording
 
 MOST_SOLVERS = 6  # side by side if no width is given
 SHORTEST = 20  # least number of characters of a failure's description in a table; JSON and CSV have all of it
@@ -73,14 +73,14 @@ def _solvers(record: Record) -> Sheet:
             str(score.solved),
             str(score.applicable),
             str(score.false),
-            "" if score.mean is None else numbers.duration(score.mean),
+            "" if score.mean is None else wording.duration(score.mean),
             str(score.fastest),
         ]
         for score in scores.scores(record)
     ]
     notes = [
         "false: claimed but wrong by every measure. mean time: geometric mean, shifted by "
-        f"{numbers.duration(SHIFT)}; a failure counts as the time limit, {numbers.duration(record.options.time_limit)}."
+        f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(record.options.time_limit)}."
     ]
     return Sheet("Solvers", header, [rows] if record.measurements else [], notes)
 
@@ -104,7 +104,7 @@ def _side_by_side(record: Record) -> Sheet:
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         held = {row.solver: row for row in group}
         fastest = min((summary(row.seconds).median for row in held.values() if row.success), default=0.0)
-        length, unit = numbers.unit(fastest)
+        length, unit = wording.unit(fastest)
         cells = [_time(held[s], length) if s in held else "" for s in record.solvers]
         rows.append([name, unit if any(row.success for row in held.values()) else "", *cells])
     return Sheet("Times", ["problem", "in", *record.solvers], [rows] if rows else [], [TIMES])
@@ -116,8 +116,8 @@ def _one_below_another(record: Record) -> Sheet:
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         rows: list[list[str]] = []
         for row in group:
-            length, unit = numbers.unit(summary(row.seconds).median) if row.success else (1.0, "")
-            measures = [numbers.short(row.scaled_residual, ROW_ROUNDING), numbers.short(row.error)]
+            length, unit = wording.unit(summary(row.seconds).median) if row.success else (1.0, "")
+            measures = [wording.short(row.scaled_residual, ROW_ROUNDING), wording.short(row.error)]
             iterations = "" if row.iterations is None else str(row.iterations)
             rows.append(["" if rows else name, row.solver, _time(row, length), unit, *measures, iterations])
         groups.append(rows)
@@ -130,14 +130,14 @@ def _time(row: Measurement, length: float) -> str:
     if not row.success:
         return WRONG if row.false_success else INEXACT if row.claimed else FAILED
     times = summary(row.seconds)
-    digits = numbers.digits(times.median / length)
+    digits = wording.digits(times.median / length)
     return digits if times.spread is None else f"{digits}±{100 * times.spread:.0f}%"
 
 
 def _failures(record: Record, width: int | None) -> Sheet:
     failed = [row for row in record.measurements if not row.success and not row.excluded]
     header = ["problem", "solver", "residual", "how it ended"]
-    rows = [[row.problem, row.solver, numbers.short(row.scaled_residual), _ending(row)] for row in failed]
+    rows = [[row.problem, row.solver, wording.short(row.scaled_residual), _ending(row)] for row in failed]
     if rows and width is not None:
         room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST)
         for row in rows:

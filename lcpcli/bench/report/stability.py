@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.report.sheet import Sheet
 from lcpcli.bench.suites import ALL, SUITES, Case
-from lcpcli.report import numbers
+from lcpcli.report import wording
 
 NOWHERE = "-"
 
@@ -71,7 +71,7 @@ def _reached(ladder: Ladder, good: list[Measurement]) -> list[str]:
         return [NOWHERE, "", ""]
     errors = [row.forward_error for row in good if row.forward_error is not None]
     conditions = [row.condition for row in good if row.condition is not None]
-    return [ladder.values[len(good) - 1], *(numbers.short(max(v, default=None)) for v in (errors, conditions))]
+    return [ladder.values[len(good) - 1], *(wording.short(max(v, default=None)) for v in (errors, conditions))]
 
 
 def _then(ladder: Ladder, rows: list[Measurement], good: int) -> str:

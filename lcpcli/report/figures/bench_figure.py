@@ -10,10 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from lcpcli.report.figures import curves, legend, ranges
+from lcpcli.report.figures import convergence_figure, data
 from lcpcli.report.figures.convergence_figure import against_time
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
-from lcpcli.report.figures.ranges import Range
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile, Range
 from lcpcli.report.figures.style import FONT, WIDTH, Looks, fitted, looks, row_height
 
 TITLE = WIDTH / 2 - 1.0  # inches for a title
@@ -43,7 +42,7 @@ def draw(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Se
     for growth_panel in growth_panels:
         _growth(next(free), growth_panel, chosen)
     figure.align_labels()
-    legend.add(figure, chosen)
+    convergence_figure.add_legend(figure, chosen)
     return figure
 
 
@@ -59,7 +58,7 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
         xs = sorted({1.0, *(ratio for ratio in profile.ratios if ratio < math.inf), most})
         ys = [sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1) for x in xs]
         axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
-        every = math.ceil((len(xs) - 1) / (curves.MOST_MARKERS - 1))
+        every = math.ceil((len(xs) - 1) / (convergence_figure.MOST_MARKERS - 1))
         marks = sorted({*range(0, len(xs), every), len(xs) - 1})
         axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
 
@@ -70,7 +69,7 @@ def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
     most: float = max(largest, 2.0) ** 1.05
     doublings = math.log2(most)
     if doublings > DOUBLINGS:
-        curves.log_axis(axes, "x", Range(1.0, most, 1.0, most))
+        convergence_figure.log_axis(axes, "x", Range(1.0, most, 1.0, most))
         return most
     axes.set_xscale("log", base=2)
     axes.set_xlim(1.0, most)
@@ -92,18 +91,18 @@ def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
     lines = [_line(one) for one in growths]
     fitted_ones = [one for one in growths if one.fit is not None]
     columns = math.ceil(len(fitted_ones) / EXPONENTS)
-    across = _widened(ranges.times(n for one in growths for n in one.n), ROOM * columns)
-    up = ranges.times(
+    across = _widened(data.times(n for one in growths for n in one.n), ROOM * columns)
+    up = data.times(
         t for one, line in zip(growths, lines, strict=True) for t in (*one.lower, *one.upper, *(y for _, y in line))
     )
-    curves.log_axis(axes, "x", across)
-    curves.log_axis(axes, "y", up)
+    convergence_figure.log_axis(axes, "x", across)
+    convergence_figure.log_axis(axes, "y", up)
     entries = []
     for one, line in zip(growths, lines, strict=True):
         look = chosen[one.name, one.label]
         axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
         axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
-        points = ranges.inside(one.n, one.seconds, across, up)
+        points = data.inside(one.n, one.seconds, across, up)
         axes.plot([p.x for p in points], [p.y for p in points], linestyle="", clip_on=False, zorder=3, **look.points)
         if one.fit is not None:
             sample = Line2D([], [], linestyle="", **look.points)

@@ -19,8 +19,8 @@ from matplotlib.patches import Arc, Patch, Wedge
 
 from lcpcli.report.figures import cone_shapes
 from lcpcli.report.figures.cone_shapes import LINE, POINT, RAY, SAME, SECTOR, SETS, TURN, Cone
+from lcpcli.report.figures.convergence_figure import GREY
 from lcpcli.report.figures.data import Cones
-from lcpcli.report.figures.legend import GREY
 from lcpcli.report.figures.placing import Drawing, Place, extent
 from lcpcli.report.figures.style import FONT, METHODS, SMALL, WIDTH, fitted
 

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from string import ascii_letters, digits
 from textwrap import wrap
 
-from lcpcli.report.figures import ranges
-from lcpcli.report.figures.data import Panel
-from lcpcli.report.figures.ranges import Point, Range
+from lcpcli.report.figures import data
+from lcpcli.report.figures.data import Panel, Point, Range
 
 COLORS = ("red", "green", "magenta", "blue+", "orange", "cyan")  # legible on light and dark backgrounds
 FAILED = "x"
@@ -39,9 +38,9 @@ def letters(labels: Sequence[str]) -> list[str]:
 
 def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str:
     marks = letters([curve.label for curve in panel.curves])
-    across = ranges.times(second for curve in panel.curves for second in curve.seconds)
-    up = ranges.errors(panel.curves)
-    runs = [ranges.inside(curve.seconds, curve.errors, across, up) for curve in panel.curves]
+    across = data.times(second for curve in panel.curves for second in curve.seconds)
+    up = data.errors(panel.curves)
+    runs = [data.inside(curve.seconds, curve.errors, across, up) for curve in panel.curves]
     entries = [f"{mark} {' '.join(curve.label.split())}" for mark, curve in zip(marks, panel.curves, strict=True)]
     if any(not curve.solved for curve in panel.curves):
         entries.append(f"{FAILED} not solved")
@@ -73,7 +72,7 @@ def _drawn(
     figure.theme("colorless")
     figure.plot_size(*size)
     for side, span, most in zip(("x", "y"), spans, (size[0] // TICK, size[1] // TICK_LINES), strict=True):
-        majors, _ = ranges.decades(span, most)
+        majors, _ = data.decades(span, most)
         exponents = [round(math.log10(v)) for v in majors]
         figure.ruler(side).lim(math.log10(span.low), math.log10(span.high))
         figure.ruler(side).ticks(exponents, [f"1e{e}" for e in exponents])
