@@ -120,6 +120,14 @@ class Range:
     scale_low: float
     scale_high: float
 
+    def placed(self, value: float, below: str, above: str) -> tuple[float, str]:
+        """Where a value is drawn, in the middle of a strip if it is off the scale; the word for that end, else ""."""
+        if self.scale_low <= value <= self.scale_high:
+            return value, ""
+        if value < self.scale_low:
+            return math.sqrt(self.low) * math.sqrt(self.scale_low), below
+        return math.sqrt(self.scale_high) * math.sqrt(self.high), above
+
 
 @dataclass(frozen=True)
 class Point:
@@ -137,16 +145,12 @@ def errors(curves: Iterable[Curve]) -> Range:
     starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
     scale = max(starts, default=1.0)
     floor, ceiling = max(NEGLIGIBLE * scale, LEAST), min(GROWN * scale, MOST)
-    return _around([v for values in series for v in values], floor, ceiling)
+    return times([v for values in series for v in values], floor, ceiling)
 
 
-def times(values: Iterable[float]) -> Range:
-    """Around the positive values."""
-    return _around(list(values), LEAST, MOST)
-
-
-def _around(values: Sequence[float], floor: float, ceiling: float) -> Range:
+def times(values: Iterable[float], floor: float = LEAST, ceiling: float = MOST) -> Range:
     """A little more than the values from floor to ceiling, and one decade at least; a strip on a side with others."""
+    values = list(values)
     shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
     margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
     low, high = min(shown) - margin, max(shown) + margin
@@ -158,26 +162,15 @@ def _around(values: Sequence[float], floor: float, ceiling: float) -> Range:
     return Range(10.0 ** (low - under), 10.0 ** (high + over), 10.0**low, 10.0**high)
 
 
-def inside(xs: Sequence[float], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
+def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
     """The points of the measured values; what lies outside of the ranges is near their ends."""
-    return [_point(x, y, across, up) for x, y in zip(xs, ys, strict=True) if y is not None]
-
-
-def _point(x: float, y: float, across: Range, up: Range) -> Point:
-    beyond = ""
-    if not across.scale_low <= x <= across.scale_high:
-        beyond = "left" if x < across.scale_low else "right"
-        x = _off(across, x < across.scale_low)
-    if not up.scale_low <= y <= up.scale_high:
-        beyond = "below" if y < up.scale_low else "above"
-        y = _off(up, y < up.scale_low)
-    return Point(x, y, beyond)
-
-
-def _off(span: Range, low: bool) -> float:
-    """The middle of the strip at an end of an axis."""
-    ends = (span.low, span.scale_low) if low else (span.scale_high, span.high)
-    return math.sqrt(ends[0]) * math.sqrt(ends[1])
+    points = []
+    for given_x, given_y in zip(xs, ys, strict=True):
+        if given_x is not None and given_y is not None:
+            x, side = across.placed(given_x, "left", "right")
+            y, end = up.placed(given_y, "below", "above")
+            points.append(Point(x, y, end or side))
+    return points
 
 
 def decades(span: Range, most: int) -> tuple[list[float], list[float]]:

@@ -11,10 +11,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO
+from itertools import cycle
 from typing import Any
 
 import matplotlib
-from matplotlib.colors import to_hex, to_rgb
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.textpath import text_to_path
@@ -86,6 +88,7 @@ SPARE = (
 )
 RAMP = ("o", "s", "^", "D", "v", "P", "X", "p", "<", "h", ">", "8")  # markers for more than two runs of one method
 PALE, DEEP = 74.0, 22.0  # the lightness (CIE L*) of their first and last colour: light on white, and still a colour
+STEPS = 1024  # from white over a colour to black
 
 
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
@@ -98,46 +101,26 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
     others = [name for name in labels if name not in METHODS and name not in PEERS]
-    known = METHODS | PEERS | {name: SPARE[i % len(SPARE)] for i, name in enumerate(others)}
-    found: Looks = {}
+    known = METHODS | PEERS | dict(zip(others, cycle(SPARE), strict=False))
+    chosen: Looks = {}
     for name, own in labels.items():
         look = known[name]
-        if len(own) <= 2:
-            found |= {(name, label): replace(look, fill="left", width=0.8) for label in own}
-            found[name, own[0]] = look
-            continue
-        taken = {known[other].marker for other in labels if other != name}
-        markers = [marker for marker in RAMP if marker not in taken] or list(RAMP)
-        for i, (label, shade) in enumerate(zip(own, _shades(look.color, len(own)), strict=True)):
-            found[name, label] = replace(look, color=shade, marker=markers[i % len(markers)], fill="full")
-    return found
+        runs = [look, replace(look, fill="left", width=0.8)][: len(own)]
+        if len(own) > len(runs):
+            elsewhere = {known[other].marker for other in labels if other != name}
+            markers = cycle([marker for marker in RAMP if marker not in elsewhere] or RAMP)
+            shades = zip(_shades(look.color, len(own)), markers, strict=False)
+            runs = [replace(look, color=shade, marker=marker, fill="full") for shade, marker in shades]
+        chosen |= {(name, label): run for label, run in zip(own, runs, strict=True)}
+    return chosen
 
 
 def _shades(color: str, count: int) -> list[str]:
-    """So many shades of a colour, from light to dark in even steps of lightness."""
-    return [_shade(color, PALE + (DEEP - PALE) * i / (count - 1)) for i in range(count)]
-
-
-def _shade(color: str, wanted: float) -> str:
-    """The colour mixed with white or black until it has that lightness."""
-    base = to_rgb(color)
-    end = 1.0 if lightness(color) < wanted else 0.0
-    low, high = 0.0, 1.0  # shares of white or black
-    for _ in range(30):
-        share = (low + high) / 2
-        mixed = to_hex([channel + (end - channel) * share for channel in base])
-        if (lightness(mixed) < wanted) == (end == 1.0):
-            low = share
-        else:
-            high = share
-    return mixed
-
-
-def lightness(color: str) -> float:
-    """CIE L* of an sRGB colour, from 0 for black to 100 for white."""
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(color)]
-    y = sum(weight * c for weight, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
-    return 116 * y ** (1 / 3) - 16 if y > (6 / 29) ** 3 else y * (29 / 3) ** 3
+    """So many shades of a colour, from light to dark in even steps of lightness (CIE L*)."""
+    ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], STEPS)(np.arange(STEPS))[:, :3]
+    linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
+    lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
+    return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(PALE, DEEP, count)]
 
 
 def row_height(rows: int) -> float:
