@@ -107,7 +107,8 @@ def of_result(result: Result, source: Source, form: str, width: int = 0) -> str:
 
     n, k, seconds = str(result.problem.n), str(result.iterations), wording.duration(result.seconds)
     by = ", ".join(result.route)
-    return _row(width, str(source), n, _words(result.word), k, outcome.residual(result), seconds, by)
+    status = result.word.replace("_", " ")
+    return _row(width, str(source), n, status, k, outcome.residual(result), seconds, by)
 
 
 def without_result(source: Source, status: str, message: str, form: str, width: int = 0) -> str:
@@ -118,11 +119,7 @@ def without_result(source: Source, status: str, message: str, form: str, width: 
         return json_lines.line(json_lines.without_result(source, status, message))
     if form == "csv":
         return f"# {' '.join(message.split())}\n"
-    return _row(width, str(source), "", _words(status), "", "", "", "")
-
-
-def _words(status: str) -> str:
-    return status.replace("_", " ")
+    return _row(width, str(source), "", status.replace("_", " "), "", "", "", "")
 
 
 def _row(width: int, *cells: str) -> str:

@@ -21,6 +21,7 @@ KEYS = (
     "setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others exactly_solvable "
     "tol max_iterations time_limit options trace"
 )
+OF_ROW = ("k", "z", "residual", "error", "seconds", "step", "method")  # of a trace
 
 
 def line(record: Mapping[str, Any]) -> str:
@@ -37,7 +38,9 @@ def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
 
 def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
     """A result as the object of its line, with the mark of its problem in a log."""
-    problem, bound, curve = result.problem, result.bound, result.curve
+    problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
+    rows = trace and [{key: getattr(row, key) for key in OF_ROW} | {"step": row.step or None} for row in trace.rows]
+    vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     own = {
         "version": __version__,
         "file": source.file,
@@ -53,12 +56,12 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "error_bound_source": bound.source if bound and bound.proved else None,
         "reference": problem.reference if problem.solutions else None,
         "milestones": curve.milestones if curve and curve.levels else None,
-        "exact": _exact(result),
+        "exact": exact and {"status": exact.status and exact.status.word, **vectors, "proof": exact.proof},
         "answer": _answer(result),
         "max_iterations": result.limits.max_iterations,
         "time_limit": result.limits.time_limit,
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
-        "trace": _trace(result),
+        "trace": rows,
     }
     record = {key: plain(own[key] if key in own else getattr(result, key)) for key in KEYS.split()}
     return record | dict(source.mark or {})
@@ -86,21 +89,6 @@ def plain(value: Any) -> Any:
     from lcpcli.rational.numbers import text
 
     return text(value)
-
-
-def _trace(result: Result) -> list[dict[str, Any]] | None:
-    if result.trace is None:
-        return None
-    keys = ("k", "z", "residual", "error", "seconds", "step", "method")
-    return [{key: getattr(row, key) for key in keys} | {"step": row.step or None} for row in result.trace.rows]
-
-
-def _exact(result: Result) -> dict[str, Any] | None:
-    exact = result.exact
-    if exact is None:
-        return None
-    status = exact.status.word if exact.status else None
-    return {"status": status, "z": exact.z, "w": exact.w, "y": exact.y, "proof": exact.proof}
 
 
 def _answer(result: Result) -> dict[str, Any] | None:

@@ -58,26 +58,21 @@ def _iterates(result: Result, rows: Sequence[TraceRow]) -> str:
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
+    """What there is to say in a line, z in fractions, or the proof that there is none, if these are known."""
+    from lcpcli.rational.numbers import brief
     from lcpcli.report import outcome
 
-    error = [] if result.error is None else [("error", outcome.error(result.error, result.problem))]
+    error, exact = result.error, result.exact
+    vectors = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
+    proved = [(name, wording.vector(values, brief)) for name, values in vectors if values]
     return [
         ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
         ("n =", wording.size(result.problem).removeprefix("n = ")),
         ("residual", outcome.residual(result)),
-        *error,
+        *([] if error is None else [("error", outcome.error(error, result.problem))]),
         ("in", wording.duration(result.seconds)),
-        *(_exact(result) or [("z =", outcome.short_vector(result, WIDTH))]),
+        *(proved or [("z =", outcome.short_vector(result, WIDTH))]),
     ]
-
-
-def _exact(result: Result) -> list[tuple[str, str]]:
-    """z in fractions, or the proof that there is none, if they have been asked for and found."""
-    from lcpcli.rational.numbers import brief
-
-    exact = result.exact
-    vectors = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
-    return [(name, wording.vector(values, brief)) for name, values in vectors if values]
 
 
 def problem_text(problem: Problem) -> str:

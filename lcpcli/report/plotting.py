@@ -100,9 +100,8 @@ def _is_same(one: Problem, other: Problem) -> bool:
         return True
     if bool(one.solutions) != bool(other.solutions) or is_sparse(one.M) != is_sparse(other.M):
         return False
-    if not all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper")):
-        return False
-    return not (one.M != other.M).nnz if is_sparse(one.M) else np.array_equal(one.M, other.M)
+    vectors = all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
+    return vectors and not abs(one.M - other.M).max()
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
@@ -110,25 +109,18 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
 
     Errors are drawn if a solution is known or computed, else residuals. Time is that of the rows.
     """
-    return [_panel(results) for results in runs]
-
-
-def _panel(results: Sequence[Result]) -> Panel:
-    problem = results[0].problem
-    measure = "error" if problem.solutions else "residual"
-    title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
-    curves = [_curve(result, measure) for result in results]
-    return Panel(title, measure, curves, "; ".join(wording.provenance(results)))
+    drawn = []
+    for results in runs:
+        problem = results[0].problem
+        measure = "error" if problem.solutions else "residual"
+        title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
+        curves = [_curve(result, measure) for result in results]
+        drawn.append(Panel(title, measure, curves, "; ".join(wording.provenance(results))))
+    return drawn
 
 
 def _curve(result: Result, measure: str) -> Curve:
     kept = result.curve or result.trace
     rows = kept.rows if kept else []
-    return Curve(
-        name=result.method,
-        label=wording.name(result).replace(" warm", ", warm"),
-        k=[row.k for row in rows],
-        seconds=[row.seconds for row in rows],
-        errors=[getattr(row, measure) for row in rows],
-        solved=result.solved,
-    )
+    k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
+    return Curve(result.method, wording.name(result).replace(" warm", ", warm"), k, seconds, errors, result.solved)

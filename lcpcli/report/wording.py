@@ -145,8 +145,7 @@ def made_by(results: Sequence[Result]) -> str:
 
 
 def _written(name: str, options: Mapping[str, str]) -> list[str]:
-    told = ", ".join(f"{option}={value}" for option, value in options.items())
-    return [f"{name}: {told}"] if told else []
+    return [f"{name}: {', '.join(f'{option}={value}' for option, value in options.items())}"] if options else []
 
 
 def provenance(results: Sequence[Result]) -> list[str]:
@@ -176,10 +175,8 @@ def _options(result: Result, whole: bool) -> dict[str, str]:
 
 
 def _text(value: Any, whole: bool) -> str:
-    if isinstance(value, (bool, str)):
-        return str(value).lower()
     if not isinstance(value, float):
-        return str(value)
+        return str(value).lower() if isinstance(value, (bool, str)) else str(value)
     short = f"{value:g}"
     if float(short) == value:
         return short

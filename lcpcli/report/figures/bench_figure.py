@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -13,7 +14,7 @@ from matplotlib.ticker import FixedLocator, LogLocator
 
 from lcpcli.report.figures.convergence_figure import MOST_MARKERS, add_legend, against_time, log_axis
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile, Range, inside, times
-from lcpcli.report.figures.style import FONT, WIDTH, Looks, fitted, looks, row_height
+from lcpcli.report.figures.style import FONT, PAGE, ROW, WIDTH, Looks, fitted, looks
 
 TITLE = WIDTH / 2 - 1.0  # inches for a title
 EXPONENTS = 10  # of them in a column
@@ -30,7 +31,7 @@ def draw(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Se
     count = bool(profiles) + len(panels) + len(growth_panels)
     places = [0] * (count % 2) + list(range(count))
     rows = len(places) // 2
-    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, row_height(rows) * rows))
+    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE)))
     mosaic: dict[int, Axes] = figure.subplot_mosaic([places[i : i + 2] for i in range(0, len(places), 2)])
     free = (mosaic[i] for i in range(count))
     if profiles:
@@ -86,7 +87,9 @@ def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
     axes.set(xlabel="$n$", ylabel="run time (s)")
     lines = [(one, chosen[one.name, one.label], _line(one)) for one in panel.growths]
     columns = math.ceil(sum(one.fit is not None for one in panel.growths) / EXPONENTS)
-    across = _widened(times(n for one in panel.growths for n in one.n), ROOM * columns)
+    across = times(n for one in panel.growths for n in one.n)
+    right = across.high * (across.high / across.low) ** (ROOM * columns)
+    across = replace(across, high=right, scale_high=right)
     up = times(t for one, _, line in lines for t in (*one.lower, *one.upper, *(y for _, y in line)))
     log_axis(axes, "x", across)
     log_axis(axes, "y", up)
@@ -110,9 +113,3 @@ def _line(one: Growth) -> list[tuple[float, float]]:
     if one.fit is None:
         return list(zip(one.n, one.seconds, strict=True))
     return [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
-
-
-def _widened(span: Range, share: float) -> Range:
-    """A range with room on the right, as a share of its length."""
-    high = span.high * (span.high / span.low) ** share
-    return Range(span.low, high, span.scale_low, high)

@@ -162,16 +162,18 @@ def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
         drawing.axes.plot(0, 0, marker="o", markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
         drawing.take_mark((0.0, 0.0), 5)
     elif cone.kind == SECTOR:
-        degrees = math.degrees(cone.start), math.degrees(cone.start + cone.extent)
+        ((start, width),) = cone.parts
+        degrees = math.degrees(start), math.degrees(start + width)
         drawing.axes.add_patch(Wedge((0, 0), radius, *degrees, facecolor=color, alpha=fill, linewidth=0, zorder=2))
         rim: dict[str, Any] = {"theta1": degrees[0], "theta2": degrees[1], "color": "white", "linewidth": 3.6}
         drawing.axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, zorder=3, **rim))
         drawing.axes.add_patch(Wedge((0, 0), radius, *degrees, fill=False, edgecolor=color, linewidth=1.6, zorder=3))
-        steps = max(2, round(radius * cone.extent / 2))
-        drawing.take(_at(cone.start + cone.extent * i / steps, radius) for i in range(steps + 1))
-    for ray in cone_shapes.rays(cone):
-        tip = _at(ray, radius)
-        drawing.axes.plot([0, tip[0]], [0, tip[1]], color=color, linewidth=5, solid_capstyle="butt", zorder=4)
+        steps = max(2, round(radius * width / 2))
+        drawing.take(_at(start + width * i / steps, radius) for i in range(steps + 1))
+    else:
+        for ray, _ in cone.parts:
+            tip = _at(ray, radius)
+            drawing.axes.plot([0, tip[0]], [0, tip[1]], color=color, linewidth=5, solid_capstyle="butt", zorder=4)
 
 
 def _radius(cone: Cone) -> float:
@@ -230,7 +232,8 @@ def _cone_labels(drawing: Drawing, shapes: list[Cone]) -> None:
     for cone, chosen in zip(shapes, SETS, strict=True):
         if cone.kind != SECTOR:
             continue
-        angles = [cone.start + cone.extent * (0.5 + (i + 1) // 2 * (-1) ** i / 40) for i in range(38)]
+        ((start, width),) = cone.parts
+        angles = [start + width * (0.5 + (i + 1) // 2 * (-1) ** i / 40) for i in range(38)]
         inside = [(angle, share * _radius(cone), 0.0) for share in (0.66, 0.56, 0.76) for angle in angles]
         along = [(angle, _radius(cone) - APART / 2, angle % math.pi - math.pi / 2) for angle in angles]
         places: dict[int, list[Place]] = {}

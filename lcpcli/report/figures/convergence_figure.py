@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullFormatter
 
 from lcpcli.report.figures.data import Panel, Point, Range, decades, errors, inside, times
-from lcpcli.report.figures.style import FONT, SMALL, WIDTH, Look, Looks, fitted, looks, row_height
+from lcpcli.report.figures.style import FONT, PAGE, ROW, SMALL, WIDTH, Look, Looks, fitted, looks
 
 TITLE = WIDTH - 1.0  # inches for the title of a row
 MEASURES = {
@@ -40,7 +40,7 @@ SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist i
 def draw(panels: Sequence[Panel]) -> Figure:
     """The figure of at least one panel."""
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
-    figure = Figure(figsize=(WIDTH, row_height(len(panels)) * len(panels)))
+    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE)))
     for panel, (left, right) in zip(panels, figure.subplots(len(panels), 2, sharey="row", squeeze=False), strict=True):
         left.set_title(fitted(panel.title, FONT, TITLE))
         against_time(left, panel, chosen)

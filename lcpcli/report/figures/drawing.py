@@ -1,6 +1,7 @@
 """Figures: pure functions from data to the bytes of a picture (matplotlib) or to text for a terminal (plotext).
 
-Nothing is read or written here, and neither package is imported before a figure is asked for.
+Nothing is read or written here, and neither package is imported before a figure is asked for. Each function raises
+OptionError where its package is missing. The form of a picture is one of FORMS.
 
 The performance profile is that of E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance
 profiles, Math. Program. 91 (2002) 201-213. Complementary cones are those of K. G. Murty, On the number of solutions to
@@ -22,10 +23,7 @@ PLOT = "plot"
 
 
 def convergence(panels: Sequence[Panel], form: str) -> bytes:
-    """A picture with one row a panel: the error against the run time and against the iteration.
-
-    form : one of FORMS. Raises OptionError where matplotlib is missing.
-    """
+    """A picture with one row a panel: the error against the run time and against the iteration."""
     require()
     require_room(len(panels))
     from lcpcli.report.figures import convergence_figure, style
@@ -44,9 +42,8 @@ def bench(
 ) -> bytes:
     """A picture of a benchmark: the performance profile, error against run time, and the growth of time over n.
 
-    Each of the three may be empty and is then left out, but not all. form : one of FORMS. provenance : lines on what
-    was measured, and how, for the file's metadata.
-    Raises OptionError where matplotlib is missing.
+    Each of the three may be empty and is then left out, but not all. provenance : lines on what was measured, and how,
+    for the file's metadata.
     """
     require()
     from lcpcli.report.figures import bench_figure, style
@@ -56,10 +53,7 @@ def bench(
 
 
 def cones(picture: Cones, form: str) -> bytes:
-    """A picture of the complementary cones of an LCP with two unknowns, and of q, in whose cones the solutions are.
-
-    form : one of FORMS. Raises OptionError where matplotlib is missing.
-    """
+    """A picture of the complementary cones of an LCP with two unknowns, and of q, in whose cones the solutions are."""
     require()
     from lcpcli.report.figures import cones_figure, style
 
@@ -68,10 +62,7 @@ def cones(picture: Cones, form: str) -> bytes:
 
 
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
-    """The error against the run time of each panel as text, `width` columns wide and `height` lines high a panel.
-
-    Raises OptionError where plotext is missing.
-    """
+    """The error against the run time of each panel as text, `width` columns wide and `height` lines high a panel."""
     require("plotext")
     from lcpcli.report.figures import terminal_figure
 

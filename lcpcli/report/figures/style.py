@@ -7,14 +7,14 @@ that the methods' lightness rises in steps of about ten and they are told apart 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from io import BytesIO
 from itertools import cycle
 from typing import Any
 
-import matplotlib
+import matplotlib.style
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
@@ -28,6 +28,43 @@ FAMILY = "DejaVu Sans"  # comes with matplotlib: the same picture on every machi
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
 PAGE = 10.6  # the height of a page of A4, 11.69, less what a legend takes
 ROW = 2.45  # the height of a row of axes, if there is room for all of them
+# Of a form: where its metadata have the provenance, and what would be different each time.
+METADATA = {
+    "png": ("Description", "Software"),
+    "svg": ("Description", "Date"),
+    "pdf": ("Subject", "CreationDate"),
+}
+
+SETTINGS: dict[str, Any] = {
+    "font.family": FAMILY,
+    "font.size": FONT,
+    "text.hinting": "none",  # else widths depend on the resolution
+    "figure.constrained_layout.use": True,
+    "figure.constrained_layout.h_pad": 0.07,
+    "figure.constrained_layout.w_pad": 0.06,
+    "axes.titlesize": FONT,
+    "axes.titlelocation": "left",
+    "axes.labelsize": FONT,
+    "xtick.labelsize": SMALL,
+    "ytick.labelsize": SMALL,
+    "legend.fontsize": SMALL,
+    "legend.frameon": False,
+    "legend.handlelength": 3.4,
+    "legend.columnspacing": 1.6,
+    "axes.linewidth": 0.6,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "path.simplify_threshold": 0.3,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "lcpcli",
+    "pdf.fonttype": 42,
+}
 
 
 @dataclass(frozen=True)
@@ -123,61 +160,17 @@ def _shades(color: str, count: int) -> list[str]:
     return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(PALE, DEEP, count)]
 
 
-def row_height(rows: int) -> float:
-    """The height of each of so many rows of axes, which fit on a page."""
-    return min(ROW, PAGE / rows)
-
-
-@contextmanager
-def context() -> Iterator[None]:
+def context() -> AbstractContextManager[None]:
     """The settings of these figures, whatever the user's own are; the user's are back afterwards."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(
-            {
-                "font.family": FAMILY,
-                "font.size": FONT,
-                "text.hinting": "none",  # else widths depend on the resolution
-                "figure.constrained_layout.use": True,
-                "figure.constrained_layout.h_pad": 0.07,
-                "figure.constrained_layout.w_pad": 0.06,
-                "axes.titlesize": FONT,
-                "axes.titlelocation": "left",
-                "axes.labelsize": FONT,
-                "xtick.labelsize": SMALL,
-                "ytick.labelsize": SMALL,
-                "legend.fontsize": SMALL,
-                "legend.frameon": False,
-                "legend.handlelength": 3.4,
-                "legend.columnspacing": 1.6,
-                "axes.linewidth": 0.6,
-                "xtick.direction": "in",
-                "ytick.direction": "in",
-                "xtick.top": True,
-                "ytick.right": True,
-                "xtick.major.width": 0.6,
-                "ytick.major.width": 0.6,
-                "xtick.minor.width": 0.4,
-                "ytick.minor.width": 0.4,
-                "path.simplify_threshold": 0.3,
-                "svg.fonttype": "path",
-                "svg.hashsalt": "lcpcli",
-                "pdf.fonttype": 42,
-            }
-        )
-        yield
+    return matplotlib.style.context(SETTINGS, after_reset=True)
 
 
 def save(figure: Figure, form: str, title: str, provenance: Sequence[str]) -> bytes:
     """The figure as a file, with its provenance as metadata; the same figure gives the same bytes."""
-    told = "; ".join(provenance)
-    metadata: dict[str, dict[str, str | None]] = {
-        "png": {"Title": title, "Description": told, "Software": None},
-        "svg": {"Title": title, "Description": told, "Date": None},
-        "pdf": {"Title": title, "Subject": told, "CreationDate": None},
-    }
+    subject, without = METADATA[form]
+    metadata = {"Title": title, subject: "; ".join(provenance), without: None}
     buffer = BytesIO()
-    figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata=metadata[form])
+    figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata=metadata)
     return buffer.getvalue()
 
 
