@@ -15,8 +15,7 @@ import pytest
 
 from lcpcli.enumeration.search import Solutions
 from lcpcli.files import shipped
-from lcpcli.report import solutions
-from lcpcli.report.figures import drawing
+from lcpcli.report import plotting, solutions
 from lcpcli.report.figures.data import Cones
 
 Lcp = Callable[..., Any]
@@ -173,13 +172,13 @@ def test_picture_marks_the_cones_that_hold_q(
 ) -> None:
     pytest.importorskip("matplotlib")
     drawn: list[Cones] = []
-    usual = drawing.cones
+    usual = plotting.cones
 
     def kept(picture: Cones, form: str) -> bytes:
         drawn.append(picture)
         return usual(picture, form)
 
-    monkeypatch.setattr(drawing, "cones", kept)
+    monkeypatch.setattr(plotting, "cones", kept)
     lcp("solve", f"{name}.json", "--all", "--plot", "cones.svg")
     (picture,) = drawn
     assert (folder / "cones.svg").read_text().startswith("<?xml")

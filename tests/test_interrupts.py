@@ -20,7 +20,7 @@ from lcpcli import Status
 from lcpcli.bench import session as benching
 from lcpcli.bounds import error_bound
 from lcpcli.files import atomic_write, reading, shipped
-from lcpcli.report.figures import drawing as figures
+from lcpcli.report import plotting as figures
 from lcpcli.solving import proof, reference
 from lcpcli.solving import run as driver
 from lcpcli.solving.loop import Loop

@@ -149,20 +149,20 @@ def _show(found: SolutionSet, source: Source, output: Output, exact: bool) -> No
 def _require_picture(path: str) -> None:
     """Refuse a picture that could not be drawn or written."""
     from lcpcli.files.atomic_write import refuse_unwritable
-    from lcpcli.report.figures import drawing
+    from lcpcli.report import plotting
 
-    drawing.require()
-    drawing.form_of(path)
+    plotting.require()
+    plotting.form_of(path)
     refuse_unwritable(path)
 
 
 def _draw(found: SolutionSet, path: str) -> None:
     """Write the picture of the complementary cones."""
     from lcpcli.files import atomic_write
-    from lcpcli.report.figures import drawing
+    from lcpcli.report import plotting
     from lcpcli.report.solutions import cones
 
-    atomic_write.write_whole(path, drawing.cones(cones(found), drawing.form_of(path)))
+    atomic_write.write_whole(path, plotting.cones(cones(found), plotting.form_of(path)))
 
 
 def _text(found: SolutionSet, source: Source, form: str, exact: bool, width: int | None, color: bool) -> str:

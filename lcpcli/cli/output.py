@@ -150,7 +150,7 @@ class Plot:
         self.path, self.levels = path, levels
         if path is None:
             return
-        from lcpcli.report.figures import drawing as figures
+        from lcpcli.report import plotting as figures
 
         figures.require("plotext" if path == HERE else "matplotlib")
         if path != HERE:
@@ -162,7 +162,7 @@ class Plot:
     def require_room(self, problems: int) -> None:
         """Refuse more problems than a picture has room for, before any is solved."""
         if self.path not in (None, HERE):
-            from lcpcli.report.figures import drawing as figures
+            from lcpcli.report import plotting as figures
 
             figures.require_room(problems)
 
@@ -186,17 +186,16 @@ class Plot:
             return
         from lcpcli.files import atomic_write
         from lcpcli.report import plotting
-        from lcpcli.report.figures import drawing as figures
 
         panels = plotting.panels(runs)
         if self.path != HERE:
-            atomic_write.write_whole(self.path, figures.convergence(panels, figures.form_of(self.path)))
+            atomic_write.write_whole(self.path, plotting.convergence(panels, plotting.form_of(self.path)))
             return
         from shutil import get_terminal_size
 
         _, color = terminal()
         size = get_terminal_size()
-        emit(figures.terminal(panels, size.columns, size.lines - 2, color), color)
+        emit(plotting.terminal(panels, size.columns, size.lines - 2, color), color)
 
 
 def terminal() -> tuple[int | None, bool]:

@@ -45,9 +45,8 @@ def _iterates(result: Result, rows: Sequence[TraceRow]) -> str:
         from base64 import b64encode
 
         from lcpcli.report import plotting
-        from lcpcli.report.figures import drawing
 
-        picture = b64encode(drawing.convergence(plotting.panels([[result]]), "svg")).decode()
+        picture = b64encode(plotting.convergence(plotting.panels([[result]]), "svg")).decode()
         return f'<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
     kept = rows if len(rows) <= MOST_ROWS else [*rows[: MOST_ROWS // 2], *rows[-MOST_ROWS // 2 :]]
     measure = "error" if result.problem.solutions else "residual"

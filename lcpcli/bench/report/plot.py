@@ -9,7 +9,7 @@ from lcpcli.bench.report.sheets import conditions
 from lcpcli.bench.scores import growths, times
 from lcpcli.bench.statistics import Fit, performance_ratios, summary
 from lcpcli.bench.suites import series
-from lcpcli.report.figures import drawing as figures
+from lcpcli.report import plotting as figures
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 MOST_PANELS = 4
