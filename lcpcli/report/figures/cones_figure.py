@@ -10,23 +10,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Patch, Wedge
-from matplotlib.textpath import text_to_path
 
 from lcpcli.report.figures import cone_shapes
 from lcpcli.report.figures.cone_shapes import LINE, POINT, RAY, SAME, SECTOR, SETS, TURN, Cone
 from lcpcli.report.figures.convergence_figure import GREY
 from lcpcli.report.figures.data import Cones
-from lcpcli.report.figures.style import FAMILY, FONT, METHODS, SMALL, WIDTH, fitted
+from lcpcli.report.figures.style import FONT, METHODS, SMALL, WIDTH, extent, fitted
 
 COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))
 COLUMN = WIDTH / 2  # inches
@@ -44,6 +41,7 @@ FILLS = (0.15, 0.35)  # how opaque a sector is that does not hold q, and one tha
 CHECK = "\u2713"
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
 ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
+MARK = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of that size
 
 Pair = tuple[float, float]
 
@@ -56,14 +54,6 @@ class Place(NamedTuple):
     rotation: float = 0.0
 
 
-@lru_cache
-def extent(text: str, size: float) -> Pair:
-    """The width and height of a text in points, in which $ begins a formula."""
-    font = FontProperties(family=FAMILY, size=size)
-    width, height, _ = text_to_path.get_text_width_height_descent(text, font, ismath="$" in text)
-    return float(width), float(height)
-
-
 class Drawing:
     """What is drawn in axes whose unit is the point, as points that labels avoid."""
 
@@ -74,10 +64,6 @@ class Drawing:
     def take(self, points: Iterable[Sequence[float]]) -> None:
         """Keep labels off these points."""
         self._taken = np.vstack([self._taken, *points])
-
-    def take_mark(self, at: Pair, half: float) -> None:
-        """Keep labels off a mark."""
-        self.take([(at[0] + x, at[1] + y) for x in (-half, 0, half) for y in (-half, 0, half)])
 
     def take_line(self, start: Pair, end: Pair) -> None:
         """Keep labels off a line."""
@@ -160,7 +146,7 @@ def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
     radius = _radius(cone)
     if cone.kind == POINT:
         drawing.axes.plot(0, 0, marker="o", markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
-        drawing.take_mark((0.0, 0.0), 5)
+        drawing.take(5 * MARK)
     elif cone.kind == SECTOR:
         ((start, width),) = cone.parts
         degrees = math.degrees(start), math.degrees(start + width)
@@ -208,9 +194,9 @@ def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
             if holds and cone.kind != POINT:
                 crossing = _at(direction, _radius(cone))
                 drawing.axes.plot(*crossing, "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
-                drawing.take_mark(crossing, 2)
+                drawing.take(crossing + 2 * MARK)
     drawing.axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
-    drawing.take_mark(at, 3)
+    drawing.take(at + 3 * MARK)
     _label_around(drawing, "$q = 0$" if direction is None else "$q$", at, direction or 0.0)
 
 

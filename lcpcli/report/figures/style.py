@@ -10,6 +10,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from io import BytesIO
 from itertools import cycle
 from typing import Any
@@ -174,17 +175,20 @@ def save(figure: Figure, form: str, title: str, provenance: Sequence[str]) -> by
     return buffer.getvalue()
 
 
+@lru_cache
+def extent(text: str, size: float, formulas: bool = True) -> tuple[float, float]:
+    """The width and height of a text in points, in which $ may begin a formula."""
+    font = FontProperties(family=FAMILY, size=size)
+    width, height, _ = text_to_path.get_text_width_height_descent(text, font, ismath=formulas and "$" in text)
+    return float(width), float(height)
+
+
 def fitted(text: str, size: float, inches: float) -> str:
     """A text on one line, cut to that length, in which ? stands for what the font lacks and $ begins no formula."""
-    font = FontProperties(family=FAMILY, size=size)
-    glyphs = get_font(findfont(font)).get_charmap()
+    glyphs = get_font(findfont(FontProperties(family=FAMILY))).get_charmap()
     text = "".join(c if ord(c) in glyphs else "?" for c in " ".join(text.split()))
-
-    def width(part: str) -> float:
-        points, _, _ = text_to_path.get_text_width_height_descent(part, font, ismath=False)
-        return float(points) / 72
-
-    if width(text) > inches:
-        most = bisect_right(range(len(text)), inches, key=lambda n: width(text[:n] + "..."))
+    points = 72 * inches
+    if extent(text, size, False)[0] > points:
+        most = bisect_right(range(len(text)), points, key=lambda n: extent(text[:n] + "...", size, False)[0])
         text = text[: most - 1].rstrip() + "..."
     return text.replace("$", r"\$")
