@@ -15,8 +15,7 @@ import pytest
 
 from lcpcli.enumeration.search import Solutions
 from lcpcli.files import contents
-from lcpcli.report import solution_table
-from lcpcli.report.figures import drawing
+from lcpcli.report import plotting, solutions
 from lcpcli.report.figures.data import Cones
 
 Lcp = Callable[..., Any]
@@ -173,13 +172,13 @@ def test_picture_marks_the_cones_that_hold_q(
 ) -> None:
     pytest.importorskip("matplotlib")
     drawn: list[Cones] = []
-    usual = drawing.cones
+    usual = plotting.cones
 
     def kept(picture: Cones, form: str) -> bytes:
         drawn.append(picture)
         return usual(picture, form)
 
-    monkeypatch.setattr(drawing, "cones", kept)
+    monkeypatch.setattr(plotting, "cones", kept)
     lcp("solve", f"{name}.json", "--all", "--plot", "cones.svg")
     (picture,) = drawn
     assert (folder / "cones.svg").read_text().startswith("<?xml")
@@ -191,8 +190,8 @@ def test_picture_marks_the_cones_that_hold_q(
 def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert folder.is_dir()
     whole = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
-    monkeypatch.setattr(solution_table, "MOST_ROWS", 2)
-    monkeypatch.setattr(solution_table, "MOST_SUBSETS", 1)
+    monkeypatch.setattr(solutions, "MOST_ROWS", 2)
+    monkeypatch.setattr(solutions, "MOST_SUBSETS", 1)
     head, rows = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
     assert re.search(r"the first 2 of [34] rows; --format json and csv have all of them", head)
     shown, expected = (

@@ -14,7 +14,7 @@ import pytest
 
 from lcpcli import Trace, read
 from lcpcli.files import answers, contents
-from lcpcli.report.figures import drawing
+from lcpcli.report import plotting
 from lcpcli.report.figures.data import Panel
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
@@ -144,7 +144,7 @@ def test_no_file_is_overwritten_that_holds_no_iterates(lcp: Lcp, folder: Path) -
 def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
     drawn: list[Panel] = []
-    monkeypatch.setattr(drawing, "convergence", lambda panels, _: drawn.extend(panels) or b"")
+    monkeypatch.setattr(plotting, "convergence", lambda panels, _: drawn.extend(panels) or b"")
     lcp("compare", EXAMPLE, "--sweep", "k-star=5,100", "--plot", "figure.svg", "--trace", "t.csv")
     assert [curve.label for curve in drawn[0].curves] == ["fixed-point", "shi:k-star=5", "shi:k-star=100"]
     rows = table(folder / "t.csv")

@@ -13,7 +13,7 @@ from lcpcli.bench import accuracy_tables
 from lcpcli.bench import record as records
 from lcpcli.bench.record import Record
 from lcpcli.files import contents
-from lcpcli.report.formats import LEVELS
+from lcpcli.report.wording import LEVELS
 
 FILES = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
 FAST = ("--budget", "0")

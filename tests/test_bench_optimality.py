@@ -13,7 +13,7 @@ from lcpcli.bench import suites
 from lcpcli.bench.check import ABSOLUTE, NATURAL, RELATIVE, optimality
 from lcpcli.bench.record import Machine, Measurement, Record, Settings
 from lcpcli.bench.statistics import shifted_geometric_mean
-from lcpcli.report import numbers
+from lcpcli.report import wording
 
 HALF_SQUARE = from_qp(Q=[[1]], c=[0], A=[[1]], row_lower=[1], lower=[-np.inf])  # min x^2 / 2, x >= 1: x = y = 1
 RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9])  # x = 2, y = -1, s = 4
@@ -89,9 +89,9 @@ def test_the_table_counts_what_is_claimed_and_accurate() -> None:
     settings, machine = Settings(1e-9, 10.0, 1e-6, 0.0), Machine("P", 1, None, "Linux", 1)
     record = Record(["x"], [], ["auto", "shi"], [], [], settings, machine, {}, rows)
     (group,) = report.optimality(record).groups
-    mean = numbers.duration(shifted_geometric_mean([0.5, 10.0], report.SHIFT))
+    mean = wording.duration(shifted_geometric_mean([0.5, 10.0], report.SHIFT))
     assert group == [
-        ["auto", "2", "2", "1", "1", "1", "1", numbers.duration(0.5)],
+        ["auto", "2", "2", "1", "1", "1", "1", wording.duration(0.5)],
         ["shi", "2", "1", "0", "1", "0", "0", mean],
     ]
     assert not any(report.optimality(Record(["x"], [], ["auto"], [], [], settings, machine, {}, rows[4:5])).groups)

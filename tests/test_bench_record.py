@@ -19,7 +19,7 @@ from lcpcli.bench.runs import NONE, SOLUTION, Answer
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
-from lcpcli.report.numbers import finite
+from lcpcli.report.wording import finite
 
 NUMBERS = st.none() | st.floats(allow_nan=False, allow_infinity=False)
 MEASUREMENTS = st.builds(

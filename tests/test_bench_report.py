@@ -17,7 +17,7 @@ from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
 from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
 from lcpcli.bench.tables import sheets
-from lcpcli.report import numbers
+from lcpcli.report import wording
 
 SECONDS = {
     ("auto", 100): [0.010, 0.011, 0.012, 0.013, 0.014],
@@ -102,7 +102,7 @@ def test_scores_count_failures_as_the_time_limit_and_leave_out_what_is_excluded(
         ("2", "3", "1", "0"),
         ("0", "0", "0", "0"),
     ]
-    assert found["lemke"]["mean time"] == numbers.duration(shifted_geometric_mean([0.5, 2.0, 10.0]))
+    assert found["lemke"]["mean time"] == wording.duration(shifted_geometric_mean([0.5, 2.0, 10.0]))
     assert found["picky"]["mean time"] == ""
 
 

@@ -12,11 +12,11 @@ import pytest
 
 from lcpcli import Problem, error_bound, read
 from lcpcli.files import contents, writing
-from lcpcli.report import numbers
+from lcpcli.report import wording
 
 
 def test_printed_bound_is_rounded_upwards() -> None:
-    assert [numbers.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == ["0", "1.0e-09", "1.3e+00", "3.0e+00"]
+    assert [wording.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == ["0", "1.0e-09", "1.3e+00", "3.0e+00"]
 
 
 def test_json_holds_the_bound_where_it_is_asked_for(lcp: Callable[..., Any], tmp_path: Path) -> None:

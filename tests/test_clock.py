@@ -20,7 +20,7 @@ from lcpcli.cli import repetition
 from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
-from lcpcli.report import summary
+from lcpcli.report import outcome as summary
 from lcpcli.solving.driver import run
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")

@@ -13,8 +13,8 @@ import pytest
 
 from lcpcli import Problem, read, run, write
 from lcpcli.files import contents
-from lcpcli.report import summary
-from lcpcli.report.formats import LEVELS
+from lcpcli.report import outcome as summary
+from lcpcli.report.wording import LEVELS
 from lcpcli.solving.driver import verified
 from lcpcli.verify.point import Criterion, Point
 

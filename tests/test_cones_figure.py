@@ -17,8 +17,8 @@ from matplotlib.path import Path
 from matplotlib.text import Text
 from scipy.optimize import nnls
 
+from lcpcli.report import plotting as figures
 from lcpcli.report.figures import cone_shapes, cones_figure, style
-from lcpcli.report.figures import drawing as figures
 from lcpcli.report.figures.cone_shapes import LINE, POINT, RAY, SECTOR, SETS
 from lcpcli.report.figures.data import Cones
 

@@ -18,7 +18,7 @@ import pytest
 import lcpcli
 from lcpcli.enumeration.search import ENOUGH, TIME_LIMIT, Solutions, SolutionSet
 from lcpcli.files.contents import Source
-from lcpcli.report import solution_records, solution_table
+from lcpcli.report import solutions
 
 from . import solution_sets as oracle
 
@@ -62,14 +62,14 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
     assert found.others is not True or len(pieces) < len(whole)
     assert not found.complete or set(pieces) == whole
     shown = SolutionSet(found, ended, 0.0)
-    held = json.loads(solution_records.in_json(shown, Source("file", None), exact=True))
+    held = json.loads(solutions.in_json(shown, Source("file", None), exact=True))
     assert (held["complete"], held["others"], len(held["pieces"])) == (found.complete, found.others, len(pieces))
     assert (held["status"] == ended) == (not found.complete)
     vertices = {vertex for piece in found.pieces for vertex in piece.vertices}
     assert {tuple(map(Fraction, each["z"])) for each in held["solutions"]} == vertices
     isolated = [hull for hull in pieces if len(hull.vertices) == 1 and not hull.rays and not hull.lines]
     check_words(shown.message, found, len(isolated), whole)
-    table = solution_table.build(shown, exact=True, form="table")
+    table = solutions.build(shown, exact=True, form="table")
     assert table.settled == found.complete
     if found.equilibria is None:
         assert held["components"] is None

@@ -7,9 +7,8 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli.report.figures import convergence_figure, ranges, style
-from lcpcli.report.figures.data import Curve, Panel
-from lcpcli.report.figures.ranges import Range
+from lcpcli.report.figures import convergence_figure, data, style
+from lcpcli.report.figures.data import Curve, Panel, Range
 
 from .figure_samples import odd
 
@@ -19,11 +18,11 @@ VALUES = st.one_of(st.floats(min_value=0), st.sampled_from([0.0, math.nan, 1.0, 
 @given(st.lists(st.lists(VALUES, max_size=8), max_size=4))
 def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
     panel = [odd("shi", errors) for errors in series]
-    up = ranges.errors(panel)
+    up = data.errors(panel)
     assert 0 < up.low <= up.scale_low < up.scale_high <= up.high < math.inf
     for curve in panel:
-        across = ranges.times(curve.seconds)
-        points = ranges.inside(curve.seconds, curve.errors, across, up)
+        across = data.times(curve.seconds)
+        points = data.inside(curve.seconds, curve.errors, across, up)
         measured = [(x, y) for x, y in zip(curve.seconds, curve.errors, strict=True) if y is not None]
         assert len(points) == len(measured)
         for point, (x, y) in zip(points, measured, strict=True):
@@ -33,9 +32,9 @@ def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
 
 
 def test_zero_lies_below_the_scale_and_infinity_above_it() -> None:
-    up = ranges.errors([odd("shi", [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan])])
+    up = data.errors([odd("shi", [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan])])
     across = Range(0.1, 10, 0.1, 10)
-    points = ranges.inside([1.0] * 7, [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan], across, up)
+    points = data.inside([1.0] * 7, [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan], across, up)
     assert [point.beyond for point in points] == ["", "below", "", "below", "above", "above", "above"]
     assert points[1].y < up.scale_low < 1e-5 < 1 < up.scale_high < points[4].y
 
@@ -52,7 +51,7 @@ def test_what_is_beyond_the_axes_is_ringed_and_explained() -> None:
 @given(st.floats(-250, 250), st.floats(0.5, 40), st.integers(1, 8))
 def test_ticks_are_few_powers_of_ten(start: float, length: float, most: int) -> None:
     span = Range(10**start, 10 ** (start + length), 10**start, 10 ** (start + length))
-    majors, minors = ranges.decades(span, most)
+    majors, minors = data.decades(span, most)
     assert len(majors) <= most
     assert all(span.low * (1 - 1e-9) <= tick <= span.high * (1 + 1e-9) for tick in (*majors, *minors))
     assert not set(majors) & set(minors)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli.report.figures import drawing as figures
+from lcpcli.report import plotting as figures
 from lcpcli.report.figures import terminal_figure
 
 from .figure_samples import crowd, paper_panel

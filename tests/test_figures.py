@@ -21,8 +21,8 @@ from matplotlib.text import Text
 
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.report.figures import bench_figure, convergence_figure, curves, style
-from lcpcli.report.figures import drawing as figures
+from lcpcli.report import plotting as figures
+from lcpcli.report.figures import bench_figure, convergence_figure, style
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 from .figure_samples import METHODS, PEERS, crowd, decaying, growth, odd, paper_panel, profiles, strange
@@ -166,7 +166,7 @@ def test_a_curve_has_few_markers_and_its_ends_among_them() -> None:
     for axes in figure.axes:
         markers = [line for line in axes.lines if line.get_marker() == style.METHODS["shi"].marker]
         xs = np.concatenate([line.get_xdata() for line in markers[:1]])
-        assert 5 <= xs.size <= curves.MOST_MARKERS + 2
+        assert 5 <= xs.size <= convergence_figure.MOST_MARKERS + 2
         line = next(line for line in axes.lines if line.get_linestyle() != "None")
         assert {xs[0], xs[-1]} == {line.get_xdata()[0], line.get_xdata()[-1]}
 
@@ -270,7 +270,7 @@ def test_a_missing_package_is_reported_in_one_line(package: str, monkeypatch: py
 
 def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> None:
     code = (
-        "import sys, lcpcli.report.figures.drawing as f; f.require(); f.require('plotext'); f.form_of('a.png');"
+        "import sys, lcpcli.report.plotting as f; f.require(); f.require('plotext'); f.form_of('a.png');"
         "print([m for m in ('matplotlib', 'plotext', 'numpy') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

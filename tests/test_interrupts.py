@@ -19,7 +19,7 @@ import lcpcli
 from lcpcli import Status
 from lcpcli.bench import session as benching
 from lcpcli.files import atomic_write, contents, reading
-from lcpcli.report.figures import drawing as figures
+from lcpcli.report import plotting as figures
 from lcpcli.solving import driver as driver
 from lcpcli.solving import proof, reference
 from lcpcli.solving.loop import Loop

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, plot, run, solve
-from lcpcli.report import notebook, numbers
+from lcpcli.report import notebook, wording
 
 Lcp = Callable[..., Any]
 
@@ -96,7 +96,7 @@ def test_runs_on_different_bounds_do_not_share_a_panel() -> None:
 
 
 def test_negative_components_are_shown_like_positive_ones() -> None:
-    assert numbers.components([-1e-9, -2.0, -3e7], 2.0) == ["0.0000000", "-2.0000000", "-3.000000e+07"]
+    assert wording.components([-1e-9, -2.0, -3e7], 2.0) == ["0.0000000", "-2.0000000", "-3.000000e+07"]
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e6])

@@ -61,11 +61,11 @@ def test_runs_of_one_method_share_the_options_in_which_they_do_not_differ(lcp: L
 
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])
 def test_figure_says_what_made_it_and_is_the_same_each_time(form: str, lcp: Lcp, tmp_path: Path) -> None:
-    from lcpcli.report.figures import drawing
+    from lcpcli.report import plotting
     from lcpcli.report.figures.data import Curve, Panel
 
     panel = Panel("p, n = 1", "error", [Curve("shi", "shi", [0, 1], [0.1, 0.2], [1.0, 0.1], True)], MADE_BY)
-    assert drawing.convergence([panel], form) == drawing.convergence([panel], form)
+    assert plotting.convergence([panel], form) == plotting.convergence([panel], form)
     file = tmp_path / f"figure.{form}"
     assert lcp("compare", *GIVEN, "--plot", str(file)).code == 0
     content = file.read_bytes()

@@ -15,7 +15,8 @@ import pytest
 from lcpcli import Problem, Status
 from lcpcli.cli import session
 from lcpcli.files import contents
-from lcpcli.report import iterations, latex, numbers
+from lcpcli.report import markup, wording
+from lcpcli.report import tables as iterations
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
@@ -173,12 +174,12 @@ def test_several_known_solutions_are_announced(lcp: Lcp) -> None:
     ],
 )
 def test_durations_have_a_unit_that_fits(seconds: float, text: str) -> None:
-    assert numbers.duration(seconds) == text
+    assert wording.duration(seconds) == text
 
 
 def test_components_beyond_seven_decimals_are_shown_with_their_exponent() -> None:
-    assert numbers.components([1.0, 2e6], largest=1.0) == ["1.0000000", "2.000000e+06"]
-    assert numbers.components([1e-9, 0.0], largest=1e-9) == ["1.000000e-09", "0.000000e+00"]
+    assert wording.components([1.0, 2e6], largest=1.0) == ["1.0000000", "2.000000e+06"]
+    assert wording.components([1e-9, 0.0], largest=1e-9) == ["1.000000e-09", "0.000000e+00"]
 
 
 def test_interrupted_comparison_shows_what_there_is(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,7 +235,7 @@ def test_shown_components_always_include_the_last() -> None:
 
 
 def test_labels_in_latex_are_safe_and_unique() -> None:
-    assert latex.labels(["a_b & 50%", "a b 50", "é"]) == ["tab:a-b-50", "tab:a-b-50-2", "tab:lcp"]
+    assert markup.labels(["a_b & 50%", "a b 50", "é"]) == ["tab:a-b-50", "tab:a-b-50-2", "tab:lcp"]
 
 
 def test_latex_keeps_the_verdict_and_the_solution(lcp: Lcp) -> None:

@@ -11,7 +11,7 @@ import pytest
 from lcpcli.cli import help as command
 from lcpcli.cli import program
 from lcpcli.cli.help import FOLDER, TOPICS
-from lcpcli.report import pages
+from lcpcli.report import terminal
 
 Lcp = Callable[..., Any]
 
@@ -54,7 +54,7 @@ def test_page_in_a_pipe_is_its_markdown(topic: str, lcp: Lcp) -> None:
 
 @pytest.mark.parametrize("topic", TOPICS)
 def test_page_fits_a_terminal_of_eighty_columns_with_every_line_of_code_whole(topic: str) -> None:
-    shown = pages.render(source(topic), 80, color=False)
+    shown = terminal.page(source(topic), 80, color=False)
     assert max(map(len, shown.splitlines())) <= 80
     assert sorted(words(shown)) == sorted(words(re.sub(r"^```\w*$", "", source(topic), flags=re.MULTILINE)))
     for block in re.findall(r"^```\w+\n(.*?)^```$", source(topic), flags=re.MULTILINE | re.DOTALL):

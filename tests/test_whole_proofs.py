@@ -13,7 +13,7 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.report import numbers
+from lcpcli.report import wording
 from lcpcli.verify.certificate import proof
 
 from . import exact
@@ -154,7 +154,7 @@ def test_doubles_of_many_digits_keep_their_vector() -> None:
 
 
 def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded() -> None:
-    assert [numbers.multiplier(value) for value in (2.0**53, 0.5, 1 / 3, -3.0)] == [
+    assert [wording.multiplier(value) for value in (2.0**53, 0.5, 1 / 3, -3.0)] == [
         "9007199254740992",
         "0.5",
         "~0.3333333",

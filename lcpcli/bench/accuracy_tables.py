@@ -14,8 +14,8 @@ from lcpcli.bench.statistics import shifted_geometric_mean, summary
 from lcpcli.bench.suites import ALL, SUITES, Case
 from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
-from lcpcli.report import numbers
-from lcpcli.report.formats import LEVELS
+from lcpcli.report import wording
+from lcpcli.report.wording import LEVELS
 
 NOWHERE = "-"
 SHOWN = LEVELS[1]  # the level of error whose times are listed
@@ -45,10 +45,10 @@ def reached(record: Record) -> Sheet:
     for name, own in _competing(record):
         times = [_seconds(own[method], SHOWN) if method in own else None for method in record.methods]
         known = [seconds for seconds in times if seconds is not None]
-        length, unit = numbers.unit(min(known, default=0.0))
-        cells = [NOWHERE if seconds is None else numbers.digits(seconds / length) for seconds in times]
+        length, unit = wording.unit(min(known, default=0.0))
+        cells = [NOWHERE if seconds is None else wording.digits(seconds / length) for seconds in times]
         rows.append([name, unit if known else "", *cells])
-    title = f"Time to an error of {numbers.level(SHOWN)} relative to the solution's largest component"
+    title = f"Time to an error of {wording.level(SHOWN)} relative to the solution's largest component"
     return Sheet(title, ["problem", "in", *record.methods], [rows])
 
 
@@ -57,7 +57,7 @@ def firsts(record: Record) -> Sheet:
     problems = [own for _, own in _competing(record)]
     winners = [[name for own in problems for name in _first(own, level)] for level in LEVELS]
     rows = [[method, *(str(names.count(method)) for names in winners)] for method in record.methods if problems]
-    header = ["solver", *(f"to {numbers.level(level)}" for level in LEVELS)]
+    header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
     notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
     return Sheet(f"How often first to an error, on {count(len(problems), 'problem')}", header, [rows], notes)
 
@@ -137,7 +137,7 @@ def _climbed(record: Record, family: str, axis: str, values: dict[str, str]) -> 
         if good:
             measures = ([row.forward_error for row in own[:good]], [row.condition for row in own[:good]])
             largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
-            cells = [values[own[good - 1].problem], *map(numbers.short, largest)]
+            cells = [values[own[good - 1].problem], *map(wording.short, largest)]
         if good < len(own):
             row = own[good]
             said = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
@@ -152,12 +152,12 @@ def optimality(record: Record) -> Sheet:
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
     programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
     rows = [_solved_programs(record, solver, programs) for solver in record.solvers if programs]
-    header = ["solver", "of", *(f"{NAMES[measure]} {numbers.level(level)}" for measure, level in COLUMNS), "mean time"]
+    header = ["solver", "of", *(f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS), "mean time"]
     notes = [
         "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
         "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
         "relative to the terms of w. "
-        f"mean time: of those solved to a relative {COUNTED:g}, a geometric mean shifted by {numbers.duration(SHIFT)}; "
+        f"mean time: of those solved to a relative {COUNTED:g}, a geometric mean shifted by {wording.duration(SHIFT)}; "
         "the others count as the time limit.",
     ]
     return Sheet("Optimality", header, [rows], notes)
@@ -168,7 +168,7 @@ def _solved_programs(record: Record, solver: str, programs: set[str]) -> list[st
     counts = [sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS]
     limit = record.options.time_limit
     times = [summary(row.seconds).median if _within(row, RELATIVE, COUNTED) else limit for row in own]
-    mean = numbers.duration(shifted_geometric_mean(times, SHIFT)) if times else ""
+    mean = wording.duration(shifted_geometric_mean(times, SHIFT)) if times else ""
     return [solver, str(len(own)), *map(str, counts), mean]
 
 

@@ -13,7 +13,7 @@ from lcpcli.linalg.doubles import EPS, are_moderate
 from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
-from lcpcli.report.numbers import finite
+from lcpcli.report.wording import finite
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.sensitivity import MOST_INVERTED, sensitivity

@@ -9,7 +9,7 @@ from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.statistics import growths, method_of, performance_ratios, summary, times
 from lcpcli.bench.suites import series
 from lcpcli.bench.tables import conditions
-from lcpcli.report.figures import drawing as figures
+from lcpcli.report import plotting as figures
 from lcpcli.report.figures.data import Curve, Panel, Profile
 
 MOST_PANELS = 4

@@ -69,25 +69,35 @@ def _csv(record: Record) -> str:
 def _markdown(record: Record) -> str:
     """A heading, the conditions of measurement, and one section per table."""
     from lcpcli.bench.tables import conditions, sheets, title
-    from lcpcli.report.markdown import escape, grid
+    from lcpcli.report.markup import escape_markdown, grid
 
-    parts = ["\n".join([f"## {escape(title(record))}", "", *(f"- {escape(line)}" for line in conditions(record))])]
+    parts = [
+        "\n".join(
+            [f"## {escape_markdown(title(record))}", "", *(f"- {escape_markdown(line)}" for line in conditions(record))]
+        )
+    ]
     for sheet in sheets(record, None):
         rows = [row for group in sheet.groups for row in group]
-        parts += [f"### {escape(sheet.title)}", grid(sheet.header, rows, LEFT), *map(escape, sheet.notes)]
+        parts += [
+            f"### {escape_markdown(sheet.title)}",
+            grid(sheet.header, rows, LEFT),
+            *map(escape_markdown, sheet.notes),
+        ]
     return "\n\n".join(parts) + "\n"
 
 
 def _latex(record: Record) -> str:
     """A comment with the conditions of measurement, then one table environment per table, ready to be \\input."""
     from lcpcli.bench import tables
-    from lcpcli.report import latex
+    from lcpcli.report import markup
 
     head = (tables.title(record), *tables.conditions(record))
-    lines = [latex.NEEDED, *(f"% {' '.join(line.split())}" for line in head)]
+    lines = [markup.NEEDED, *(f"% {' '.join(line.split())}" for line in head)]
     sheets = tables.sheets(record, None)
-    for sheet, label in zip(sheets, latex.labels([sheet.title for sheet in sheets]), strict=True):
-        lines.append(latex.float_of(sheet.title, label, [latex.tabular(sheet.header, sheet.groups, LEFT)], sheet.notes))
+    for sheet, label in zip(sheets, markup.labels([sheet.title for sheet in sheets]), strict=True):
+        lines.append(
+            markup.float_of(sheet.title, label, [markup.tabular(sheet.header, sheet.groups, LEFT)], sheet.notes)
+        )
     return "\n".join(lines) + "\n"
 
 

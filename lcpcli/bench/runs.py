@@ -15,7 +15,7 @@ from lcpcli.methods import variants
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.peers import registry as peers
-from lcpcli.report.formats import LEVELS
+from lcpcli.report.wording import LEVELS
 from lcpcli.solving import driver as driver
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector

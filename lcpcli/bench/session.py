@@ -22,7 +22,7 @@ from lcpcli.linalg.matrices import THREADED
 from lcpcli.model.problem import Problem
 from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers
-from lcpcli.report.numbers import finite
+from lcpcli.report.wording import finite
 
 COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds", "milestones")  # of an answer
 

@@ -13,7 +13,7 @@ from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.statistics import SHIFT, Fit, growths, performance_ratios, shifted_geometric_mean, summary, times
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.report import numbers
+from lcpcli.report import wording
 
 MOST_SOLVERS = 6  # side by side if no width is given
 SHORTEST = 20  # least number of characters of a failure's description in a table; JSON and CSV have all of it
@@ -67,11 +67,11 @@ def _solvers(record: Record) -> Sheet:
     for solver, own in medians.items() if record.measurements else ():
         counts = sum(seconds < math.inf for seconds in own.values()), len(own), false[solver]
         charged = [seconds if seconds < math.inf else limit for seconds in own.values()]
-        mean = numbers.duration(shifted_geometric_mean(charged)) if charged else ""
+        mean = wording.duration(shifted_geometric_mean(charged)) if charged else ""
         rows.append([solver, *map(str, counts), mean, str(ratios[solver].count(1.0))])
     notes = [
         "false: claimed but wrong by every measure. mean time: geometric mean, shifted by "
-        f"{numbers.duration(SHIFT)}; a failure counts as the time limit, {numbers.duration(limit)}."
+        f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
     ]
     return Sheet("Solvers", ["solver", "solved", "of", "false", "mean time", "fastest"], [rows], notes)
 
@@ -94,7 +94,7 @@ def _side_by_side(record: Record) -> Sheet:
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
         successes = [summary(row.seconds).median for row in own.values() if row.success]
-        length, unit = numbers.unit(min(successes, default=0.0))
+        length, unit = wording.unit(min(successes, default=0.0))
         cells = [_time(own[solver], length) if solver in own else "" for solver in record.solvers]
         rows.append([name, unit if successes else "", *cells])
     return Sheet("Times", ["problem", "in", *record.solvers], [rows], [TIMES])
@@ -106,8 +106,8 @@ def _one_below_another(record: Record) -> Sheet:
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         rows: list[list[str]] = []
         for row in group:
-            length, unit = numbers.unit(summary(row.seconds).median) if row.success else (1.0, "")
-            measures = [numbers.short(row.scaled_residual, ROW_ROUNDING), numbers.short(row.error)]
+            length, unit = wording.unit(summary(row.seconds).median) if row.success else (1.0, "")
+            measures = [wording.short(row.scaled_residual, ROW_ROUNDING), wording.short(row.error)]
             iterations = "" if row.iterations is None else str(row.iterations)
             rows.append(["" if rows else name, row.solver, _time(row, length), unit, *measures, iterations])
         groups.append(rows)
@@ -120,7 +120,7 @@ def _time(row: Measurement, length: float) -> str:
     if not row.success:
         return _failure(row)
     own = summary(row.seconds)
-    digits = numbers.digits(own.median / length)
+    digits = wording.digits(own.median / length)
     return digits if own.spread is None else f"{digits}±{100 * own.spread:.0f}%"
 
 
@@ -134,7 +134,7 @@ def _failures(record: Record, width: int | None) -> Sheet:
     for row in record.measurements:
         if not row.success and not row.excluded:
             ending = " ".join([f"{_failure(row)}:"] * row.claimed + row.statement.split())
-            rows.append([row.problem, row.solver, numbers.short(row.scaled_residual), ending])
+            rows.append([row.problem, row.solver, wording.short(row.scaled_residual), ending])
     if rows and width is not None:
         room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST)
         for cells in rows:

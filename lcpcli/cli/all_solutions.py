@@ -51,7 +51,7 @@ def run(files: Sequence[str], variant: Variant, given: dict[str, Any], exact: bo
         _require_picture(picture)
     data, source = _read(files, of_z, given)
     if picture is not None:
-        from lcpcli.report import solution_cones
+        from lcpcli.report import solutions as solution_cones
 
         solution_cones.require(data.problem)
     try:
@@ -148,29 +148,30 @@ def _show(found: SolutionSet, source: Source, output: Output, exact: bool) -> No
 def _require_picture(path: str) -> None:
     """Refuse a picture that could not be drawn or written."""
     from lcpcli.files.atomic_write import refuse_unwritable
-    from lcpcli.report.figures import drawing
+    from lcpcli.report import plotting
 
-    drawing.require()
-    drawing.form_of(path)
+    plotting.require()
+    plotting.form_of(path)
     refuse_unwritable(path)
 
 
 def _draw(found: SolutionSet, path: str) -> None:
     """Write the picture of the complementary cones."""
     from lcpcli.files import atomic_write
-    from lcpcli.report.figures import drawing
-    from lcpcli.report.solution_cones import cones
+    from lcpcli.report import plotting
+    from lcpcli.report.solutions import cones
 
-    atomic_write.write_whole(path, drawing.cones(cones(found), drawing.form_of(path)))
+    atomic_write.write_whole(path, plotting.cones(cones(found), plotting.form_of(path)))
 
 
 def _text(found: SolutionSet, source: Source, form: str, exact: bool, width: int | None, color: bool) -> str:
     if form in ("json", "csv"):
-        from lcpcli.report import solution_records
+        from lcpcli.report import solutions as solution_records
 
         return (
             solution_records.in_json(found, source, exact) if form == "json" else solution_records.in_csv(found, exact)
         )
-    from lcpcli.report import render, solution_table
+    from lcpcli.report import formats
+    from lcpcli.report import solutions as solution_table
 
-    return render.typeset([solution_table.build(found, exact, form)], form, width, color)
+    return formats.typeset([solution_table.build(found, exact, form)], form, width, color)

@@ -24,7 +24,7 @@ from lcpcli.cli.session import same_file
 from lcpcli.errors import OptionError
 from lcpcli.files.atomic_write import refuse_unwritable, reserved, write_whole
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, TIME_LIMIT, TOL, flag
-from lcpcli.report.figures import drawing as figures
+from lcpcli.report import plotting as figures
 
 MEASURING = (TOL, TIME_LIMIT, ACCEPT, BUDGET)
 ASKED = ("suite", "infinity", "methods", "sweep", "peers", "tol", "time_limit", "accept", "budget")

@@ -14,7 +14,7 @@ from lcpcli.files import contents
 from lcpcli.files.contents import files_in
 from lcpcli.methods.registry import meanings
 from lcpcli.options import WARM
-from lcpcli.report.formats import LEVELS
+from lcpcli.report.wording import LEVELS
 
 AS_PUBLISHED = ("fixed-point", "shi")
 

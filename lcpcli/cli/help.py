@@ -71,7 +71,7 @@ def help(context: click.Context, topic: str | None) -> None:
 def _show(page: str) -> None:
     width, color = terminal()
     if width is not None:
-        from lcpcli.report import pages
+        from lcpcli.report import terminal as pages
 
-        page = pages.render(page, min(width, WIDEST_LINE), color)
+        page = pages.page(page, min(width, WIDEST_LINE), color)
     emit(page, color)

@@ -55,12 +55,12 @@ def inspect(
 
     if output is not None:
         atomic_write.refuse_unwritable(output)
-    from lcpcli.inspection import inspection
-    from lcpcli.report import inspection_json, inspection_text
+    from lcpcli.inspection.inspection import inspect as inspected
+    from lcpcli.report import inspection
 
-    found = inspection.inspect(problems.read(files, given), time_limit)
+    found = inspected(problems.read(files, given), time_limit)
     width = None if output else terminal()[0]
-    text = inspection_json.render(found) if form == "json" else inspection_text.render(found, width)
+    text = inspection.as_json(found) if form == "json" else inspection.as_text(found, width)
     if output is None:
         emit(text, color=False)
     else:

@@ -25,7 +25,7 @@ from lcpcli.files.contents import place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
 from lcpcli.options import JOBS
-from lcpcli.report import rows
+from lcpcli.report import formats
 
 if TYPE_CHECKING:
     from lcpcli.methods.variants import Variant
@@ -51,13 +51,13 @@ def run(
             raise OptionError("--resume", f"there is no log {given['resume']}", "name one, or a new FILE.jsonl")
         refuse_unwritable(given["resume"])
     form = "json" if given["resume"] else "" if output.silent else output.form
-    width = rows.width_of([place(file) for file in files])
+    width = formats.width_of([place(file) for file in files])
     every = (given["every"] or 1) if output.with_iterates else None
     task = Task(variant, given, exact, form, width, every)
     tally = _Tally()
     if log_path is None:
         with _records(task, works, given, in_order=True) as records, _written(output) as write:
-            write(rows.heading(task.form, task.width))
+            write(formats.heading(task.form, task.width))
             _finish(records, write, tally, is_told=wanted(given["quiet"]) and output.path is not None)
     else:
         _log(works, log_path, task, tally)
@@ -143,7 +143,7 @@ def _refuse_without_effect(output: Output, given: Mapping[str, Any]) -> None:
         raise OptionError("--plot", "draws one problem only", COMPARE)
     if output.trace_path is not None:
         raise OptionError("--trace", "writes the iterates of one problem only", "give --trace without a file, and JSON")
-    if not output.silent and output.form not in rows.FORMS:
+    if not output.silent and output.form not in formats.FORMS:
         raise OptionError("--format", f"{output.form} is for one problem only", COMPARE)
     if output.with_iterates and output.form != "json":
         raise OptionError("--trace", "has no effect on several problems but in JSON", "give --format json")

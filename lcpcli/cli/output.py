@@ -89,7 +89,7 @@ class Output:
 
     def _selection(self, problem: Problem, width: int | None) -> tuple[int, int | None, Indices | None]:
         """Which iterates a table shows, every so many and at most so many, and which of their components."""
-        from lcpcli.report.iterations import kept_components, room
+        from lcpcli.report.tables import kept_components, room
 
         components = kept_components(problem, room(self.form, width))
         every, most = (self._every, None) if self._every else (int(EVERY.value), self._most(width))
@@ -110,7 +110,7 @@ def _refuse_as_trace(path: str) -> None:
     """Refuse to write iterates to a file of another kind, or over one that holds something else: --trace may have
     taken a problem's file as its own."""
     from lcpcli.files.atomic_write import refuse_unwritable
-    from lcpcli.report.trace_csv import OPENING
+    from lcpcli.report.result_csv import OPENING
 
     if Path(path).suffix.lower() != ".csv":
         raise OptionError("--trace", f"{path} does not end in .csv", "name a .csv file, or put --trace last")
@@ -150,7 +150,7 @@ class Plot:
         self.path, self.levels = path, levels
         if path is None:
             return
-        from lcpcli.report.figures import drawing as figures
+        from lcpcli.report import plotting as figures
 
         figures.require("plotext" if path == HERE else "matplotlib")
         if path != HERE:
@@ -162,7 +162,7 @@ class Plot:
     def require_room(self, problems: int) -> None:
         """Refuse more problems than a picture has room for, before any is solved."""
         if self.path not in (None, HERE):
-            from lcpcli.report.figures import drawing as figures
+            from lcpcli.report import plotting as figures
 
             figures.require_room(problems)
 
@@ -185,18 +185,17 @@ class Plot:
         if self.path is None:
             return
         from lcpcli.files import atomic_write
-        from lcpcli.report import curves
-        from lcpcli.report.figures import drawing as figures
+        from lcpcli.report import plotting
 
-        panels = curves.panels(runs)
+        panels = plotting.panels(runs)
         if self.path != HERE:
-            atomic_write.write_whole(self.path, figures.convergence(panels, figures.form_of(self.path)))
+            atomic_write.write_whole(self.path, plotting.convergence(panels, plotting.form_of(self.path)))
             return
         from shutil import get_terminal_size
 
         _, color = terminal()
         size = get_terminal_size()
-        emit(figures.terminal(panels, size.columns, size.lines - 2, color), color)
+        emit(plotting.terminal(panels, size.columns, size.lines - 2, color), color)
 
 
 def terminal() -> tuple[int | None, bool]:

@@ -16,8 +16,8 @@ from lcpcli.files.contents import Source
 from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.files.inputs import QColumns, Work
 from lcpcli.options import LIMITS
-from lcpcli.report import rows
-from lcpcli.report.render import BAD_INPUT
+from lcpcli.report import formats
+from lcpcli.report.formats import BAD_INPUT
 
 if TYPE_CHECKING:
     from lcpcli.methods.variants import Variant
@@ -121,7 +121,7 @@ class Task:
         return concluded([result])[0]
 
     def _written(self, result: Result, source: Source, remarks: Sequence[str] = ()) -> Record:
-        text = rows.of_result(result, source, self.form, self.width) if self.form else ""
+        text = formats.of_result(result, source, self.form, self.width) if self.form else ""
         return Record(text, result.word, result.exit_code, tuple(remarks), result.interrupted)
 
     def _bad(self, source: Source, fault: LCPError) -> Record:
@@ -129,7 +129,7 @@ class Task:
         return self._without_result(source, BAD_INPUT, message, exit_codes.BAD_INPUT)
 
     def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> Record:
-        text = rows.without_result(source, word, message, self.form, self.width) if self.form else ""
+        text = formats.without_result(source, word, message, self.form, self.width) if self.form else ""
         return Record(text, word, exit_code, (message,))
 
     @property

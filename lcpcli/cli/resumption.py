@@ -18,8 +18,8 @@ from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.files.log import Log
 from lcpcli.methods.registry import OPTIONS
 from lcpcli.options import LIMITS
-from lcpcli.report.numbers import finite
-from lcpcli.report.render import BAD_INPUT
+from lcpcli.report.formats import BAD_INPUT
+from lcpcli.report.wording import finite
 from lcpcli.solving.answer import word_of
 from lcpcli.solving.result import Status
 

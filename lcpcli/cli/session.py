@@ -187,9 +187,9 @@ def _write_trace(results: Results, path: str | None) -> None:
     if path is None:
         return
     from lcpcli.files import atomic_write
-    from lcpcli.report import trace_csv
+    from lcpcli.report import result_csv
 
-    atomic_write.write_whole(path, trace_csv.render([result for own in results for result in own]))
+    atomic_write.write_whole(path, result_csv.iterates_text([result for own in results for result in own]))
 
 
 def _text(
@@ -201,7 +201,7 @@ def _text(
     compared: bool,
 ) -> str:
     """What is shown of the results, in JSON also what could not be read."""
-    from lcpcli.report import render as report
+    from lcpcli.report import formats as report
 
     width, color = screen
     shown = [[output.shown(result, width) for result in own] for own in results]

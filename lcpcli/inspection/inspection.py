@@ -58,9 +58,9 @@ class Inspection:
     hints: list[str]
 
     def __repr__(self) -> str:
-        from lcpcli.report.notebook import inspection_text
+        from lcpcli.report.inspection import as_text
 
-        return inspection_text(self)
+        return as_text(self).rstrip()
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")

@@ -1,16 +1,21 @@
-"""Results in terms of the program or the game behind the problem, as lines and as JSON."""
+"""Results in terms of the program or the game behind the problem: a minimum, or strategies and payoffs."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from lcpcli.report import numbers, summary
+import numpy as np
+
+from lcpcli.model.origins import Game
+from lcpcli.report import wording
+from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
+from lcpcli.typing import Vector
+from lcpcli.verify.equilibrium import Strategies
 
-if TYPE_CHECKING:
-    from fractions import Fraction
+PAYOFFS = ("row gets", "column gets")
 
 
 def lines(result: Result, compared: bool) -> list[str]:
@@ -21,43 +26,27 @@ def lines(result: Result, compared: bool) -> list[str]:
     answer = result.answer
     if answer is None:
         return []
-    proofs = no_optimum(answer, result.problem.origin)
-    told = [text for text in (", ".join(_parts(result)), answer.statement, *proofs) if text]
+    texts = [", ".join(_parts(result)), answer.statement, *no_optimum(answer, result.problem.origin)]
     if answer.exact:
         from lcpcli.rational.numbers import brief
 
-        told += [f"exact {key} = {numbers.vector(part, brief)}" for key, part in answer.exact.items() if part]
-    return [f"{summary.name(result)}: " * compared + text for text in told]
-
-
-def data(result: Result) -> dict[str, Any] | None:
-    """The answer as a JSON object, with the kind of the origin; None without an origin."""
-    answer = result.answer
-    if answer is None or result.problem.origin is None:
-        return None
-    held = {field.name: _json(getattr(answer, field.name)) for field in fields(answer)}
-    told = result.problem.origin.data()
-    return {"kind": told["kind"], **held, "rows": told.get("rows"), "columns": told.get("columns")}
+        texts += [f"exact {key} = {wording.vector(part, brief)}" for key, part in answer.exact.items() if part]
+    return [f"{wording.name(result)}: " * compared + text for text in texts if text]
 
 
 def _parts(result: Result) -> list[str]:
-    from lcpcli.model.program import Program
-    from lcpcli.solving.answer import Equilibrium, Minimum
-
-    answer, origin = result.answer, result.problem.origin
-    if isinstance(answer, Minimum) and isinstance(origin, Program):
-        if answer.x is None or answer.y is None:
+    """The point, the multipliers and the objective of a program, or the strategies of a game, as far as known."""
+    answer = result.answer
+    origin: Any = result.problem.origin
+    if not isinstance(answer, Minimum):
+        if answer.row is None:
             return []
-        multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
-        best = "best " * (not result.solved)
-        return [
-            f"{best}x = {named(answer.x.tolist(), origin.columns)}",
-            *multipliers,
-            f"objective {answer.objective:.7g}",
-        ]
-    if not isinstance(answer, Equilibrium) or answer.row is None or answer.column is None or answer.payoffs is None:
+        return strategies(origin, answer.row.tolist(), answer.column.tolist(), answer.payoffs)
+    if answer.x is None or answer.y is None:
         return []
-    return strategies(origin, answer.row.tolist(), answer.column.tolist(), answer.payoffs)
+    point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
+    multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
+    return [point, *multipliers, f"objective {answer.objective:.7g}"]
 
 
 def strategies(
@@ -73,16 +62,15 @@ def strategies(
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:
     """Why a program has no optimum: the multipliers of the rows that exclude each other, and the ray."""
-    from lcpcli.model.program import Program
-    from lcpcli.solving.answer import Minimum
-
-    if not isinstance(answer, Minimum) or not isinstance(origin, Program):
+    if not isinstance(answer, Minimum):
         return []
-    rows, direction = "excluded within the bounds by its rows times", "improves for ever in the direction"
-    told = ((rows, answer.certificate, origin.rows), (direction, answer.ray, origin.columns))
+    proofs = (
+        ("excluded within the bounds by its rows times", answer.certificate, origin.rows),
+        ("improves for ever in the direction", answer.ray, origin.columns),
+    )
     return [
-        f"{what} {named(v.tolist(), names, numbers.multiplier, sparing=True)}"
-        for what, v, names in told
+        f"{what} {named(v.tolist(), names, wording.multiplier, sparing=True)}"
+        for what, v, names in proofs
         if v is not None
     ]
 
@@ -92,22 +80,38 @@ def named(
 ) -> str:
     """A vector, or its entries with their names, if they have any; of a sparing one only those that are not 0."""
     if not names:
-        return numbers.vector(values, cell)
-    named = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
-    return numbers.vector(named, lambda each: f"{each[0]} {cell(each[1])}")
+        return wording.vector(values, cell)
+    pairs = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
+    return wording.vector(pairs, lambda each: f"{each[0]} {cell(each[1])}")
 
 
-def _json(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _fractions(part) for key, part in value.items()}
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, (list, tuple)):
-        return [_json(entry) for entry in value]
-    return numbers.finite(value) if isinstance(value, float) else value
+def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
+    """The names that are shorter than that, places as z1 instead of the others."""
+    return [name if 0 < len(name) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
 
 
-def _fractions(values: Sequence[Fraction]) -> list[str]:
-    from lcpcli.rational.numbers import text
+def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
+    """The names of the rows and of the columns, by `short_names` with the letters x and y."""
+    m, k = game.A.shape
+    return short_names(game.rows or [""] * m, most, "x"), short_names(game.columns or [""] * k, most, "y")
 
-    return [text(value) for value in values]
+
+def headings(game: Game) -> list[str]:
+    """A heading for each strategy and each payoff, no two of them the same."""
+    rows, columns = strategy_names(game, np.inf)
+    times = Counter([*rows, *columns, *PAYOFFS])
+    parts = (("row", rows), ("column", columns))
+    return [*(name if times[name] == 1 else f"{player} {name}" for player, own in parts for name in own), *PAYOFFS]
+
+
+@np.errstate(all="ignore")  # an iterate may be anything
+def iterate_of_game(game: Game, z: Vector) -> list[Any]:
+    """The probabilities that z stands for, and then the payoffs, doubles or fractions as z has; they are None for a
+    player whose part of z is no strategy, and both payoffs are None then."""
+    parts = game.parts(z)
+    sums = [part.sum() for part in parts]
+    given = [min(part) >= 0 and 0 < total < np.inf for part, total in zip(parts, sums, strict=True)]
+    x, y = (part / total for part, total in zip(parts, sums, strict=True))
+    payoffs = Strategies.of(game, x, y).payoffs if all(given) else (None, None)
+    shown = (own.tolist() if there else [None] * own.size for own, there in zip((x, y), given, strict=True))
+    return [*(value for own in shown for value in own), *payoffs]

@@ -1,8 +1,17 @@
-"""The formats of results, by name; nothing heavy is imported, so that help is instant."""
+"""The formats of results, and results in each of them; nothing heavy is imported, so that help is instant."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import chain
+from typing import TYPE_CHECKING
+
 from lcpcli.files.formats import LINES
+
+if TYPE_CHECKING:
+    from lcpcli.files.contents import Source
+    from lcpcli.report.tables import ResultTable
+    from lcpcli.solving.result import Result
 
 FORMATS = {
     "table": "human-readable",
@@ -12,13 +21,106 @@ FORMATS = {
     "latex": "the table in LaTeX with booktabs",
 }
 TABLES = ("table", "markdown", "latex")  # those that show a selection of iterates and of components
-LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
-SUFFIXES = {
-    "": "table",
-    ".txt": "table",
-    ".json": "json",
-    **dict.fromkeys(LINES, "json"),
-    ".csv": "csv",
-    ".md": "markdown",
-    ".tex": "latex",
-}
+FORMS = ("table", "json", "csv")  # those in which each of many problems has a part of its own
+ENDINGS = {".txt": "table", ".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
+SUFFIXES = {"": "table", **ENDINGS, **dict.fromkeys(LINES, "json")}
+BAD_INPUT = "bad_input"  # the status of a problem that could not be read
+ROW = "{:{width}}  {:>6}  {:15}  {:>5}  {:>8}  {:>7}  {}"  # of one of many problems
+WIDEST, ITEM = 40, len(":1000")  # columns for the name of a problem, and of those for the item in a file
+
+
+def render(
+    runs: Sequence[Sequence[Result]],
+    sources: Sequence[Source],
+    form: str,
+    width: int | None,
+    color: bool,
+    *,
+    compared: bool = True,
+    whole: bool = False,
+    iterates: bool = False,
+) -> str:
+    """The results as text in a format.
+
+    runs : grouped by problem. sources : where each problem was read.
+    width, color : of the terminal; width is None if there is none.
+    compared : whether the iterates come first and then one line per result; else the result comes first.
+    whole : whether a result that comes first shows all components of z.
+    iterates : whether CSV is made of the iterates instead of the answers.
+    """
+    if form == "json":
+        pairs = zip(runs, sources, strict=True)
+        return "".join(of_result(result, source, form) for own, source in pairs for result in own)
+    if form == "csv":
+        from lcpcli.report import result_csv
+
+        results = list(chain.from_iterable(runs))
+        return result_csv.iterates_text(results) if iterates else result_csv.answers_text(results, compared)
+    from lcpcli.report import tables
+
+    return typeset([tables.build(run, width, compared, whole, form) for run in runs], form, width, color)
+
+
+def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:
+    """Tables as text in a format."""
+    if form == "table":
+        from lcpcli.report import terminal
+
+        return terminal.render(tables, width, color)
+    from lcpcli.report import markup
+
+    return markup.latex(tables) if form == "latex" else markup.markdown(tables)
+
+
+def unread(faults: Sequence[tuple[Source, Exception]]) -> str:
+    """Problems that could not be read, with what is wrong, as JSON."""
+    return "".join(without_result(source, BAD_INPUT, str(fault), "json") for source, fault in faults)
+
+
+def width_of(files: Sequence[str]) -> int:
+    """The columns for the names of problems from these files."""
+    return min(max(map(len, files)) + ITEM, WIDEST)
+
+
+def heading(form: str, width: int) -> str:
+    """What comes before the first of many problems. width : of the names of problems."""
+    if form == "table":
+        return _row(width, "problem", "n", "status", "k", "residual", "time", "by")
+    if form == "json":
+        return ""
+    from lcpcli.report import result_csv
+
+    return result_csv.written([["problem", *result_csv.COLUMNS, result_csv.STATE, "name"]])
+
+
+def of_result(result: Result, source: Source, form: str, width: int = 0) -> str:
+    """The part of a problem that was read there and has a result."""
+    if form == "json":
+        from lcpcli.report import json_lines
+
+        return json_lines.line(json_lines.data(result, source))
+    if form == "csv":
+        from lcpcli.report import result_csv
+
+        return result_csv.part(result, str(source))
+    from lcpcli.report import outcome, wording
+
+    n, k, seconds = str(result.problem.n), str(result.iterations), wording.duration(result.seconds)
+    by = ", ".join(result.route)
+    status = result.word.replace("_", " ")
+    return _row(width, str(source), n, status, k, outcome.residual(result), seconds, by)
+
+
+def without_result(source: Source, status: str, message: str, form: str, width: int = 0) -> str:
+    """The part of a problem that could not be read, or whose result was lost."""
+    if form == "json":
+        from lcpcli.report import json_lines
+
+        return json_lines.line(json_lines.without_result(source, status, message))
+    if form == "csv":
+        return f"# {' '.join(message.split())}\n"
+    return _row(width, str(source), "", status.replace("_", " "), "", "", "", "")
+
+
+def _row(width: int, *cells: str) -> str:
+    return ROW.format(*cells, width=width).rstrip() + "\n"

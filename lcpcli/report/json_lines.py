@@ -3,131 +3,68 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from typing import Any, TypedDict, cast
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
 
 from lcpcli import __version__
 from lcpcli.files.contents import NOWHERE, Source
 from lcpcli.model.problem import Problem
-from lcpcli.report import advice, answers, provenance, summary
-from lcpcli.report.numbers import finite
+from lcpcli.report import wording
 from lcpcli.solving.result import Result
 
-
-class ResultDict(TypedDict):
-    """The keys of a result; `lcp help json` has their meanings."""
-
-    version: str
-    file: str | None
-    item: int | None
-    problem: str | None
-    n: int | None
-    names: list[str] | None
-    method: str | None
-    label: str | None
-    route: list[str] | None
-    status: str
-    message: str
-    advice: str | None
-    solved: bool
-    verified: bool | None
-    z: list[float | None] | None
-    w: list[float | None] | None
-    basis: list[str] | None
-    iterations: int | None
-    evaluations: int | None
-    residual: float | None
-    relative_residual: float | None
-    digits: list[int] | None
-    error: float | None
-    error_bound: float | None
-    error_bound_source: str | None
-    reference: str | None
-    milestones: list[dict[str, Any]] | None
-    warm: bool | None
-    setup_seconds: float | None
-    solve_seconds: float | None
-    verify_seconds: float | None
-    seconds: float | None
-    spread: float | None
-    certificate: dict[str, Any] | None
-    exact: dict[str, Any] | None
-    answer: dict[str, Any] | None
-    others: bool | None
-    exactly_solvable: bool | None
-    tol: float | None
-    max_iterations: int | None
-    time_limit: float | None
-    options: dict[str, Any] | None
-    trace: list[dict[str, Any]] | None
+# The keys of a result in their order; `lcp help json` has their meanings.
+KEYS = (
+    "version file item problem n names method label route status message advice solved verified z w basis iterations "
+    "evaluations residual relative_residual error digits error_bound error_bound_source reference milestones warm "
+    "setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others exactly_solvable "
+    "tol max_iterations time_limit options trace"
+)
+OF_ROW = ("k", "z", "residual", "error", "seconds", "step", "method")  # of a trace
 
 
-def render(results: Sequence[Result], source: Source) -> str:
-    """One line per result on the problem that was read there."""
-    return "".join(line(data(result, source)) for result in results)
+def line(record: Mapping[str, Any]) -> str:
+    """An object of plain values in a line."""
+    return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def line(record: ResultDict, source: Source = NOWHERE) -> str:
-    """The object in a line, with the mark of its problem in a log."""
-    return json.dumps({**record, **(source.mark or {})}, allow_nan=False, ensure_ascii=False) + "\n"
+def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
+    """What is said of a problem that could not be read, or whose result was lost, with its mark in a log."""
+    own = {"version": __version__, "file": source.file, "item": source.item}
+    own |= {"status": status, "message": message, "solved": False}
+    return dict.fromkeys(KEYS.split()) | own | dict(source.mark or {})
 
 
-def without_result(source: Source, status: str, message: str) -> ResultDict:
-    """What is said of a problem that could not be read, or whose result was lost."""
-    held: Any = dict.fromkeys(ResultDict.__annotations__)
-    held |= {"version": __version__, "file": source.file, "item": source.item}
-    held |= {"status": status, "message": message, "solved": False}
-    return cast(ResultDict, held)
-
-
-def data(result: Result, source: Source = NOWHERE) -> ResultDict:
-    """A result as the object of its line."""
-    made_by = provenance.data(result)
-    return {
-        "version": made_by["version"],
+def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
+    """A result as the object of its line, with the mark of its problem in a log."""
+    problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
+    rows = trace and [{key: getattr(row, key) for key in OF_ROW} | {"step": row.step or None} for row in trace.rows]
+    vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
+    own = {
+        "version": __version__,
         "file": source.file,
         "item": source.item,
-        "problem": result.problem.name,
-        "n": result.problem.n,
-        "names": names(result.problem),
-        "method": result.method,
-        "label": summary.name(result),
-        "route": list(result.route),
+        "problem": problem.name,
+        "n": problem.n,
+        "names": names(problem),
+        "label": wording.name(result),
         "status": result.status.word,
-        "message": result.message,
-        "advice": advice.line(result) or None,
-        "solved": result.solved,
-        "verified": result.verified,
-        "z": _numbers(result.z.tolist()),
-        "w": _numbers(result.w.tolist()),
-        "basis": result.basis if result.problem.is_mixed else None,
-        "iterations": result.iterations,
-        "evaluations": result.evaluations,
-        "residual": finite(result.residual),
-        "relative_residual": finite(result.relative_residual),
-        "error": finite(result.error),
-        "digits": result.digits,
-        "error_bound": finite(result.bound.value) if result.bound else None,
-        "error_bound_source": result.bound.source if result.bound and result.bound.proved else None,
-        "reference": result.problem.reference if result.problem.solutions else None,
-        "milestones": _milestones(result),
-        "warm": result.warm,
-        "setup_seconds": result.setup_seconds,
-        "solve_seconds": result.solve_seconds,
-        "verify_seconds": result.verify_seconds,
-        "seconds": result.seconds,
-        "spread": finite(result.spread),
-        "certificate": _certificate(result),
-        "exact": _exact(result),
-        "answer": answers.data(result),
-        "others": result.others,
-        "exactly_solvable": result.exactly_solvable,
-        "tol": made_by["tol"],
-        "max_iterations": made_by["max_iterations"],
-        "time_limit": made_by["time_limit"],
-        "options": made_by["options"],
-        "trace": _trace(result),
+        "advice": wording.advice(result) or None,
+        "basis": result.basis if problem.is_mixed else None,
+        "error_bound": bound.value if bound else None,
+        "error_bound_source": bound.source if bound and bound.proved else None,
+        "reference": problem.reference if problem.solutions else None,
+        "milestones": curve.milestones if curve and curve.levels else None,
+        "exact": exact and {"status": exact.status and exact.status.word, **vectors, "proof": exact.proof},
+        "answer": _answer(result),
+        "max_iterations": result.limits.max_iterations,
+        "time_limit": result.limits.time_limit,
+        "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
+        "trace": rows,
     }
+    record = {key: plain(own[key] if key in own else getattr(result, key)) for key in KEYS.split()}
+    return record | dict(source.mark or {})
 
 
 def names(problem: Problem) -> list[str] | None:
@@ -135,47 +72,33 @@ def names(problem: Problem) -> list[str] | None:
     return list(problem.names) if any(problem.names) else None
 
 
-def _milestones(result: Result) -> list[dict[str, Any]] | None:
-    if result.curve is None or not result.curve.levels:
-        return None
-    return [{"level": m.level, "k": m.k, "seconds": m.seconds} for m in result.curve.milestones]
-
-
-def _trace(result: Result) -> list[dict[str, Any]] | None:
-    if result.trace is None:
-        return None
-    return [
-        {
-            "k": row.k,
-            "z": _numbers(row.z.tolist()),
-            "residual": finite(row.residual),
-            "error": finite(row.error),
-            "seconds": row.seconds,
-            "step": row.step or None,
-            "method": row.method,
-        }
-        for row in result.trace.rows
-    ]
-
-
-def _certificate(result: Result) -> dict[str, Any] | None:
-    proof = result.certificate
-    if proof is None:
-        return None
-    vector = None if proof.vector is None else _numbers(proof.vector.tolist())
-    return {"kind": proof.kind, "statement": proof.statement, "vector": vector}
-
-
-def _exact(result: Result) -> dict[str, Any] | None:
-    exact = result.exact
-    if exact is None:
-        return None
+def plain(value: Any) -> Any:
+    """A value as JSON has it: an object for a dataclass, a text for a fraction, null for what is not finite."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, (str, int)):
+        return value
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     from lcpcli.rational.numbers import text
 
-    named = {"z": exact.z, "w": exact.w, "y": exact.y}
-    vectors = {name: None if values is None else [text(value) for value in values] for name, values in named.items()}
-    return {"status": exact.status.word if exact.status else None, **vectors, "proof": exact.proof}
+    return text(value)
 
 
-def _numbers(values: list[float]) -> list[float | None]:
-    return [finite(value) for value in values]
+def _answer(result: Result) -> dict[str, Any] | None:
+    """What the result says about its program or game, with the kind and the names of that; None without an origin."""
+    if result.answer is None or result.problem.origin is None:
+        return None
+    origin = result.problem.origin.data()
+    return {
+        "kind": origin["kind"],
+        **plain(result.answer),
+        "rows": origin.get("rows"),
+        "columns": origin.get("columns"),
+    }

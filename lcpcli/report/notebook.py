@@ -1,5 +1,5 @@
-"""What the interpreter and notebooks show: results and problems as one line and as small HTML tables, findings as the
-commands print them. The classes have methods that call these functions."""
+"""What the interpreter and notebooks show: results and problems as one line and as small HTML tables. The classes have
+methods that call these functions."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING
 
 from lcpcli.errors import count
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.report import numbers
+from lcpcli.report import wording
 
 if TYPE_CHECKING:
-    from lcpcli.inspection.inspection import Inspection
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace, TraceRow
-    from lcpcli.verify.verification import Verification
 
 WIDTH = 60  # of z
 MOST_ROWS = 20  # of the iterates
@@ -37,8 +35,8 @@ def result_html(result: Result) -> str:
 
     (_, status), *facts = _facts(result)
     facts.insert(1, ("iterations", str(result.iterations)))
-    told = [result.message] * (not result.solved) + [result.advice] * bool(result.advice)
-    table = _table(status, [*facts, *(("", text) for text in (*told, *answers.lines(result, compared=False)))])
+    texts = ["" if result.solved else result.message, result.advice, *answers.lines(result, compared=False)]
+    table = _table(status, [*facts, *(("", text) for text in texts if text)])
     return table if result.trace is None else table + _iterates(result, result.trace.rows)
 
 
@@ -46,80 +44,55 @@ def _iterates(result: Result, rows: Sequence[TraceRow]) -> str:
     if find_spec("matplotlib") is not None:
         from base64 import b64encode
 
-        from lcpcli.report import curves
-        from lcpcli.report.figures import drawing
+        from lcpcli.report import plotting
 
-        picture = b64encode(drawing.convergence(curves.panels([[result]]), "svg")).decode()
+        picture = b64encode(plotting.convergence(plotting.panels([[result]]), "svg")).decode()
         return f'<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
     kept = rows if len(rows) <= MOST_ROWS else [*rows[: MOST_ROWS // 2], *rows[-MOST_ROWS // 2 :]]
-    known = bool(result.problem.solutions)
+    measure = "error" if result.problem.solutions else "residual"
     cells = [
-        (row.k, row.step or row.method, numbers.short(row.error if known else row.residual), f"{row.seconds:.2e}")
-        for row in kept
+        (row.k, row.step or row.method, wording.short(getattr(row, measure)), f"{row.seconds:.2e}") for row in kept
     ]
-    return _grid(("k", "step", "error" if known else "residual", "seconds"), cells)
-
-
-def verification_text(verification: Verification) -> str:
-    """As `lcp check` prints it."""
-    from lcpcli.report.verification import render
-
-    return render(verification, "table").rstrip()
-
-
-def inspection_text(inspection: Inspection) -> str:
-    """As `lcp inspect` prints it."""
-    from lcpcli.report.inspection_text import render
-
-    return render(inspection).rstrip()
+    return _grid(("k", "step", measure, "seconds"), cells)
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
-    from lcpcli.report import summary
-    from lcpcli.report.outcome import short_vector
+    """What there is to say in a line, z in fractions, or the proof that there is none, if these are known."""
+    from lcpcli.rational.numbers import brief
+    from lcpcli.report import outcome
 
-    error = [] if result.error is None else [("error", summary.error(result.error, result.problem))]
-    seconds = result.seconds
+    error, exact = result.error, result.exact
+    vectors = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
+    proved = [(name, wording.vector(values, brief)) for name, values in vectors if values]
     return [
         ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
-        ("n =", numbers.size(result.problem).removeprefix("n = ")),
-        ("residual", summary.residual(result)),
-        *error,
-        ("in", numbers.duration(seconds)),
-        *(_exact(result) or [("z =", short_vector(result, WIDTH))]),
+        ("n =", wording.size(result.problem).removeprefix("n = ")),
+        ("residual", outcome.residual(result)),
+        *([] if error is None else [("error", outcome.error(error, result.problem))]),
+        ("in", wording.duration(result.seconds)),
+        *(proved or [("z =", outcome.short_vector(result, WIDTH))]),
     ]
-
-
-def _exact(result: Result) -> list[tuple[str, str]]:
-    """z in fractions, or the proof that there is none, if they have been asked for and found."""
-    from lcpcli.rational.numbers import brief
-
-    exact = result.exact
-    named = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
-    return [(name, numbers.vector(values, brief)) for name, values in named if values]
 
 
 def problem_text(problem: Problem) -> str:
     """One line: the name, n, how M is stored and what is known about the solution."""
-    name = numbers.title(problem)
-    return f"<Problem{' ' * bool(name)}{name}: {', '.join(_properties(problem))}>"
+    return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join(_properties(problem))}>"
 
 
 def problem_html(problem: Problem) -> str:
     """The same as a table; for a small problem with M and q."""
-    rows = [("", text) for text in _properties(problem)]
-    head = _table(numbers.title(problem) or "Problem", rows)
+    head = _table(wording.title(problem) or "Problem", [("", text) for text in _properties(problem)])
     if problem.n > SMALL or is_sparse(problem.M):
         return head
-    named = {"q": problem.q} | ({"l": problem.lower, "u": problem.upper} if problem.is_mixed else {})
-    cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *named.values(), strict=True)]
-    return head + _grid([*(f"M<sub>{j + 1}</sub>" for j in range(problem.n)), *named], cells)
+    vectors = {"q": problem.q} | ({"l": problem.lower, "u": problem.upper} if problem.is_mixed else {})
+    cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
+    return head + _grid([*(f"M<sub>{j + 1}</sub>" for j in range(problem.n)), *vectors], cells)
 
 
 def _properties(problem: Problem) -> list[str]:
     stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if is_sparse(problem.M) else "dense"
     known = [count(len(problem.solutions), f"{problem.reference} solution")] if problem.solutions else []
-    return [numbers.size(problem), stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
+    return [wording.size(problem), stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
 
 
 def trace_text(trace: Trace) -> str:

@@ -1,18 +1,20 @@
-"""The outcome of one run, for the lines above its iterates: the verdict, the main numbers, and z."""
+"""The outcome of runs in lines of text: verdict, main numbers and z of one, a row of costs for each of several."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.origins import OwnNames
+from lcpcli.model.problem import Problem
 from lcpcli.model.start import STATES
-from lcpcli.report import numbers, summary
-from lcpcli.report.numbers import ELLIPSIS
+from lcpcli.report import wording
+from lcpcli.report.wording import ELLIPSIS, LEVELS, duration, name, short
 from lcpcli.solving.result import Result
 from lcpcli.verify.digits import fewest
 
@@ -22,46 +24,48 @@ FEW_DIGITS = 6  # of z that the data determine: if fewer, it is said
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # without a z of interest
+SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
+NOT_REACHED = "-"
+WIDE = 2.0  # the spread of times from which on it is told
 
 
 def verdict(result: Result) -> str:
     """One line: how the run ended, and by which methods."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
-        told = UNSOLVABLE if result.exactly_solvable is False else OTHERS[result.others]
-        return f"{result.status.word} {by}: {_work(result)}{told}"
-    return f"{summary.name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
+        others = UNSOLVABLE if result.exactly_solvable is False else OTHERS[result.others]
+        return f"{result.status.word} {by}: {_work(result)}{others}"
+    return f"{name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
 
 
 def _work(result: Result) -> str:
     counts = count(result.iterations, "iteration"), count(result.evaluations, "evaluation")
-    return ", ".join([*counts, numbers.duration(result.seconds)])
-
-
-def _parts(result: Result) -> str:
-    """Where the time went."""
-    parts = (("set-up", result.setup_seconds), ("iterations", result.solve_seconds))
-    return ", ".join(f"{name} {numbers.duration(s)}" for name, s in (*parts, ("verification", result.verify_seconds)))
+    return ", ".join([*counts, duration(result.seconds)])
 
 
 def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     """The work, its parts, the residuals, the error and z, of a long one what fits on one line, unless `whole`; with
     bounds also the basis."""
-    work = [*([] if result.solved else [_work(result)]), _parts(result)]
+    parts = {"set-up": result.setup_seconds, "iterations": result.solve_seconds, "verification": result.verify_seconds}
+    times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
+    lines = [times] if result.solved else [_work(result), times]
     if result.status.word in SETTLED:
-        return work
-    relative = numbers.short(result.relative_residual, ROW_ROUNDING)
-    measures = [f"residual {summary.residual(result)}", f"relative {relative}"]
+        return lines
+    measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
-        measures.append(f"error {summary.error(result.error, result.problem)}")
-    z = _vector("z" if result.solved else "best z", result, width or PAGE, whole)
-    return [
-        *work,
-        ", ".join(measures),
-        *_few_digits(result),
-        *z,
-        *([_basis(result, width or PAGE)] if result.problem.is_mixed else []),
-    ]
+        measures += f", error {error(result.error, result.problem)}"
+    lines += [measures, *_few_digits(result), *_vector(result, width or PAGE, whole)]
+    return [*lines, _basis(result, width or PAGE)] if result.problem.is_mixed else lines
+
+
+def residual(result: Result) -> str:
+    """The natural residual of a result, 0 if it is no more than rounding of the terms of each row."""
+    return short(result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0)
+
+
+def error(value: float | None, problem: Problem) -> str:
+    """An error, 0 if it is no more than rounding of the solution."""
+    return short(value, ROW_ROUNDING * problem.size_of_solutions)
 
 
 def _few_digits(result: Result) -> list[str]:
@@ -77,7 +81,7 @@ def _few_digits(result: Result) -> list[str]:
 
 def _basis(result: Result, width: int) -> str:
     """The state of each variable, or how many are in which, if that is too long for a line."""
-    line = f"basis = {_line(result.basis)}"
+    line = f"basis = ({', '.join(result.basis)})"
     if len(line) <= width:
         return line
     counts = Counter(result.basis)
@@ -86,60 +90,124 @@ def _basis(result: Result, width: int) -> str:
 
 def short_vector(result: Result, width: int) -> str:
     """z in a line of that width: all components, or the first ones and the last."""
-    room = min(result.problem.n, width // 3)
-    while True:
-        gap = [] if room == result.problem.n else [ELLIPSIS]
-        line = _line([*_cells(result, room - len(gap)), *gap, *_cells(result, -1)[: len(gap)]])
+    n = result.problem.n
+    for room in range(max(min(n, width // 3), 1), 0, -1):
+        cells = _cells(result, slice(n))
+        if room < n:
+            cells = [*_cells(result, slice(room - 1)), ELLIPSIS, *_cells(result, slice(n - 1, n))]
+        line = f"({', '.join(cells)})"
         if len(line) <= width or room <= 2:
-            return line
-        room -= 1
+            break
+    return line
 
 
-def _vector(name: str, result: Result, width: int, whole: bool) -> list[str]:
+def _vector(result: Result, width: int, whole: bool) -> list[str]:
     """z in one line, elided if necessary; or all of z in aligned lines, each labelled with its first component."""
+    start = "z =" if result.solved else "best z ="
     if not whole:
-        return [f"{name} = {short_vector(result, width - len(name) - 3)}"]
-    cells = _cells(result, result.problem.n)
-    line = f"{name} = {_line(cells)}"
-    return [line] if len(line) <= width else _rows(name, cells, width)
-
-
-def _line(cells: list[str]) -> str:
-    return f"({', '.join(cells)})"
-
-
-def _rows(name: str, cells: list[str], width: int) -> list[str]:
+        return [f"{start} {short_vector(result, width - len(start) - 1)}"]
+    cells = _cells(result, slice(None))
+    line = f"{start} ({', '.join(cells)})"
+    if len(line) <= width:
+        return [line]
     widest, label = max(map(len, cells)), len(f"z{len(cells)}")
-    a_row = max((width - label) // (widest + 2), 1)
-    rows = [cells[i : i + a_row] for i in range(0, len(cells), a_row)]
-    lines = [
-        f"z{1 + i * a_row}".ljust(label) + "".join(cell.rjust(widest + 2) for cell in row) for i, row in enumerate(rows)
-    ]
-    return [f"{name} =", *lines]
+    in_a_row = max((width - label) // (widest + 2), 1)
+    rows = [cells[i : i + in_a_row] for i in range(0, len(cells), in_a_row)]
+    firsts = (f"z{1 + i * in_a_row}".ljust(label) for i in range(len(rows)))
+    padded = ("".join(cell.rjust(widest + 2) for cell in row) for row in rows)
+    return [start, *map(str.__add__, firsts, padded)]
 
 
-def _cells(result: Result, first: int) -> list[str]:
-    """The first components of z, or the last if negative, to the known digits, at most 7; those of an LCP with their
-    names, if they have some."""
-    cells, problem = _numbers(result, first), result.problem
+def _cells(result: Result, part: slice) -> list[str]:
+    """A part of z to the known digits, at most 7; that of an LCP with the names of the components, if they have
+    some."""
+    known = result.bound.value if result.bound and result.bound.proved else result.error
+    place = -math.inf
+    if result.solved and known is not None and 0 < known < math.inf:
+        place = math.floor(math.log10(known))
+    cells, problem = [_rounded(v, place) for v in result.z[part].tolist()], result.problem
     if not isinstance(problem.origin, OwnNames):
         return cells
-    names = problem.names[:first] if first >= 0 else problem.names[first:]
-    return [f"{' '.join(name.split())} {cell}".strip() for name, cell in zip(names, cells, strict=True)]
+    return [f"{' '.join(name.split())} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
 
 
-def _numbers(result: Result, first: int) -> list[str]:
-    z = result.z[:first] if first >= 0 else result.z[first:]
-    known = result.bound.value if result.bound and result.bound.proved else result.error
-    if not result.solved or known is None or not 0 < known < math.inf:
-        return [f"{v + 0.0:.{DIGITS}g}" for v in z.tolist()]
-    place = math.floor(math.log10(known))
-    return [_rounded(v, place) for v in z.tolist()]
-
-
-def _rounded(v: float, place: int) -> str:
+def _rounded(v: float, place: float) -> str:
     """v to 7 digits, but none below that decimal place."""
     if v == 0 or not math.isfinite(v):
-        return f"{v:g}"
+        return f"{v + 0.0:g}"
     digits = min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
     return f"{v:.{digits}g}" if digits > 0 else "0"
+
+
+def costs(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: with the cost to each of the levels of error if recorded, else the plain counts."""
+    noted = any(result.curve is not None and result.curve.levels for result in results)
+    rows = [_costs(result, noted) for result in results]
+    empty = {key: all(getattr(result, key) is None for result in results) for key in ("error", "verified")}
+    header = [key for key in rows[0] if noted or not empty.get(key)]
+    return header, [[row[key] for key in header] for row in rows]
+
+
+def _costs(result: Result, noted: bool) -> dict[str, str]:
+    """The cells of a run by their columns; the end is the time of the last iterate, by the clock of the iterates."""
+    rows = result.trace.rows if result.trace else []
+    end = rows[-1].seconds if rows else result.seconds
+    if noted:
+        reached = {m.level: _taken(m.k, m.seconds) for m in (result.curve.milestones if result.curve else ())}
+        own = {f"to {wording.level(level)}": reached.get(level, NOT_REACHED) for level in LEVELS}
+        own["end"] = _taken(result.iterations, end)
+        status = SHORT.get(result.word, result.word)
+    else:
+        own = {"iterations": str(result.iterations), "evaluations": str(result.evaluations), "end": duration(end)}
+        own["residual"] = residual(result)
+        status = result.word.replace("_", " ")
+    seconds = duration(result.seconds) if result.verified else "FALSE"  # for a claim that does not hold
+    return {
+        "method": name(result),
+        **own,
+        "error": error(result.error, result.problem),
+        "status": status,
+        "verified": NOT_REACHED if result.verified is None else seconds,
+    }
+
+
+def _taken(k: int, seconds: float) -> str:
+    return f"{k}/{duration(seconds)}".replace(" ", "")
+
+
+def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
+    """The cells of `costs`, by row and column, with the shortest time to each level of error, among several runs."""
+    reached = [(i, m) for i, result in enumerate(results) if result.curve for m in result.curve.milestones]
+    firsts = set()
+    for j, level in enumerate(LEVELS, start=1):
+        seconds = [(milestone.seconds, i) for i, milestone in reached if milestone.level == level]
+        if len(results) > 1 and seconds:
+            firsts.add((min(seconds)[1], j))
+    return firsts
+
+
+def doubt(result: Result) -> str:
+    """A warning for a solved run whose z differs from the solution in its leading digits; else ""."""
+    near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions
+    if near or not result.solved:
+        return ""
+    return (
+        f"the residual is small but z is far from the {result.problem.reference} solution: "
+        "either it is another solution, or M is so ill-conditioned that the residual says little"
+    )
+
+
+def spread(result: Result) -> str:
+    """A warning where the times of a run, although the least of its repetitions, may say little; else ""."""
+    if result.spread is None or result.spread <= WIDE:
+        return ""
+    return f"half of its repetitions took over {result.spread:.1f} times as long: other programs disturb the times"
+
+
+def bound(result: Result) -> str:
+    """The proved bound on the error, or that there is none; "" if not requested."""
+    if result.bound is None:
+        return ""
+    if not result.bound.proved:
+        return f"no bound: {result.bound.source}"
+    return f"|z - z*| <= {wording.above(result.bound.value)} ({result.bound.source})"

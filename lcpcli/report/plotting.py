@@ -1,21 +1,103 @@
-"""Runs as a picture, for a file or a notebook."""
+"""Figures of results and of data: the bytes of a picture (matplotlib), or text for a terminal (plotext).
+
+Nothing heavy is imported before a figure is asked for. Each function raises OptionError where its package is missing.
+The form of a picture is one of FORMS.
+
+The performance profile is that of E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance
+profiles, Math. Program. 91 (2002) 201-213. Complementary cones are those of K. G. Murty, On the number of solutions to
+the complementarity problem and spanning properties of complementary cones, Linear Algebra Appl. 5 (1972) 65-108.
+"""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
+from importlib.util import find_spec
+from pathlib import PurePath
+from typing import TYPE_CHECKING
 
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
-from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.problem import Problem
-from lcpcli.report import curves, summary
-from lcpcli.report.figures import drawing
-from lcpcli.report.figures.data import Panel
-from lcpcli.solving.result import Result
+from lcpcli.report import wording
+from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.solving.result import Result
+
+FORMS = ("png", "svg", "pdf")
+MOST_PANELS = 7  # rows of axes on a page
+PLOT = "plot"
+
+
+def convergence(panels: Sequence[Panel], form: str) -> bytes:
+    """A picture with one row a panel: the error against the run time and against the iteration."""
+    require()
+    require_room(len(panels))
+    from lcpcli.report.figures import convergence_figure, style
+
+    with style.context():
+        told = [f"{panel.title}: {panel.provenance}" for panel in panels]
+        return style.save(convergence_figure.draw(panels), form, "Error against run time and iteration", told)
+
+
+def bench(
+    profiles: Sequence[Profile],
+    panels: Sequence[Panel],
+    growth_panels: Sequence[GrowthPanel],
+    form: str,
+    provenance: Sequence[str] = (),
+) -> bytes:
+    """A picture of a benchmark: the performance profile, error against run time, and the growth of time over n.
+
+    Each of the three may be empty and is then left out, but not all. provenance : lines on what was measured, and how,
+    for the file's metadata.
+    """
+    require()
+    from lcpcli.report.figures import bench_figure, style
+
+    with style.context():
+        return style.save(bench_figure.draw(profiles, panels, growth_panels), form, "Benchmark", provenance)
+
+
+def cones(picture: Cones, form: str) -> bytes:
+    """A picture of the complementary cones of an LCP with two unknowns, and of q, in whose cones the solutions are."""
+    require()
+    from lcpcli.report.figures import cones_figure, style
+
+    with style.context():
+        return style.save(cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
+
+
+def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
+    """The error against the run time of each panel as text, `width` columns wide and `height` lines high a panel."""
+    require("plotext")
+    from lcpcli.report.figures import terminal_figure
+
+    return terminal_figure.render(panels, width, height, color)
+
+
+def form_of(path: str) -> str:
+    """The form of the picture that a path's ending names."""
+    ending = PurePath(path).suffix.lower().lstrip(".")
+    if ending not in FORMS:
+        endings = ", ".join(f".{form}" for form in FORMS)
+        raise ParameterError(PLOT, f"{path!r} does not tell the form of the picture", f"end it in one of {endings}")
+    return ending
+
+
+def require_room(panels: int) -> None:
+    """Refuse more panels than fit on a page of A4."""
+    if panels > MOST_PANELS:
+        fault = f"would draw {panels} problems, and a page has room for {MOST_PANELS}"
+        raise ParameterError(PLOT, fault, "plot fewer at a time")
+
+
+def require(package: str = "matplotlib") -> None:
+    """Refuse before any work is done if the package that draws is missing: matplotlib, or plotext for a terminal."""
+    if find_spec(package) is None:
+        raise ParameterError(PLOT, f"needs {package}", "pip install 'linear-complementarity[plot]'")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,14 +109,14 @@ class Picture:
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write it as .png, .svg or .pdf, completely or not at all."""
         file = os.fspath(file)
-        write_whole(file, drawing.convergence(self.panels, drawing.form_of(file)))
+        write_whole(file, convergence(self.panels, form_of(file)))
 
     def __repr__(self) -> str:
         runs = sum(len(panel.curves) for panel in self.panels)
         return f"<Picture: {count(runs, 'run')} on {count(len(self.panels), 'problem')}>"
 
     def _repr_svg_(self) -> str:
-        return drawing.convergence(self.panels, "svg").decode()
+        return convergence(self.panels, "svg").decode()
 
 
 def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:
@@ -62,7 +144,9 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
     >>> lcpcli.plot([lcpcli.run(problem, method, trace=True) for method in ("shi", "fixed-point")], "errors.svg")
     <Picture: 2 runs on 1 problem>
     """
-    drawing.require()
+    from lcpcli.solving.result import Result
+
+    require()
     groups: list[list[Result]] = []
     for result in [results] if isinstance(results, Result) else results:
         if result.trace is None and result.curve is None:
@@ -73,7 +157,7 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
         group.append(result)
     if not groups:
         raise ParameterError("results", "there are none", "give at least one")
-    picture = Picture(curves.panels([_told_apart(group) for group in groups]))
+    picture = Picture(panels([_told_apart(group) for group in groups]))
     if file is not None:
         picture.save(file)
     return picture
@@ -83,15 +167,14 @@ def _told_apart(group: Sequence[Result]) -> list[Result]:
     """The results with labels that name the options in which runs of one method differ."""
     labelled = []
     for result in group:
-        alike = [other.options for other in group if summary.name(other) == summary.name(result)]
+        alike = [other.options for other in group if wording.name(other) == wording.name(result)]
         apart = [
             f"{name}={value if isinstance(value, (bool, str)) else f'{value:g}'}"
             for name, value in result.options.items()
             if isinstance(value, (bool, int, float, str)) and any(options.get(name) != value for options in alike)
         ]
-        labelled.append(
-            replace(result, label=f"{result.label or result.method}:{','.join(apart)}") if apart else result
-        )
+        label = f"{result.label or result.method}:{','.join(apart)}" if apart else result.label
+        labelled.append(replace(result, label=label))
     return labelled
 
 
@@ -99,8 +182,31 @@ def _is_same(one: Problem, other: Problem) -> bool:
     """Whether two problems have the same M, q and bounds, and curves of the same measure."""
     if one is other:
         return True
-    if bool(one.solutions) != bool(other.solutions) or is_sparse(one.M) != is_sparse(other.M):
+    import numpy as np
+
+    if bool(one.solutions) != bool(other.solutions) or type(one.M) is not type(other.M):
         return False
-    if not all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper")):
-        return False
-    return not (one.M != other.M).nnz if is_sparse(one.M) else np.array_equal(one.M, other.M)
+    vectors = all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
+    return vectors and not abs(one.M - other.M).max()
+
+
+def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
+    """The curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
+
+    Errors are drawn if a solution is known or computed, else residuals. Time is that of the rows.
+    """
+    drawn = []
+    for results in runs:
+        problem = results[0].problem
+        measure = "error" if problem.solutions else "residual"
+        title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
+        curves = [_curve(result, measure) for result in results]
+        drawn.append(Panel(title, measure, curves, "; ".join(wording.provenance(results))))
+    return drawn
+
+
+def _curve(result: Result, measure: str) -> Curve:
+    kept = result.curve or result.trace
+    rows = kept.rows if kept else []
+    k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
+    return Curve(result.method, wording.name(result).replace(" warm", ", warm"), k, seconds, errors, result.solved)

@@ -1,17 +1,18 @@
-"""Tables as text: styled by rich on a terminal, plain in a pipe."""
+"""Tables and pages of help as text: styled by rich on a terminal, plain in a pipe."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from io import StringIO
-from textwrap import wrap
 
 from rich.box import Box
 from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from lcpcli.report.result_table import LEFT, ResultTable
+from lcpcli.report.tables import LEFT, ResultTable
+from lcpcli.report.wording import folded
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000
@@ -20,57 +21,60 @@ FOLDED = 0.7  # of the width, at most, for the columns that are repeated in the 
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
 REMARK = "magenta"
+# The styles of a page, in place of colours that need a dark background.
+PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}
 
 
 def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str:
     """The tables as text for a terminal of that width; None for a pipe. Numbers are never truncated or broken."""
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
+
+    def show(lines: Sequence[str], style: str, width: int | None = width) -> None:
+        parts = [part for line in lines for part in folded(line, width)]
+        if parts:
+            console.print(Text("\n".join(parts), style=style))
+
     for i, table in enumerate(tables):
         if i:
             console.print()
-        _print_lines(console, [table.title], width, "bold")
-        if table.verdict:
-            _print_outcome(console, table, width)
+        show([table.title], "bold")
+        if table.verdict:  # the result first
+            show([table.verdict], f"bold {STYLES['solved'] if table.settled else UNSOLVED}")
+            show(table.facts, "")
+            show(table.remarks, REMARK)
+            console.print()
         if table.groups:
             console.print(grid(table.header, [_label_down(group) for group in table.groups], width, LEFT))
         if not table.verdict:
             console.print(grid(table.summary_header, [table.summary], width, LEFT, table.leaders))
-            _print_lines(console, table.remarks, width, REMARK)
-        _print_lines(console, [table.provenance], width or PIPE, "")
+            show(table.remarks, REMARK)
+        show([table.provenance], "", width or PIPE)
     return trimmed(out)
-
-
-def _print_outcome(console: Console, table: ResultTable, width: int | None) -> None:
-    """The result first: the verdict, the main numbers, remarks, and a blank line."""
-    style = STYLES["solved"] if table.settled else UNSOLVED
-    _print_lines(console, [table.verdict], width, f"bold {style}")
-    _print_lines(console, table.facts, width, "")
-    _print_lines(console, table.remarks, width, REMARK)
-    console.print()
-
-
-def _print_lines(console: Console, lines: Sequence[str], width: int | None, style: str) -> None:
-    """Lines of words, wrapped to the width of a terminal; in a pipe each stays one line."""
-    folded = lines if width is None else [part for line in lines for part in _folded(line, width)]
-    if folded:
-        console.print(Text("\n".join(folded), style=style))
-
-
-def _folded(line: str, width: int) -> list[str]:
-    return [line] if len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
     """A list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped."""
     out = StringIO()
-    table = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    table = _ruled(1)
     for i, name in enumerate(header):
         table.add_column(name, no_wrap=i == 0, overflow="fold")
     for row in rows:
         table.add_row(*map(Text, row))
     console_on(out, width or PIPE, color).print(table)
     return trimmed(out)
+
+
+def page(text: str, width: int, color: bool) -> str:
+    """A page of help, in Markdown, in that width."""
+    from rich.markdown import Markdown
+    from rich.theme import Theme
+
+    out = StringIO()
+    console = console_on(out, width, color)
+    console.push_theme(Theme(PAGE))
+    console.print(Markdown(text, code_theme="ansi_light", hyperlinks=False))
+    return re.sub(r"\n{3,}", "\n\n", trimmed(out))
 
 
 def console_on(out: StringIO, width: int, color: bool) -> Console:
@@ -101,6 +105,10 @@ def _label_down(group: list[list[str]]) -> list[list[str]]:
     return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
 
 
+def _ruled(gap: int) -> Table:
+    return Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
+
+
 def grid(
     header: list[str],
     groups: Sequence[list[list[str]]],
@@ -118,8 +126,19 @@ def grid(
     room = width or UNLIMITED
     gap = 2 if sum(widest) + 2 * len(widest) <= (width or PIPE) else 1
     keys = next((j for j, name in enumerate(header) if name not in left or sum(widest[: j + 1]) > FOLDED * room), 0)
-    parts = _folds(widest, keys, gap, room)
-    return Group(*(_part(header, groups, part, gap, left, bold) for part in parts))
+    tables = []
+    for columns in _folds(widest, keys, gap, room):
+        table = _ruled(gap - 1)
+        for j in columns:
+            table.add_column(header[j], justify="left" if header[j] in left else "right")
+        for group in groups:
+            marked = bold if group is groups[-1] else ()
+            for i, row in enumerate(group):
+                styles = (STYLES.get(row[j], "bold" if (i, j) in marked else "") for j in columns)
+                cells = (Text(row[j], style=style) for j, style in zip(columns, styles, strict=True))
+                table.add_row(*cells, end_section=row is group[-1])
+        tables.append(table)
+    return Group(*tables)
 
 
 def _folds(widest: Sequence[int], keys: int, gap: int, width: int) -> list[list[int]]:
@@ -130,23 +149,3 @@ def _folds(widest: Sequence[int], keys: int, gap: int, width: int) -> list[list[
             parts.append(list(range(keys)))
         parts[-1].append(j)
     return parts
-
-
-def _part(
-    header: list[str],
-    groups: Sequence[list[list[str]]],
-    columns: Sequence[int],
-    gap: int,
-    left: Collection[str],
-    bold: Collection[tuple[int, int]],
-) -> Table:
-    table = Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap - 1, 0, 0), header_style="bold")
-    for j in columns:
-        table.add_column(header[j], justify="left" if header[j] in left else "right")
-    for group in groups:
-        for i, row in enumerate(group):
-            styles = {j: "bold" if group is groups[-1] and (i, j) in bold else "" for j in columns}
-            table.add_row(
-                *(Text(row[j], style=STYLES.get(row[j], styles[j])) for j in columns), end_section=row is group[-1]
-            )
-    return table

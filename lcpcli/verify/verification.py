@@ -88,9 +88,9 @@ class Verification:
     answer: Any = None  # a Minimum, of a room above
 
     def __repr__(self) -> str:
-        from lcpcli.report.notebook import verification_text
+        from lcpcli.report.verification import render
 
-        return verification_text(self)
+        return render(self, "table").rstrip()
 
     def __bool__(self) -> bool:
         """Whether the answer is accepted."""

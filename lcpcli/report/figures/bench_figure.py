@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, LogLocator
 
-from lcpcli.report.figures import curves, legend, ranges
-from lcpcli.report.figures.convergence_figure import against_time
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile
-from lcpcli.report.figures.ranges import Range
-from lcpcli.report.figures.style import FONT, WIDTH, Looks, fitted, looks, row_height
+from lcpcli.report.figures.convergence_figure import MOST_MARKERS, add_legend, against_time, log_axis
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Profile, Range, inside, times
+from lcpcli.report.figures.style import FONT, PAGE, ROW, WIDTH, Looks, fitted, looks
 
 TITLE = WIDTH / 2 - 1.0  # inches for a title
 EXPONENTS = 10  # of them in a column
@@ -31,7 +31,7 @@ def draw(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Se
     count = bool(profiles) + len(panels) + len(growth_panels)
     places = [0] * (count % 2) + list(range(count))
     rows = len(places) // 2
-    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, row_height(rows) * rows))
+    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE)))
     mosaic: dict[int, Axes] = figure.subplot_mosaic([places[i : i + 2] for i in range(0, len(places), 2)])
     free = (mosaic[i] for i in range(count))
     if profiles:
@@ -43,7 +43,7 @@ def draw(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Se
     for growth_panel in growth_panels:
         _growth(next(free), growth_panel, chosen)
     figure.align_labels()
-    legend.add(figure, chosen)
+    add_legend(figure, chosen)
     return figure
 
 
@@ -59,7 +59,7 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
         xs = sorted({1.0, *(ratio for ratio in profile.ratios if ratio < math.inf), most})
         ys = [sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1) for x in xs]
         axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
-        every = math.ceil((len(xs) - 1) / (curves.MOST_MARKERS - 1))
+        every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
         marks = sorted({*range(0, len(xs), every), len(xs) - 1})
         axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
 
@@ -68,16 +68,13 @@ def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
     """A logarithmic abscissa from 1 to a little more than the largest ratio, which is returned."""
     largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
     most: float = max(largest, 2.0) ** 1.05
-    doublings = math.log2(most)
-    if doublings > DOUBLINGS:
-        curves.log_axis(axes, "x", Range(1.0, most, 1.0, most))
+    if math.log2(most) > DOUBLINGS:
+        log_axis(axes, "x", Range(1.0, most, 1.0, most))
         return most
-    axes.set_xscale("log", base=2)
+    axes.set_xscale("log", base=2, subs=[])
     axes.set_xlim(1.0, most)
-    step = math.ceil(doublings / 7)
-    axes.xaxis.set_major_locator(FixedLocator([2.0**e for e in range(0, math.floor(doublings) + 1, step)]))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda ratio, _: f"{ratio:.0f}"))
+    axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
+    axes.xaxis.set_major_formatter("{x:.0f}")
     return most
 
 
@@ -88,31 +85,27 @@ def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
     """
     axes.set_title(fitted(panel.title, FONT, TITLE))
     axes.set(xlabel="$n$", ylabel="run time (s)")
-    growths = panel.growths
-    lines = [_line(one) for one in growths]
-    fitted_ones = [one for one in growths if one.fit is not None]
-    columns = math.ceil(len(fitted_ones) / EXPONENTS)
-    across = _widened(ranges.times(n for one in growths for n in one.n), ROOM * columns)
-    up = ranges.times(
-        t for one, line in zip(growths, lines, strict=True) for t in (*one.lower, *one.upper, *(y for _, y in line))
-    )
-    curves.log_axis(axes, "x", across)
-    curves.log_axis(axes, "y", up)
+    lines = [(one, chosen[one.name, one.label], _line(one)) for one in panel.growths]
+    columns = math.ceil(sum(one.fit is not None for one in panel.growths) / EXPONENTS)
+    across = times(n for one in panel.growths for n in one.n)
+    right = across.high * (across.high / across.low) ** (ROOM * columns)
+    across = replace(across, high=right, scale_high=right)
+    up = times(t for one, _, line in lines for t in (*one.lower, *one.upper, *(y for _, y in line)))
+    log_axis(axes, "x", across)
+    log_axis(axes, "y", up)
     entries = []
-    for one, line in zip(growths, lines, strict=True):
-        look = chosen[one.name, one.label]
+    for one, look, line in lines:
         axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
         axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
-        points = ranges.inside(one.n, one.seconds, across, up)
+        points = inside(one.n, one.seconds, across, up)
         axes.plot([p.x for p in points], [p.y for p in points], linestyle="", clip_on=False, zorder=3, **look.points)
         if one.fit is not None:
             sample = Line2D([], [], linestyle="", **look.points)
             entries.append((line[-1][1], sample, rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"))
     if entries:
         _, samples, exponents = zip(*sorted(entries, key=lambda entry: -entry[0]), strict=True)
-        axes.legend(
-            samples, exponents, loc="center right", ncols=columns, handlelength=1, columnspacing=1, handletextpad=0.4
-        )
+        spaces: dict[str, Any] = {"handlelength": 1, "columnspacing": 1, "handletextpad": 0.4}
+        axes.legend(samples, exponents, loc="center right", ncols=columns, **spaces)
 
 
 def _line(one: Growth) -> list[tuple[float, float]]:
@@ -120,9 +113,3 @@ def _line(one: Growth) -> list[tuple[float, float]]:
     if one.fit is None:
         return list(zip(one.n, one.seconds, strict=True))
     return [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
-
-
-def _widened(span: Range, share: float) -> Range:
-    """A range with room on the right, as a share of its length."""
-    high = span.high * (span.high / span.low) ** share
-    return Range(span.low, high, span.scale_low, high)

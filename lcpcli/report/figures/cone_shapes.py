@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 TURN = 2 * math.pi
 SAME = 1e-9  # radians: directions closer than that are one, far below what a picture shows
@@ -14,15 +14,15 @@ SECTOR, RAY, LINE, POINT = "sector", "ray", "line", "point"
 
 @dataclass(frozen=True)
 class Cone:
-    """The angles of a cone, in radians: those from `start` on, `extent` further, which is 0 unless it is a sector.
+    """The angles of a cone, in radians.
 
-    kind : SECTOR; RAY from the origin; LINE, of which `start` is one half; or POINT, the origin alone.
+    kind : SECTOR; RAY from the origin; LINE through it; or POINT, the origin alone.
+    parts : where a sector starts and how far it extends; the same of each ray, with the extent 0.
     level : a number that no two cones share which overlap, the smallest that is possible in the order of SETS.
     """
 
     kind: str
-    start: float = 0.0
-    extent: float = 0.0
+    parts: tuple[tuple[float, float], ...]
     level: int = 0
 
 
@@ -41,50 +41,38 @@ def generators(M: Sequence[Sequence[float]]) -> dict[str, float | None]:
 def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
     """The cone of each of SETS, which is spanned by the columns of -M in the set and those of I that are not in it."""
     directions = generators(M)
-    found: list[Cone] = []
+    made: list[Cone] = []
     for chosen in SETS:
         cone = _spanned([directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)])
-        taken = {other.level for other in found if _overlap(cone, other)}
-        level = next(level for level in range(len(SETS)) if level not in taken)
-        found.append(Cone(cone.kind, cone.start, cone.extent, level))
-    return found
+        taken = {other.level for other in made if _overlap(cone, other)}
+        made.append(replace(cone, level=min(set(range(len(SETS))) - taken)))
+    return made
 
 
 def _spanned(by: Sequence[float | None]) -> Cone:
     """The cone of two generators."""
     angles = [one for one in by if one is not None]
     if not angles:
-        return Cone(POINT)
+        return Cone(POINT, ())
     first, last = angles[0], angles[-1]
     turn = (last - first + math.pi) % TURN - math.pi
     if abs(turn) < SAME:
-        return Cone(RAY, first)
+        return Cone(RAY, ((first, 0.0),))
     if abs(turn) > math.pi - SAME:
-        return Cone(LINE, first)
-    return Cone(SECTOR, first if turn > 0 else last, abs(turn))
-
-
-def rays(cone: Cone) -> list[float]:
-    """The directions of a ray, or of both halves of a line."""
-    return {RAY: [cone.start], LINE: [cone.start, cone.start + math.pi]}.get(cone.kind, [])
+        return Cone(LINE, ((first, 0.0), (first + math.pi, 0.0)))
+    return Cone(SECTOR, ((first if turn > 0 else last, abs(turn)),))
 
 
 def holds(cone: Cone, direction: float) -> bool:
     """Whether a sector has a direction in its interior."""
-    return cone.kind == SECTOR and SAME < (direction - cone.start) % TURN < cone.extent - SAME
+    return any(SAME < (direction - start) % TURN < extent - SAME for start, extent in cone.parts)
 
 
 def _overlap(one: Cone, other: Cone) -> bool:
     """Whether two sectors have an interior point in common, or a ray or line has one with another cone, but for 0."""
-    if one.kind == other.kind == SECTOR:
-        return _meet((one.start, one.extent), (other.start, other.extent), -SAME)
-    parts = [
-        [(cone.start, cone.extent)] if cone.kind == SECTOR else [(ray, 0.0) for ray in rays(cone)]
-        for cone in (one, other)
-    ]
-    return any(_meet(a, b, SAME) for a in parts[0] for b in parts[1])
-
-
-def _meet(one: tuple[float, float], other: tuple[float, float], margin: float) -> bool:
-    between = (other[0] - one[0]) % TURN
-    return between < one[1] + margin or TURN - between < other[1] + margin
+    margin = -SAME if one.kind == other.kind == SECTOR else SAME
+    for start, extent in one.parts:
+        turns = [((other_start - start) % TURN, other_extent) for other_start, other_extent in other.parts]
+        if any(turn < extent + margin or TURN - turn < other_extent + margin for turn, other_extent in turns):
+            return True
+    return False

@@ -9,9 +9,11 @@ overlap have arcs of different radii, and a ray through q crosses the arcs of th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -19,10 +21,9 @@ from matplotlib.patches import Arc, Patch, Wedge
 
 from lcpcli.report.figures import cone_shapes
 from lcpcli.report.figures.cone_shapes import LINE, POINT, RAY, SAME, SECTOR, SETS, TURN, Cone
+from lcpcli.report.figures.convergence_figure import GREY
 from lcpcli.report.figures.data import Cones
-from lcpcli.report.figures.legend import GREY
-from lcpcli.report.figures.placing import Drawing, Place, extent
-from lcpcli.report.figures.style import FONT, METHODS, SMALL, WIDTH, fitted
+from lcpcli.report.figures.style import FONT, METHODS, SMALL, WIDTH, extent, fitted
 
 COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))
 COLUMN = WIDTH / 2  # inches
@@ -34,9 +35,67 @@ REACH = 124.0  # from the origin to the frame
 AXIS = 105.0
 VECTOR, Q = 91.0, 99.0  # from the origin to the tip, and to q
 ARC, APART = 84.0, 13.5  # the radius of the outermost arc, and how much smaller the next is
+STEP = 2.0  # between the points that stand for a line or an area
+CLEAR = 2.0  # at least, around a label
 FILLS = (0.15, 0.35)  # how opaque a sector is that does not hold q, and one that does
 CHECK = "\u2713"
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
+ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
+MARK = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of that size
+
+Pair = tuple[float, float]
+
+
+class Place(NamedTuple):
+    """The centre of a label, and its rotation in radians."""
+
+    x: float
+    y: float
+    rotation: float = 0.0
+
+
+class Drawing:
+    """What is drawn in axes whose unit is the point, as points that labels avoid."""
+
+    def __init__(self, axes: Axes) -> None:
+        self.axes = axes
+        self._taken = np.empty((0, 2))
+
+    def take(self, points: Iterable[Sequence[float]]) -> None:
+        """Keep labels off these points."""
+        self._taken = np.vstack([self._taken, *points])
+
+    def take_line(self, start: Pair, end: Pair) -> None:
+        """Keep labels off a line."""
+        self.take(np.linspace(start, end, max(2, math.ceil(math.dist(start, end) / STEP))))
+
+    def label(
+        self, text: str, size: float, places: Iterable[Place], free: float = CLEAR, least: float = -math.inf
+    ) -> bool:
+        """Write a text at the first place with so much free space around it, or else where there is most, but not where
+        there is less than `least`; whether it was written."""
+        width, height = extent(text, size)
+        spaces = [(min(self._space(place, width, height), free), place) for place in places]
+        space, (x, y, rotation) = max(spaces, key=lambda pair: pair[0])
+        if space < least:
+            return False
+        style: dict[str, Any] = {"fontsize": size, "ha": "center", "va": "center", "zorder": 8}
+        self.axes.text(x, y, text, rotation=math.degrees(rotation), **style)
+        across, up = (np.linspace(-side / 2, side / 2, math.ceil(side / STEP) + 1) for side in (width, height))
+        box = np.reshape(np.meshgrid(across, up), (2, -1)).T
+        self.take(box @ _turned(-rotation) + [x, y])
+        return True
+
+    def _space(self, place: Place, width: float, height: float) -> float:
+        """How far a label is from all that is drawn, across or along it; negative if it covers any of that."""
+        across, up = np.abs((self._taken - place[:2]) @ _turned(place.rotation)).T
+        return float(np.max([across - width / 2, up - height / 2], axis=0).min())
+
+
+def _turned(rotation: float) -> np.ndarray[Any, Any]:
+    """What turns rows of coordinates back by an angle."""
+    cos, sin = math.cos(rotation), math.sin(rotation)
+    return np.array([[cos, -sin], [sin, cos]])
 
 
 def draw(picture: Cones) -> Figure:
@@ -48,27 +107,26 @@ def draw(picture: Cones) -> Figure:
     axes = figure.add_axes(((COLUMN - square) / 2 / COLUMN, LEGEND / height, square / COLUMN, square / height))
     axes.set(xlim=(-REACH, REACH), ylim=(-REACH, REACH))
     axes.set_axis_off()
-    shapes = cone_shapes.cones(picture.M)
+    shapes, generators = cone_shapes.cones(picture.M), cone_shapes.generators(picture.M)
     drawing = Drawing(axes)
     _axes(drawing)
     for cone, color, holds in zip(shapes, COLORS, picture.holding, strict=True):
         _cone(drawing, cone, color, FILLS[holds])
-    vectors = _vectors(drawing, picture)
+    vectors = _vectors(drawing, generators)
     _q(drawing, picture, shapes)
-    _vector_labels(drawing, picture, vectors)
+    for direction, labels in vectors:
+        _label_around(drawing, ", ".join(labels), _at(direction, VECTOR), direction, free=3)
+    zero = [label.strip("$-") for label, direction in generators.items() if direction is None]
+    if zero:
+        _label_around(drawing, f"${' = '.join(zero)} = 0$", (0.0, 0.0), 1.25 * math.pi)
     _cone_labels(drawing, shapes)
     _header(figure, picture)
     _legend(figure, picture, shapes)
     return figure
 
 
-def _at(direction: float, radius: float) -> tuple[float, float]:
+def _at(direction: float, radius: float) -> Pair:
     return radius * math.cos(direction), radius * math.sin(direction)
-
-
-def _square(at: tuple[float, float], half: float) -> list[tuple[float, float]]:
-    """Points that stand for a mark."""
-    return [(at[0] + x, at[1] + y) for x in (-half, 0, half) for y in (-half, 0, half)]
 
 
 def _axes(drawing: Drawing) -> None:
@@ -80,7 +138,7 @@ def _axes(drawing: Drawing) -> None:
         ends = _at(direction, -AXIS), _at(direction, AXIS)
         drawing.axes.plot(*zip(*ends, strict=True), color="0.6", linewidth=0.6, zorder=1)
         drawing.take_line(*ends)
-        drawing.label(name, FONT, _around(ends[1], direction, name))
+        _label_around(drawing, name, ends[1], direction)
 
 
 def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
@@ -88,41 +146,41 @@ def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
     radius = _radius(cone)
     if cone.kind == POINT:
         drawing.axes.plot(0, 0, marker="o", markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
-        drawing.take(_square((0.0, 0.0), 5))
+        drawing.take(5 * MARK)
     elif cone.kind == SECTOR:
-        degrees = math.degrees(cone.start), math.degrees(cone.start + cone.extent)
+        ((start, width),) = cone.parts
+        degrees = math.degrees(start), math.degrees(start + width)
         drawing.axes.add_patch(Wedge((0, 0), radius, *degrees, facecolor=color, alpha=fill, linewidth=0, zorder=2))
         rim: dict[str, Any] = {"theta1": degrees[0], "theta2": degrees[1], "color": "white", "linewidth": 3.6}
         drawing.axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, zorder=3, **rim))
         drawing.axes.add_patch(Wedge((0, 0), radius, *degrees, fill=False, edgecolor=color, linewidth=1.6, zorder=3))
-        steps = max(2, round(radius * cone.extent / 2))
-        drawing.take(_at(cone.start + cone.extent * i / steps, radius) for i in range(steps + 1))
-    for ray in cone_shapes.rays(cone):
-        tip = _at(ray, radius)
-        drawing.axes.plot([0, tip[0]], [0, tip[1]], color=color, linewidth=5, solid_capstyle="butt", zorder=4)
+        steps = max(2, round(radius * width / 2))
+        drawing.take(_at(start + width * i / steps, radius) for i in range(steps + 1))
+    else:
+        for ray, _ in cone.parts:
+            tip = _at(ray, radius)
+            drawing.axes.plot([0, tip[0]], [0, tip[1]], color=color, linewidth=5, solid_capstyle="butt", zorder=4)
 
 
 def _radius(cone: Cone) -> float:
     return ARC - APART * cone.level
 
 
-def _vectors(drawing: Drawing, picture: Cones) -> list[tuple[float, list[str]]]:
+def _vectors(drawing: Drawing, generators: dict[str, float | None]) -> list[tuple[float, list[str]]]:
     """Draw the generators as arrows; each of their directions with its labels."""
-    found: list[tuple[float, list[str]]] = []
-    for label, direction in cone_shapes.generators(picture.M).items():
+    vectors: list[tuple[float, list[str]]] = []
+    for label, direction in generators.items():
         if direction is None:
             continue
-        for other, labels in found:
-            if abs((other - direction + math.pi) % TURN - math.pi) < SAME:
-                labels.append(label)
-                break
-        else:
-            found.append((direction, [label]))
-            arrow: dict[str, Any] = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0}
-            tip = _at(direction, VECTOR)
-            drawing.axes.annotate("", tip, (0, 0), arrowprops=arrow | {"color": "black", "linewidth": 1.1}, zorder=5)
-            drawing.take_line((0, 0), tip)
-    return found
+        same = [labels for other, labels in vectors if abs((other - direction + math.pi) % TURN - math.pi) < SAME]
+        if same:
+            same[0].append(label)
+            continue
+        vectors.append((direction, [label]))
+        tip = _at(direction, VECTOR)
+        drawing.axes.annotate("", tip, (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
+        drawing.take_line((0, 0), tip)
+    return vectors
 
 
 def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
@@ -136,32 +194,23 @@ def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
             if holds and cone.kind != POINT:
                 crossing = _at(direction, _radius(cone))
                 drawing.axes.plot(*crossing, "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
-                drawing.take(_square(crossing, 2))
+                drawing.take(crossing + 2 * MARK)
     drawing.axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
-    drawing.take(_square(at, 3))
-    text = "$q = 0$" if direction is None else "$q$"
-    drawing.label(text, FONT, _around(at, direction or 0.0, text))
+    drawing.take(at + 3 * MARK)
+    _label_around(drawing, "$q = 0$" if direction is None else "$q$", at, direction or 0.0)
 
 
-def _vector_labels(drawing: Drawing, picture: Cones, vectors: list[tuple[float, list[str]]]) -> None:
-    for direction, labels in vectors:
-        text = ", ".join(labels)
-        drawing.label(text, FONT, _around(_at(direction, VECTOR), direction, text), free=3)
-    zero = [label for label, direction in cone_shapes.generators(picture.M).items() if direction is None]
-    if zero:
-        text = "$" + " = ".join(label.strip("$-") for label in zero) + " = 0$"
-        drawing.label(text, FONT, _around((0.0, 0.0), 1.25 * math.pi, text))
-
-
-def _around(at: tuple[float, float], direction: float, text: str) -> Iterator[Place]:
-    """Places for a label beside a point, those in that direction first."""
+def _label_around(drawing: Drawing, text: str, at: Pair, direction: float, free: float = CLEAR) -> None:
+    """Write a label beside a point, in that direction if there is room."""
     width, height = extent(text, FONT)
-    for gap in (4, 7, 10, 15):
-        for i in range(25):
-            turned = direction + (i + 1) // 2 * (-1) ** i * math.pi / 12
-            yield Place(
-                at[0] + math.cos(turned) * (width / 2 + gap + 1), at[1] + math.sin(turned) * (height / 2 + gap + 1)
-            )
+
+    def places() -> Iterator[Place]:
+        for gap in (5, 8, 11, 16):
+            for i in range(25):
+                x, y = _at(direction + (i + 1) // 2 * (-1) ** i * math.pi / 12, 1.0)
+                yield Place(at[0] + x * (width / 2 + gap), at[1] + y * (height / 2 + gap))
+
+    drawing.label(text, FONT, places(), free)
 
 
 def _cone_labels(drawing: Drawing, shapes: list[Cone]) -> None:
@@ -169,16 +218,15 @@ def _cone_labels(drawing: Drawing, shapes: list[Cone]) -> None:
     for cone, chosen in zip(shapes, SETS, strict=True):
         if cone.kind != SECTOR:
             continue
-        angles = [cone.start + cone.extent * (0.5 + (i + 1) // 2 * (-1) ** i / 40) for i in range(38)]
+        ((start, width),) = cone.parts
+        angles = [start + width * (0.5 + (i + 1) // 2 * (-1) ** i / 40) for i in range(38)]
         inside = [(angle, share * _radius(cone), 0.0) for share in (0.66, 0.56, 0.76) for angle in angles]
         along = [(angle, _radius(cone) - APART / 2, angle % math.pi - math.pi / 2) for angle in angles]
         places: dict[int, list[Place]] = {}
         for angle, radius, rotation in inside + along:
             covering = sum(cone_shapes.holds(other, angle) and radius < _radius(other) for other in shapes)
             places.setdefault(covering, []).append(Place(*_at(angle, radius), rotation))
-        for _, fewest in sorted(places.items()):
-            if drawing.label_if_free(_variables(chosen), SMALL, fewest, 8):
-                break
+        any(drawing.label(_variables(chosen), SMALL, fewest, 8, CLEAR) for _, fewest in sorted(places.items()))
 
 
 def _variables(chosen: tuple[int, ...]) -> str:

@@ -1,8 +1,9 @@
-"""What is drawn: curves of runs, growth of times, performance profiles, complementary cones."""
+"""What is drawn, and the ranges of the axes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -100,3 +101,84 @@ class Cones:
     count: str
     names: Sequence[str] = ("", "")
     provenance: Sequence[str] = ()
+
+
+NEGLIGIBLE = 1e-17  # relative to the start: what is less is drawn at the lower end, like 0
+GROWN = 1e4  # relative to the start: what is more is drawn at the upper end, like inf
+MARGIN = 0.06  # of the length of an axis, on both sides of the data
+LEAST_MARGIN = 0.12  # decades
+STRIP = 0.1  # of the length of the scale: the strip at an end that holds what is off the scale
+LEAST, MOST = 1e-250, 1e250  # no axis goes beyond these
+
+
+@dataclass(frozen=True)
+class Range:
+    """The ends of an axis, and between them the ends of its scale. A strip beyond the scale holds what is off it."""
+
+    low: float
+    high: float
+    scale_low: float
+    scale_high: float
+
+    def placed(self, value: float, below: str, above: str) -> tuple[float, str]:
+        """Where a value is drawn, in the middle of a strip if it is off the scale; the word for that end, else ""."""
+        if self.scale_low <= value <= self.scale_high:
+            return value, ""
+        if value < self.scale_low:
+            return math.sqrt(self.low) * math.sqrt(self.scale_low), below
+        return math.sqrt(self.scale_high) * math.sqrt(self.high), above
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where an iterate is drawn. beyond: "", or the side on which its value is out of range."""
+
+    x: float
+    y: float
+    beyond: str
+
+
+def errors(curves: Iterable[Curve]) -> Range:
+    """Around the errors that can be told from 0 and from a divergence."""
+    series = [[v for v in curve.errors if v is not None] for curve in curves]
+    proper = [[v for v in values if 0 < v < math.inf] for values in series]
+    starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
+    scale = max(starts, default=1.0)
+    floor, ceiling = max(NEGLIGIBLE * scale, LEAST), min(GROWN * scale, MOST)
+    return times([v for values in series for v in values], floor, ceiling)
+
+
+def times(values: Iterable[float], floor: float = LEAST, ceiling: float = MOST) -> Range:
+    """A little more than the values from floor to ceiling, and one decade at least; a strip on a side with others."""
+    values = list(values)
+    shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
+    margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
+    low, high = min(shown) - margin, max(shown) + margin
+    if math.floor(high) - math.ceil(low) < 1:
+        low, high = min(low, math.floor(low + 0.5)), max(high, math.floor(low + 0.5) + 1)
+    strip = STRIP * (high - low)
+    under = strip if any(v < floor for v in values) else 0.0
+    over = strip if any(not v <= ceiling for v in values) else 0.0
+    return Range(10.0 ** (low - under), 10.0 ** (high + over), 10.0**low, 10.0**high)
+
+
+def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
+    """The points of the measured values; what lies outside of the ranges is near their ends."""
+    points = []
+    for given_x, given_y in zip(xs, ys, strict=True):
+        if given_x is not None and given_y is not None:
+            x, side = across.placed(given_x, "left", "right")
+            y, end = up.placed(given_y, "below", "above")
+            points.append(Point(x, y, end or side))
+    return points
+
+
+def decades(span: Range, most: int) -> tuple[list[float], list[float]]:
+    """Major ticks at powers of ten, `most` of them at most, and the minor ticks between them."""
+    first, last = math.ceil(math.log10(span.scale_low)), math.floor(math.log10(span.scale_high))
+    step = max(math.ceil((last - first + 1) / most), 1)
+    majors = [10.0**e for e in range(first, last + 1) if e % step == 0]
+    if step > 1:
+        return majors, [10.0**e for e in range(first, last + 1) if e % step]
+    minors = [digit * 10.0**e for e in range(first - 1, last + 1) for digit in range(2, 10)]
+    return majors, [v for v in minors if span.scale_low <= v <= span.scale_high]

@@ -7,14 +7,17 @@ that the methods' lightness rises in steps of about ten and they are told apart 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from io import BytesIO
+from itertools import cycle
 from typing import Any
 
-import matplotlib
-from matplotlib.colors import to_hex, to_rgb
+import matplotlib.style
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.textpath import text_to_path
@@ -26,6 +29,43 @@ FAMILY = "DejaVu Sans"  # comes with matplotlib: the same picture on every machi
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
 PAGE = 10.6  # the height of a page of A4, 11.69, less what a legend takes
 ROW = 2.45  # the height of a row of axes, if there is room for all of them
+# Of a form: where its metadata have the provenance, and what would be different each time.
+METADATA = {
+    "png": ("Description", "Software"),
+    "svg": ("Description", "Date"),
+    "pdf": ("Subject", "CreationDate"),
+}
+
+SETTINGS: dict[str, Any] = {
+    "font.family": FAMILY,
+    "font.size": FONT,
+    "text.hinting": "none",  # else widths depend on the resolution
+    "figure.constrained_layout.use": True,
+    "figure.constrained_layout.h_pad": 0.07,
+    "figure.constrained_layout.w_pad": 0.06,
+    "axes.titlesize": FONT,
+    "axes.titlelocation": "left",
+    "axes.labelsize": FONT,
+    "xtick.labelsize": SMALL,
+    "ytick.labelsize": SMALL,
+    "legend.fontsize": SMALL,
+    "legend.frameon": False,
+    "legend.handlelength": 3.4,
+    "legend.columnspacing": 1.6,
+    "axes.linewidth": 0.6,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "path.simplify_threshold": 0.3,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "lcpcli",
+    "pdf.fonttype": 42,
+}
 
 
 @dataclass(frozen=True)
@@ -86,6 +126,7 @@ SPARE = (
 )
 RAMP = ("o", "s", "^", "D", "v", "P", "X", "p", "<", "h", ">", "8")  # markers for more than two runs of one method
 PALE, DEEP = 74.0, 22.0  # the lightness (CIE L*) of their first and last colour: light on white, and still a colour
+STEPS = 1024  # from white over a colour to black
 
 
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
@@ -98,117 +139,56 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
     others = [name for name in labels if name not in METHODS and name not in PEERS]
-    known = METHODS | PEERS | {name: SPARE[i % len(SPARE)] for i, name in enumerate(others)}
-    found: Looks = {}
+    known = METHODS | PEERS | dict(zip(others, cycle(SPARE), strict=False))
+    chosen: Looks = {}
     for name, own in labels.items():
         look = known[name]
-        if len(own) <= 2:
-            found |= {(name, label): replace(look, fill="left", width=0.8) for label in own}
-            found[name, own[0]] = look
-            continue
-        taken = {known[other].marker for other in labels if other != name}
-        markers = [marker for marker in RAMP if marker not in taken] or list(RAMP)
-        for i, (label, shade) in enumerate(zip(own, _shades(look.color, len(own)), strict=True)):
-            found[name, label] = replace(look, color=shade, marker=markers[i % len(markers)], fill="full")
-    return found
+        runs = [look, replace(look, fill="left", width=0.8)][: len(own)]
+        if len(own) > len(runs):
+            elsewhere = {known[other].marker for other in labels if other != name}
+            markers = cycle([marker for marker in RAMP if marker not in elsewhere] or RAMP)
+            shades = zip(_shades(look.color, len(own)), markers, strict=False)
+            runs = [replace(look, color=shade, marker=marker, fill="full") for shade, marker in shades]
+        chosen |= {(name, label): run for label, run in zip(own, runs, strict=True)}
+    return chosen
 
 
 def _shades(color: str, count: int) -> list[str]:
-    """So many shades of a colour, from light to dark in even steps of lightness."""
-    return [_shade(color, PALE + (DEEP - PALE) * i / (count - 1)) for i in range(count)]
+    """So many shades of a colour, from light to dark in even steps of lightness (CIE L*)."""
+    ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], STEPS)(np.arange(STEPS))[:, :3]
+    linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
+    lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
+    return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(PALE, DEEP, count)]
 
 
-def _shade(color: str, wanted: float) -> str:
-    """The colour mixed with white or black until it has that lightness."""
-    base = to_rgb(color)
-    end = 1.0 if lightness(color) < wanted else 0.0
-    low, high = 0.0, 1.0  # shares of white or black
-    for _ in range(30):
-        share = (low + high) / 2
-        mixed = to_hex([channel + (end - channel) * share for channel in base])
-        if (lightness(mixed) < wanted) == (end == 1.0):
-            low = share
-        else:
-            high = share
-    return mixed
-
-
-def lightness(color: str) -> float:
-    """CIE L* of an sRGB colour, from 0 for black to 100 for white."""
-    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(color)]
-    y = sum(weight * c for weight, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
-    return 116 * y ** (1 / 3) - 16 if y > (6 / 29) ** 3 else y * (29 / 3) ** 3
-
-
-def row_height(rows: int) -> float:
-    """The height of each of so many rows of axes, which fit on a page."""
-    return min(ROW, PAGE / rows)
-
-
-@contextmanager
-def context() -> Iterator[None]:
+def context() -> AbstractContextManager[None]:
     """The settings of these figures, whatever the user's own are; the user's are back afterwards."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(
-            {
-                "font.family": FAMILY,
-                "font.size": FONT,
-                "text.hinting": "none",  # else widths depend on the resolution
-                "figure.constrained_layout.use": True,
-                "figure.constrained_layout.h_pad": 0.07,
-                "figure.constrained_layout.w_pad": 0.06,
-                "axes.titlesize": FONT,
-                "axes.titlelocation": "left",
-                "axes.labelsize": FONT,
-                "xtick.labelsize": SMALL,
-                "ytick.labelsize": SMALL,
-                "legend.fontsize": SMALL,
-                "legend.frameon": False,
-                "legend.handlelength": 3.4,
-                "legend.columnspacing": 1.6,
-                "axes.linewidth": 0.6,
-                "xtick.direction": "in",
-                "ytick.direction": "in",
-                "xtick.top": True,
-                "ytick.right": True,
-                "xtick.major.width": 0.6,
-                "ytick.major.width": 0.6,
-                "xtick.minor.width": 0.4,
-                "ytick.minor.width": 0.4,
-                "path.simplify_threshold": 0.3,
-                "svg.fonttype": "path",
-                "svg.hashsalt": "lcpcli",
-                "pdf.fonttype": 42,
-            }
-        )
-        yield
+    return matplotlib.style.context(SETTINGS, after_reset=True)
 
 
 def save(figure: Figure, form: str, title: str, provenance: Sequence[str]) -> bytes:
     """The figure as a file, with its provenance as metadata; the same figure gives the same bytes."""
-    told = "; ".join(provenance)
-    metadata: dict[str, dict[str, str | None]] = {
-        "png": {"Title": title, "Description": told, "Software": None},
-        "svg": {"Title": title, "Description": told, "Date": None},
-        "pdf": {"Title": title, "Subject": told, "CreationDate": None},
-    }
+    subject, without = METADATA[form]
+    metadata = {"Title": title, subject: "; ".join(provenance), without: None}
     buffer = BytesIO()
-    figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata=metadata[form])
+    figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata=metadata)
     return buffer.getvalue()
+
+
+@lru_cache
+def extent(text: str, size: float, formulas: bool = True) -> tuple[float, float]:
+    """The width and height of a text in points, in which $ may begin a formula."""
+    font = FontProperties(family=FAMILY, size=size)
+    width, height, _ = text_to_path.get_text_width_height_descent(text, font, ismath=formulas and "$" in text)
+    return float(width), float(height)
 
 
 def fitted(text: str, size: float, inches: float) -> str:
     """A text on one line, cut to that length, in which ? stands for what the font lacks and $ begins no formula."""
-    font = FontProperties(family=FAMILY, size=size)
-    glyphs = get_font(findfont(font)).get_charmap()
+    glyphs = get_font(findfont(FontProperties(family=FAMILY))).get_charmap()
     text = "".join(c if ord(c) in glyphs else "?" for c in " ".join(text.split()))
-
-    def width(part: str) -> float:
-        points, _, _ = text_to_path.get_text_width_height_descent(part, font, ismath=False)
-        return float(points) / 72
-
-    if width(text) > inches:
-        most = bisect_right(range(len(text)), inches, key=lambda n: width(text[:n] + "..."))
+    points = 72 * inches
+    if extent(text, size, False)[0] > points:
+        most = bisect_right(range(len(text)), points, key=lambda n: extent(text[:n] + "...", size, False)[0])
         text = text[: most - 1].rstrip() + "..."
     return text.replace("$", r"\$")

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from string import ascii_letters, digits
 from textwrap import wrap
 
-from lcpcli.report.figures import ranges
-from lcpcli.report.figures.data import Panel
-from lcpcli.report.figures.ranges import Point, Range
+from lcpcli.report.figures.data import Panel, Point, Range, decades, errors, inside, times
 
 COLORS = ("red", "green", "magenta", "blue+", "orange", "cyan")  # legible on light and dark backgrounds
 FAILED = "x"
 LETTERS = [c for c in ascii_letters + digits if c.lower() != FAILED]
 LEAST = (30, 8)  # columns and lines below which there is no figure to speak of
+UNBROKEN = "\N{NO-BREAK SPACE}"
 TICK = 10  # columns a tick of the abscissa takes
 TICK_LINES = 3
 MEASURES = {"error": "error ||z - z*||_inf", "residual": "residual ||min(z, Mz + q)||_inf"}
@@ -39,9 +38,9 @@ def letters(labels: Sequence[str]) -> list[str]:
 
 def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str:
     marks = letters([curve.label for curve in panel.curves])
-    across = ranges.times(second for curve in panel.curves for second in curve.seconds)
-    up = ranges.errors(panel.curves)
-    runs = [ranges.inside(curve.seconds, curve.errors, across, up) for curve in panel.curves]
+    across = times(second for curve in panel.curves for second in curve.seconds)
+    up = errors(panel.curves)
+    runs = [inside(curve.seconds, curve.errors, across, up) for curve in panel.curves]
     entries = [f"{mark} {' '.join(curve.label.split())}" for mark, curve in zip(marks, panel.curves, strict=True)]
     if any(not curve.solved for curve in panel.curves):
         entries.append(f"{FAILED} not solved")
@@ -73,16 +72,15 @@ def _drawn(
     figure.theme("colorless")
     figure.plot_size(*size)
     for side, span, most in zip(("x", "y"), spans, (size[0] // TICK, size[1] // TICK_LINES), strict=True):
-        majors, _ = ranges.decades(span, most)
-        exponents = [round(math.log10(v)) for v in majors]
+        exponents = [round(math.log10(v)) for v in decades(span, most)[0]]
         figure.ruler(side).lim(math.log10(span.low), math.log10(span.high))
         figure.ruler(side).ticks(exponents, [f"1e{e}" for e in exponents])
     for curve, points, mark in zip(panel.curves, runs, marks, strict=True):
-        pixel = colors.get(curve.name)
         xs, ys = [math.log10(p.x) for p in points], [math.log10(p.y) for p in points]
-        figure.draw(figure.signal(xs, ys, marker=plotext.marker(mark, pixel=pixel)).lines())
+        own, failed = (plotext.marker(letter, pixel=colors.get(curve.name)) for letter in (mark, FAILED))
+        figure.draw(figure.signal(xs, ys, marker=own).lines())
         if points and not curve.solved:
-            figure.draw(figure.signal(xs[-1:], ys[-1:], marker=plotext.marker(FAILED, pixel=pixel)))
+            figure.draw(figure.signal(xs[-1:], ys[-1:], marker=failed))
     text: str = figure.build().string(not colors)
     figure.clear()
     plotext.terminal.limit()
@@ -91,14 +89,9 @@ def _drawn(
 
 def _lines(entries: Sequence[str], width: int) -> list[str]:
     """The entries of a legend, as many a line as fit."""
-    lines = [""]
-    for entry in entries:
-        longer = f"{lines[-1]}   {entry}" if lines[-1] else entry
-        if len(longer) <= width or not lines[-1]:
-            lines[-1] = _cut(longer, width)
-        else:
-            lines.append(_cut(entry, width))
-    return lines
+    whole = (_cut(entry, width).replace(" ", UNBROKEN) for entry in entries)
+    lines = wrap("   ".join(whole), width, break_on_hyphens=False) or [""]
+    return [line.replace(UNBROKEN, " ") for line in lines]
 
 
 def _cut(text: str, width: int) -> str:

@@ -1,4 +1,4 @@
-"""The tables of iterates in LaTeX, laid out like the paper's, with the rules of the booktabs package."""
+"""Tables in LaTeX and in Markdown."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import itertools
 import re
 from collections.abc import Collection, Sequence
 
-from lcpcli.report.numbers import ELLIPSIS
-from lcpcli.report.result_table import LEFT, ResultTable
+from lcpcli.report.tables import LEFT, ResultTable
+from lcpcli.report.wording import ELLIPSIS
 
-SPECIAL = {
+SPECIAL: dict[str, str | int | None] = {
     "\\": r"\textbackslash{}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
@@ -24,7 +24,7 @@ NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}"
 FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # shrinks a wide table, enlarges none
 
 
-def render(tables: Sequence[ResultTable]) -> str:
+def latex(tables: Sequence[ResultTable]) -> str:
     """One table environment per problem, ready to be \\input."""
     names = labels([table.title.split(":")[0] for table in tables])
     return "\n".join([NEEDED, *(_environment(table, name) for table, name in zip(tables, names, strict=True))])
@@ -51,11 +51,16 @@ def _environment(table: ResultTable, label: str) -> str:
 
 def float_of(caption: str, label: str, tables: Sequence[list[str]], notes: Sequence[str]) -> str:
     """A table environment: its tables below each other, none wider than the text, and the notes below them."""
-    lines = [r"\begin{table}[htbp]", rf"\caption{{{escape(caption)}}}", rf"\label{{{label}}}", r"\centering\small"]
+    lines = [
+        r"\begin{table}[htbp]",
+        rf"\caption{{{escape_latex(caption)}}}",
+        rf"\label{{{label}}}",
+        r"\centering\small",
+    ]
     for table in tables:
         lines += [FITTED + table[0], *table[1:-1], table[-1] + r"}\par\medskip"]
     if notes:
-        lines += [r"\raggedright", *(rf"{escape(note)}\par" for note in notes)]
+        lines += [r"\raggedright", *(rf"{escape_latex(note)}\par" for note in notes)]
     return "\n".join([*lines, r"\end{table}"])
 
 
@@ -82,9 +87,36 @@ def _heading(name: str) -> str:
 
 
 def _cell(text: str) -> str:
-    return r"\dots" if text == ELLIPSIS else escape(text)
+    return r"\dots" if text == ELLIPSIS else escape_latex(text)
 
 
-def escape(text: str) -> str:
+def escape_latex(text: str) -> str:
     """Text with LaTeX's special characters escaped, and hyphens kept apart, of which TeX would make a dash."""
-    return re.sub("-(?=-)", "-{}", "".join(SPECIAL.get(mark, mark) for mark in text))
+    return re.sub("-(?=-)", "-{}", text.translate(str.maketrans(SPECIAL)))
+
+
+def markdown(tables: Sequence[ResultTable]) -> str:
+    """One section per problem: a single result and its iterates, or the iterates and then one line per method."""
+    return "\n".join(_section(table) for table in tables)
+
+
+def _section(table: ResultTable) -> str:
+    title = f"### {escape_markdown(table.title)}"
+    remarks = [escape_markdown(line) for line in (*table.facts, *table.remarks)]
+    rows = [row for group in table.groups for row in group]
+    iterates = grid(table.header, rows, LEFT) if rows else ""
+    parts = [title, iterates, grid(table.summary_header, table.summary, LEFT), *remarks]
+    if table.verdict:
+        parts = [title, f"**{escape_markdown(table.verdict)}**", *remarks, iterates]
+    return "\n\n".join(filter(None, [*parts, escape_markdown(table.provenance)])) + "\n"
+
+
+def grid(header: list[str], rows: list[list[str]], left: Collection[str]) -> str:
+    """A table; `left` are the names of the left-aligned columns."""
+    marks = [":--" if name in left else "--:" for name in header]
+    return "\n".join(f"| {' | '.join(map(escape_markdown, row))} |" for row in (header, marks, *rows))
+
+
+def escape_markdown(text: str) -> str:
+    """Text with Markdown's special characters escaped."""
+    return re.sub(r"([\\|*_<`\[])", r"\\\1", text)

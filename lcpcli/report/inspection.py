@@ -1,4 +1,4 @@
-"""An inspection as human-readable text, in lines of at most a given width."""
+"""An inspection as human-readable text, and as one JSON object."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import math
 from textwrap import wrap
 
 from lcpcli.errors import count
-from lcpcli.inspection.difficulty import Factorization
+from lcpcli.inspection.difficulty import Factorization, Spread
 from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.theory import Rate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
-from lcpcli.report import numbers
+from lcpcli.report import json_lines, wording
 
 WIDTH = 80
 NARROW = 30  # columns: the least width of a wrapped column beside others
@@ -32,7 +32,7 @@ BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 Row = tuple[str, ...]
 
 
-def render(found: Inspection, width: int | None = None) -> str:
+def as_text(found: Inspection, width: int | None = None) -> str:
     """In lines of that width, at most and by default 80: the facts, the classes of M, the methods, and remarks."""
     width = min(width or WIDTH, WIDTH)
     classes = [
@@ -42,46 +42,39 @@ def render(found: Inspection, width: int | None = None) -> str:
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     remarks = [text for text in (found.obvious, *found.hints) if text]
     lines = [
-        *wrap(f"{found.problem.name}: {numbers.size(found.problem)}", width),
+        *wrap(f"{found.problem.name}: {wording.size(found.problem)}", width),
         *_grid(_facts(found), width),
         "",
         *_grid([("class of M", "", "because"), *classes], width, ruled=True),
         "",
         *_grid([("method", "guaranteed", "in exact arithmetic, because"), *methods], width, ruled=True),
+        *[""] * bool(remarks),
+        *(line for text in remarks for line in wrap(text, width, initial_indent="- ", subsequent_indent="  ")),
     ]
-    if remarks:
-        lines.append("")
-        for remark in remarks:
-            lines += wrap(remark, width, initial_indent="- ", subsequent_indent="  ")
     return "".join(line + "\n" for line in lines)
 
 
 def _facts(found: Inspection) -> list[Row]:
+    n, stored = found.problem.n, "sparse" if is_sparse(found.problem.M) else "dense"
+    nonzeros = f"{found.nonzeros} of {n**2} nonzero ({100 * found.nonzeros / n**2:.3g} %)"
+    unit, name = next((unit, name) for unit, name in BINARY if found.cost.bytes >= unit)
+    before, after = found.spread, found.equilibrated_spread
+    spread = f"largest entries vary by {before.rows:.1f} decades over rows, {before.columns:.1f} over columns"
+    error = f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"
     return [
-        ("entries", _entries(found)),
-        ("scaling", _scaling(found)),
+        (
+            "entries",
+            f"{stored}, {nonzeros}, {found.cost.bytes / unit:.3g} {name}",
+        ),
+        ("scaling", f"{spread}; by {after.rows:.1f} and {after.columns:.1f} after equilibration"),
         ("condition", _condition(found)),
         ("eigenvalues", _eigenvalues(found)),
-        ("factorization", _factorization(found)),
-        *_interior(found.factorization),
-        ("fixed-point", _rate(found.published, found)),
-        ("  --omega auto", _rate(found.best, found)),
-        ("shi", f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"),
+        ("factorization", _factor_cost(found)),
+        *([("interior", _interior(found.factorization))] if found.factorization else []),
+        ("fixed-point", _contraction(found.published, found)),
+        ("  --omega auto", _contraction(found.best, found)),
+        ("shi", error),
     ]
-
-
-def _entries(found: Inspection) -> str:
-    n, stored = found.problem.n, "sparse" if is_sparse(found.problem.M) else "dense"
-    share = 100 * found.nonzeros / n**2
-    return f"{stored}, {found.nonzeros} of {n**2} nonzero ({share:.3g} %), {_bytes(found.cost.bytes)}"
-
-
-def _scaling(found: Inspection) -> str:
-    before, after = found.spread, found.equilibrated_spread
-    return (
-        f"largest entries vary by {before.rows:.1f} decades over rows, {before.columns:.1f} over columns; "
-        f"by {after.rows:.1f} and {after.columns:.1f} after equilibration"
-    )
 
 
 def _condition(found: Inspection) -> str:
@@ -101,31 +94,24 @@ def _eigenvalues(found: Inspection) -> str:
     return f"{about}{found.spectrum.smallest:.4g} to {found.spectrum.largest:.4g}"
 
 
-def _factorization(found: Inspection) -> str:
+def _factor_cost(found: Inspection) -> str:
     cost = found.cost
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
-    if cost.bandwidth is None:
-        return size
-    return f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
+    return size if cost.bandwidth is None else f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
 
 
-def _interior(own: Factorization | None) -> list[Row]:
-    if own is None:
-        return []
+def _interior(own: Factorization) -> str:
     if own.library is None or own.first is None:
-        return [("interior", f"factorization of M + D {own.note}")]
+        return f"factorization of M + D {own.note}"
     ratio = "" if own.ratio is None else f" ({own.ratio:.3g} times as many)"
-    again = own.note if own.repeated is None else f"then {numbers.duration(own.repeated)}"
-    return [
-        (
-            "interior",
-            f"factorizes M + D by {own.library}: {count(own.nonzeros, 'entry')} of M, {own.factor_nonzeros} of the "
-            f"factors{ratio}, {numbers.duration(own.first)} at first, {again}",
-        )
-    ]
+    again = own.note if own.repeated is None else f"then {wording.duration(own.repeated)}"
+    return (
+        f"factorizes M + D by {own.library}: {count(own.nonzeros, 'entry')} of M, {own.factor_nonzeros} of the "
+        f"factors{ratio}, {wording.duration(own.first)} at first, {again}"
+    )
 
 
-def _rate(rate: Rate | None, found: Inspection) -> str:
+def _contraction(rate: Rate | None, found: Inspection) -> str:
     if rate is None:
         return UNKNOWN
     if rate.factor is None:
@@ -137,11 +123,6 @@ def _rate(rate: Rate | None, found: Inspection) -> str:
     times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
     return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
-
-
-def _bytes(size: int) -> str:
-    unit, name = next((unit, name) for unit, name in BINARY if size >= unit)
-    return f"{size / unit:.3g} {name}"
 
 
 def _grid(rows: list[Row], width: int, ruled: bool = False) -> list[str]:
@@ -160,3 +141,58 @@ def _grid(rows: list[Row], width: int, ruled: bool = False) -> list[str]:
         if ruled and row is rows[0]:
             lines.append("-" * width)
     return lines
+
+
+def as_json(found: Inspection) -> str:
+    """One line. All keys are always present: null for missing and infinite values."""
+    problem, spectrum, own = found.problem, found.spectrum, found.factorization
+    scaled = found.equilibrated_condition
+    record = {
+        "problem": problem.name,
+        "n": problem.n,
+        "bounds": dict(problem.box.kinds) or None,
+        "sparse": is_sparse(problem.M),
+        "nonzeros": found.nonzeros,
+        "density": found.nonzeros / problem.n**2,
+        "classes": {
+            name: {"verdict": own.word, "evidence": own.evidence, "indices": own.indices, "vector": own.vector}
+            for name, own in found.classes.items()
+        },
+        "spread": _spread(found.spread),
+        "equilibrated_spread": _spread(found.equilibrated_spread),
+        "condition": found.condition,
+        "equilibrated_condition": scaled,
+        "singular": None if scaled is None else math.isinf(scaled),
+        "smallest_eigenvalue": spectrum and spectrum.smallest,
+        "largest_eigenvalue": spectrum and spectrum.largest,
+        "eigenvalues_estimated": spectrum and spectrum.estimated,
+        **json_lines.plain(found.cost),
+        "factorization": own and _factorization(own),
+        "fixed_point": found.published or NO_RATE,
+        "fixed_point_best": found.best or NO_RATE,
+        "p": found.smoothing.p,
+        "smoothing_error": found.smoothing.error,
+        "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
+        "obvious": found.obvious or None,
+        "hints": found.hints,
+    }
+    return json_lines.line(json_lines.plain(record))
+
+
+NO_RATE = {"omega": None, "factor": None, "iterations": None}
+
+
+def _spread(spread: Spread) -> dict[str, float]:
+    return {"rows_decades": spread.rows, "columns_decades": spread.columns}
+
+
+def _factorization(own: Factorization) -> dict[str, object]:
+    return {
+        "library": own.library,
+        "nonzeros": own.nonzeros,
+        "factor_nonzeros": own.factor_nonzeros,
+        "ratio": own.ratio,
+        "first_seconds": own.first,
+        "repeated_seconds": own.repeated,
+        "note": own.note or None,
+    }

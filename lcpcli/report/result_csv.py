@@ -1,0 +1,146 @@
+"""Results as CSV with all digits: the answers, or the iterates; each with comments on how they were found."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Sequence
+from io import StringIO
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from lcpcli.model.origins import Game
+from lcpcli.model.program import Program
+from lcpcli.report import answers, wording
+from lcpcli.solving.answer import Minimum
+from lcpcli.solving.result import Result
+
+COLUMNS = ("component", "z", "w")  # components from 1
+STATE = "state"
+OF_PROGRAM = ("part", "value", "bound_multiplier")
+OF_GAME = ("player", "probability", "payoff")
+MEASURES = ("residual", "error", "seconds", "step", "status")
+ITERATES = "iterates, "
+OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
+
+Cells: TypeAlias = Sequence[Any]
+
+
+def answers_text(results: Sequence[Result], compared: bool) -> str:
+    """Columns component, z, w (fractions where these are proved) and, if a problem has bounds, state; of results that
+    are compared, problem and method before them. Behind them the names of components, if there are any, and of programs
+    and games what each component is."""
+    mixed = any(result.problem.is_mixed for result in results)
+    programs, games = (any(isinstance(result.problem.origin, kind) for result in results) for kind in (Program, Game))
+    named = games or any(any(result.problem.names) for result in results)
+    first = [*["problem", "method"] * compared, *COLUMNS, *[STATE] * mixed]
+    rows: list[Cells] = [[*first, *["name"] * named, *OF_PROGRAM * programs, *OF_GAME * games]]
+    for result in results:
+        start = [result.problem.name, wording.name(result)] * compared
+        rows += _rows(result, start, mixed, _ends(result, named, programs, games))
+    return written(rows, wording.provenance(results))
+
+
+def part(result: Result, source: str) -> str:
+    """The lines of one of many problems, with state and name, below comments on the result."""
+    names = [[_in_a_line(name)] for name in result.problem.names]
+    return written(_rows(result, [source], True, names), wording.provenance([result])[1:])
+
+
+def iterates_text(results: Sequence[Result]) -> str:
+    """Columns problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty. Time is
+    by the clock of the figures.
+
+    Of one game, or several with the same strategies, the columns are the strategies and payoffs in place of z.
+    status : in the last row of a run, how it ended; else empty.
+    """
+    n = max(result.problem.n for result in results)
+    games = [result.problem.origin for result in results]
+    headings = [answers.headings(game) if isinstance(game, Game) else [] for game in games]
+    of_games = headings[0] if all(each == headings[0] for each in headings) else []
+    lines: list[Cells] = [["problem", "method", "k", *(of_games or (f"z{i}" for i in range(1, n + 1))), *MEASURES]]
+    for result, game in zip(results, games, strict=True):
+        start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
+        rows = result.trace.rows if result.trace else []
+        for row in rows:
+            values = answers.iterate_of_game(game, row.z) if of_games and isinstance(game, Game) else row.z.tolist()
+            measures = [row.residual, row.error, row.seconds, row.step, result.status.word if row is rows[-1] else ""]
+            lines.append([*start, row.k, *values, *blanks, *measures])
+    head, *others = wording.provenance(results)
+    return written(lines, [f"{ITERATES}{head}", *others])
+
+
+def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
+    """Rows of cells as CSV, None as an empty one, below lines of comments."""
+    out = StringIO()
+    out.writelines(f"# {line}\n" for line in comments)
+    csv.writer(out, lineterminator="\n").writerows(rows)
+    return out.getvalue()
+
+
+def _rows(result: Result, start: Cells, mixed: bool, ends: Sequence[Cells]) -> list[Cells]:
+    """A line for each component, which starts with these cells and ends with its own; mixed is whether it has the
+    state."""
+    states = [[state] for state in result.basis] if mixed else [[]] * result.problem.n
+    lines = zip(*_vectors(result), states, ends, strict=True)
+    return [[*start, i, z, w, *state, *end] for i, (z, w, state, end) in enumerate(lines, 1)]
+
+
+def _vectors(result: Result) -> tuple[Cells, Cells]:
+    """z and w as cells, fractions where these are proved."""
+    exact = result.exact
+    if exact is not None and exact.z and exact.w:
+        return _fractions(exact.z), _fractions(exact.w)
+    return result.z.tolist(), result.w.tolist()
+
+
+def _fractions(values: Cells) -> Cells:
+    """Numbers as cells, of which those that are fractions are written with all digits."""
+    from lcpcli.rational.numbers import text
+
+    return [value if value is None or isinstance(value, float) else text(value) for value in values]
+
+
+def _ends(result: Result, named: bool, programs: bool, games: bool) -> list[Cells]:
+    """The last cells of each component: its name, what it is of a program, and what it is of a game."""
+    problem = result.problem
+    names, blanks = problem.names, [("", "", "")] * problem.n
+    of_program: Sequence[Cells] = blanks
+    of_game: Sequence[Cells] = blanks
+    if isinstance(problem.origin, Program):
+        of_program = _of_program(result) or blanks
+    elif isinstance(problem.origin, Game):
+        rows, columns = answers.strategy_names(problem.origin, math.inf)
+        names, of_game = [*rows, *columns], _of_game(result, problem.origin)
+    cells = zip(names, of_program, of_game, strict=True)
+    return [[*[_in_a_line(name)] * named, *one[: 3 * programs], *other[: 3 * games]] for name, one, other in cells]
+
+
+def _of_program(result: Result) -> list[Cells]:
+    """Whether each component is x, y or s, its value in the program's own sense, and the multiplier of its bounds."""
+    answer = result.answer
+    if not isinstance(answer, Minimum) or answer.x is None:
+        return []
+    assert answer.y is not None
+    assert answer.bound_multipliers is not None
+    x, y = answer.x.tolist(), answer.y.tolist()
+    if answer.exact:
+        x, y = _fractions(answer.exact["x"]), _fractions(answer.exact["y"])
+    cells = [("x", *pair) for pair in zip(x, answer.bound_multipliers.tolist(), strict=True)]
+    cells += [("y", value, "") for value in y]
+    return [*cells, *(("s", value, "") for value in _vectors(result)[0][len(cells) :])]
+
+
+def _of_game(result: Result, game: Game) -> list[Cells]:
+    """The player that each component is of, the probability of its strategy, and what the player gets in all."""
+    exact = result.exact
+    z = np.array(exact.z, dtype=object) if exact is not None and exact.z and exact.w else result.z
+    *probabilities, by_row, by_column = _fractions(answers.iterate_of_game(game, z))
+    m, k = game.A.shape
+    players = [("row", by_row)] * m + [("column", by_column)] * k
+    return [(player, value, payoff) for (player, payoff), value in zip(players, probabilities, strict=True)]
+
+
+def _in_a_line(name: str) -> str:
+    return " ".join(name.split())

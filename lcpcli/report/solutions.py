@@ -1,0 +1,229 @@
+"""All solutions of a problem as a table, as JSON, as CSV, and as a picture of complementary cones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from itertools import cycle, islice, product
+from typing import Any, TypeAlias
+
+from lcpcli import __version__
+from lcpcli.enumeration.equilibria import Equilibria
+from lcpcli.enumeration.pieces import Piece
+from lcpcli.enumeration.search import SolutionSet, objective
+from lcpcli.errors import ParameterError, count
+from lcpcli.files.contents import Source
+from lcpcli.linalg import matrices
+from lcpcli.model.problem import Problem
+from lcpcli.model.program import Program
+from lcpcli.rational.numbers import brief, rounded
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.report import answers, json_lines, result_csv, wording
+from lcpcli.report.figures.data import Cones
+from lcpcli.report.tables import ResultTable, longest
+
+HEADER = ("piece", "kind", "number", "component", "z", "w")
+OF_GAMES = ("equilibrium", "player", "strategy", "probability", "payoff")
+MOST_ROWS = 1000  # of a table; typesetting more takes longer than finding them
+MOST_SUBSETS = 50  # in a remark
+
+Values: TypeAlias = Sequence[Fraction]
+Cells: TypeAlias = tuple[Any, ...]
+Table: TypeAlias = tuple[list[str], list[list[list[str]]], list[str]]  # header, groups of rows, and remarks
+
+
+def build(found: SolutionSet, exact: bool, form: str) -> ResultTable:
+    """The table of a solution set for a format, exact in fractions, else to seven digits; of a game, that of its
+    equilibria."""
+
+    def cell(value: Fraction) -> str:
+        return brief(value) if exact else f"{float(rounded([value])[0]):.7g}"
+
+    made = _pieces if found.equilibria is None else _equilibria
+    header, groups, remarks = made(found, cell, longest(form))
+    problem = found.data.problem
+    title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
+    made_by = f"{wording.PROGRAM}, in exact arithmetic, {wording.duration(found.seconds)}"
+    return ResultTable(title, header, groups, found.message, [], remarks, made_by, settled=found.complete)
+
+
+def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
+    """The vertices, rays and lines of a piece: the kind, z, and w or for directions its change."""
+    for vertex in piece.vertices:
+        yield "vertex", vertex, data.w(vertex)
+    for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
+        constant = data.w([Fraction(0)] * data.n) if directions else []
+        for direction in directions:
+            yield kind, direction, [a - b for a, b in zip(data.w(direction), constant, strict=True)]
+
+
+def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Table:
+    """A row for each vertex, ray and line, z and then w; the isolated solutions are one group, each face is another."""
+    data, origin = found.data, found.data.problem.origin
+    program = origin if isinstance(origin, Program) else None
+    names = answers.short_names(data.problem.names, most)
+    header = ["piece", "", *names, *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
+    shown, points = 0, list[list[str]]()
+    groups = [points]
+    for number, piece in enumerate(found.pieces, 1):
+        rows: list[list[str]] = []
+        for kind, z, w in islice(_parts(data, piece), MOST_ROWS - shown):
+            own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
+            word = "point" if piece.is_point else kind
+            rows.append([str(number) if not rows else "", word, *map(cell, z), *map(cell, w), *own])
+        shown += len(rows)
+        if piece.is_point:
+            points += rows
+        else:
+            groups.append(rows)
+    total = sum(len(piece.vertices) + len(piece.rays) + len(piece.lines) for piece in found.pieces)
+    remark = "the solutions of a face are the averages of its vertices"
+    if any(piece.rays or piece.lines for piece in found.pieces):
+        remark += ", plus any positive multiples of its rays and any multiples of its lines"
+    faces = any(not piece.is_point for piece in found.pieces)
+    return header, list(filter(None, groups)), [*[remark] * faces, *_left_out(total)]
+
+
+def _left_out(rows: int) -> list[str]:
+    """A remark where not all rows are shown."""
+    return [f"the first {MOST_ROWS} of {rows} rows; --format json and csv have all of them"] * (rows > MOST_ROWS)
+
+
+def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Table:
+    """A row for each extreme equilibrium, those of a component as a group."""
+    game, held = found.game, found.equilibria
+    assert game is not None
+    assert held is not None
+    of_rows, of_columns = answers.strategy_names(game, most)
+    indexed = any(each.index is not None for each in held.extreme)
+    header = ["", *of_rows, *of_columns, *answers.PAYOFFS, *["index"] * indexed, "pure"]
+    lines = [
+        [
+            str(number),
+            *map(cell, (*each.row, *each.column, *each.payoffs)),
+            *["" if each.index is None else f"{each.index:+d}"] * indexed,
+            "pure" * each.is_pure,
+        ]
+        for number, each in enumerate(held.extreme[:MOST_ROWS], 1)
+    ]
+    left_out = _left_out(len(held.extreme))
+    if all(len(subset.extreme) == 1 for subset in held.subsets):
+        indices = [each.index or 0 for each in held.extreme]
+        summed = found.complete and all(indices) and len(indices) > 1
+        return header, [lines] if lines else [], [*[f"the indices sum to {sum(indices)}"] * summed, *left_out]
+    joined = [range(len(held.subsets))] if held.components is None else held.components
+    members = [sorted({k for s in part for k in held.subsets[s].extreme}) for part in joined]
+    groups = [[lines[k] for k in part if k < MOST_ROWS] for part in members]
+    subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets[:MOST_SUBSETS]]
+    if len(held.subsets) > MOST_SUBSETS:
+        subsets.append(f"and {count(len(held.subsets) - MOST_SUBSETS, 'other')}")
+    means = "any averages of the row and of the column strategies of one are an equilibrium"
+    remark = f"maximal Nash subsets {', '.join(subsets)}: {means}"
+    return header, list(filter(None, groups)), [remark, *left_out]
+
+
+def _numbers(values: Values, exact: bool) -> list[Any]:
+    """Numbers for JSON and CSV: texts of fractions, or doubles, None for those that are too large."""
+    own: list[Any] = json_lines.plain(list(values) if exact else rounded(values))
+    return own
+
+
+def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
+    """One object in one line; numbers are texts of fractions if they are to be exact."""
+    data, points, held = found.data, found.points, found.equilibria
+    place = {point: k for k, point in enumerate(points)}
+    record = {
+        "version": __version__,
+        "file": source.file,
+        "item": source.item,
+        "problem": data.problem.name,
+        "n": data.n,
+        "names": json_lines.names(data.problem),
+        "status": found.status,
+        "message": found.message,
+        "complete": found.complete,
+        "others": found.others,
+        "solutions": [_solution(found, k, point, exact) for k, point in enumerate(points)],
+        "pieces": [
+            {
+                "vertices": [place[vertex] for vertex in piece.vertices],
+                "rays": [_numbers(ray, exact) for ray in piece.rays],
+                "lines": [_numbers(line, exact) for line in piece.lines],
+                "states": piece.states,
+            }
+            for piece in found.pieces
+        ],
+        "components": held and held.components,
+        "degenerate": held and held.is_degenerate,
+        "seconds": found.seconds,
+    }
+    return json_lines.line(record)
+
+
+def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
+    """A solution, and what it is for the program or the game."""
+    origin, value, own = found.data.problem.origin, None, None
+    if isinstance(origin, Program):
+        (value,) = _numbers([objective(found.data, origin, z)], exact)
+    if found.equilibria is not None:
+        each = found.equilibria.extreme[k]
+        vectors = {key: _numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
+        own = {**vectors, "pure": each.is_pure, "index": each.index}
+    w = found.data.w(z)
+    return {"z": _numbers(z, exact), "w": _numbers(w, exact), "objective": value, "equilibrium": own}
+
+
+def in_csv(found: SolutionSet, exact: bool) -> str:
+    """A line for each component of each vertex, ray and line: z, and w or for directions its change; of a game one for
+    each strategy in each extreme equilibrium: its probability, and what its player gets in all. Names, if there are
+    any, are last."""
+    header: Cells = HEADER if found.equilibria is None else OF_GAMES
+    rows = _of_pieces(found, exact) if found.equilibria is None else _of_equilibria(found.equilibria, exact)
+    names = [" ".join(name.split()) for name in found.data.problem.names]
+    if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns
+        header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, cycle(names), strict=False))
+    comment = ": ".join(filter(None, [found.data.problem.name, found.message]))
+    return result_csv.written([header, *rows], [comment])
+
+
+def _of_equilibria(held: Equilibria, exact: bool) -> Iterator[Cells]:
+    for number, each in enumerate(held.extreme, 1):
+        payoffs = _numbers(each.payoffs, exact)
+        for player, strategy, payoff in zip(("row", "column"), (each.row, each.column), payoffs, strict=True):
+            for i, probability in enumerate(_numbers(strategy, exact), 1):
+                yield number, player, i, probability, payoff
+
+
+def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
+    for number, piece in enumerate(found.pieces, 1):
+        for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1):
+            for i, pair in enumerate(zip(_numbers(z, exact), _numbers(w, exact), strict=True), 1):
+                yield number, kind, k, i, *pair
+
+
+def require(problem: Problem) -> None:
+    """Raise ParameterError for a problem that has no picture of cones."""
+    if problem.is_mixed or problem.n != 2:
+        fault = f"draws the complementary cones of an LCP with two unknowns, not of one with {wording.size(problem)}"
+        raise ParameterError("plot", fault, "leave it out")
+
+
+def cones(found: SolutionSet) -> Cones:
+    """The cones, and which of them hold q: those whose set has a solution with w = 0 in it and z = 0 outside."""
+    problem = found.data.problem
+    solutions = [(z, found.data.w(z)) for z in found.points]
+    sets = [(first, second) for second, first in product((False, True), repeat=2)]
+    return Cones(
+        title=wording.title(problem),
+        M=matrices.dense(problem.M).tolist(),
+        q=problem.q.tolist(),
+        holding=[any(_is_of(basic, z, w) for z, w in solutions) for basic in sets],
+        count=found.count,
+        names=tuple(problem.names),
+        provenance=[f"{wording.PROGRAM}: {found.message}"],
+    )
+
+
+def _is_of(basic: tuple[bool, bool], z: Values, w: Values) -> bool:
+    """Whether a solution has w = 0 where basic, and z = 0 elsewhere."""
+    return not any(w_i if is_basic else z_i for is_basic, z_i, w_i in zip(basic, z, w, strict=True))

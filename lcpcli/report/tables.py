@@ -1,0 +1,230 @@
+"""The table of iterates of one problem, in the layout of the paper, as cells that the formats only typeset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from lcpcli.model.origins import Game
+from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
+from lcpcli.report import answers, outcome, wording
+from lcpcli.report.wording import ELLIPSIS
+from lcpcli.solving.result import Exact, Result
+from lcpcli.solving.trace import TraceRow
+from lcpcli.typing import Indices
+from lcpcli.verify.certificate import Certificate
+
+LEFT = ("method", "status", "piece", "", "row", "column")  # left-aligned columns
+
+
+@dataclass(frozen=True)
+class ResultTable:
+    """Cells of text. `header` names the columns; `groups` has lists of rows, of iterates one per method.
+
+    verdict, facts : of a single result, shown above the rows; "" and none for a comparison. settled : whether the
+    verdict is what was asked for.
+    provenance : the program's version, the limits and the options in force.
+    summary_header, summary : of a comparison, a row per method. leaders : its best cells, by row and column.
+    """
+
+    title: str
+    header: list[str]
+    groups: list[list[list[str]]]
+    verdict: str
+    facts: list[str]
+    remarks: list[str]
+    provenance: str
+    settled: bool = False
+    summary_header: list[str] = field(default_factory=list)
+    summary: list[list[str]] = field(default_factory=list)
+    leaders: set[tuple[int, int]] = field(default_factory=set)
+
+
+CELL = 11  # the usual width of a component with the gap after it
+OTHER_COLUMNS = 34  # the usual width of all other columns
+PIPE_COMPONENTS = 12
+FEW = 6  # components of a known solution that a title shows
+NONE = "-"  # in place of the strategies of an iterate that has none
+
+
+def shown_components(n: int, width: int | None) -> Indices | None:
+    """The components of z that fit into this width of text (None: a pipe): all, or the first ones and the last."""
+    room = PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 1)
+    if n <= room:
+        return None
+    return np.append(np.arange(room - 2 if room > 2 else room - 1), n - 1)
+
+
+def room(form: str, width: int | None) -> int | None:
+    """The width of text for the iterates in a format, on a screen of that width; None if there is none, as in files."""
+    return width if form == "table" else None
+
+
+def kept_components(problem: Problem, width: int | None) -> Indices | None:
+    """The components of z that a trace keeps for a table of that width: of a game all, as probabilities take them."""
+    return None if isinstance(problem.origin, Game) else shown_components(problem.n, width)
+
+
+def longest(form: str) -> float:
+    """The length from which on a name is too long for a column of a format; only on a screen there is one."""
+    return CELL if form == "table" else math.inf
+
+
+def build(
+    results: Sequence[Result], width: int | None, compared: bool, whole: bool, form: str = "table"
+) -> ResultTable:
+    """The table of several methods' results on one problem, whose traces hold the same components of z.
+
+    width : of the terminal; None if there is none.
+    compared : whether the results are compared below the iterates, instead of a single result above them.
+    whole : whether to show all components of z.
+    form : the format that it is for.
+    """
+    first = results[0]
+    problem, components = first.problem, first.trace.components if first.trace else None
+    game = problem.origin if isinstance(problem.origin, Game) else None
+    if game is not None:
+        own = room(form, width)
+        components = shown_components(problem.n, None if own is None else own - 2 * CELL)
+    runs = [(result, _rows(result)) for result in results]
+    rows = [row for _, own_rows in runs for row in own_rows]
+    others = _other_columns(problem, rows)
+    header = ["method", "k", *_columns(problem, components, longest(form)), *others]
+    groups = []
+    for result, own_rows in runs:
+        largest, labels = float(np.abs(result.z).max()), _labels(own_rows, result)
+        group = [[label, str(row.k)] for label, row in zip(labels, own_rows, strict=True)]
+        for cells, row in zip(group, own_rows, strict=True):
+            cells += [*_cells(row, largest, components, game), *(cell(row) for cell in others.values())]
+        groups.append(group)
+    facts = [] if compared else outcome.facts(first, width, whole)
+    elided = components is not None if compared else ELLIPSIS in "".join(facts)
+    disproof = _disproof(results)
+    summary_header, summary = outcome.costs(results)
+    return ResultTable(
+        title=_title(problem, "" if disproof else problem.verdict),
+        header=header,
+        groups=groups,
+        verdict="" if compared else outcome.verdict(first),
+        facts=facts,
+        remarks=[*disproof, *_remarks(results, compared, elided)],
+        provenance=wording.made_by(results),
+        settled=not compared and first.solved,
+        summary_header=summary_header,
+        summary=summary,
+        leaders=outcome.leaders(results),
+    )
+
+
+def _rows(result: Result) -> list[TraceRow]:
+    """The iterates that a table shows: the starting point only if there is nothing else."""
+    rows = result.trace.rows if result.trace else []
+    return rows[1:] if len(rows) > 1 else rows
+
+
+def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
+    """The names of the components by `answers.short_names`; of a game the strategies and payoffs."""
+    if isinstance(problem.origin, Game):
+        rows, columns = answers.strategy_names(problem.origin, most)
+        return [*_chosen([*rows, *columns], components), *answers.PAYOFFS]
+    return _chosen(answers.short_names(problem.names, most), components)
+
+
+def _chosen(cells: Sequence[str], components: Indices | None) -> list[str]:
+    """The cells of some components, with a mark before the last one for those that are left out; all if none are
+    given."""
+    if components is None:
+        return list(cells)
+    chosen = [cells[i] for i in components]
+    return [*chosen[:-1], ELLIPSIS, chosen[-1]]
+
+
+def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game | None) -> list[str]:
+    """The components of z that a row has; of a game the probabilities and payoffs, dashes where there are none."""
+    if game is None:
+        cells = wording.components(row.z.tolist(), largest)
+        return cells if components is None else [*cells[:-1], ELLIPSIS, cells[-1]]
+    *probabilities, by_row, by_column = answers.iterate_of_game(game, row.z)
+    cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
+    payoffs = [NONE if value is None else f"{value:.7g}" for value in (by_row, by_column)]
+    return [*_chosen(cells, components), *payoffs]
+
+
+def _other_columns(problem: Problem, rows: Sequence[TraceRow]) -> dict[str, Callable[[TraceRow], str]]:
+    """The columns behind z: headings, with what makes a cell of a row."""
+    length, unit = wording.unit(max((row.seconds for row in rows), default=0.0))
+    columns: dict[str, Callable[[TraceRow], str]] = {}
+    if any(row.step for row in rows):
+        columns["step"] = lambda row: row.step
+    if problem.solutions:
+        columns["error"] = lambda row: outcome.error(row.error, problem)
+    else:
+        columns["residual"] = lambda row: wording.short(row.residual, math.inf if row.rounding else 0.0)
+    columns[f"time/{unit}"] = lambda row: f"{row.seconds / length:.3f}"
+    return columns
+
+
+def _labels(rows: Sequence[TraceRow], result: Result) -> list[str]:
+    """The name of each row's method, or of the run for its own method, where it differs from that of the row before."""
+    start = " warm" * result.warm
+    names = [wording.name(result) if row.method == result.method else row.method + start for row in rows]
+    return [name if name != earlier else "" for name, earlier in zip(names, ["", *names], strict=False)]
+
+
+def _disproof(results: Sequence[Result]) -> list[str]:
+    """The remark that the problem has a solution after all, where it is said to have none."""
+    solved, verdict = [result for result in results if result.solved], results[0].problem.verdict
+    if not solved or verdict not in WITHOUT_SOLUTION:
+        return []
+    return [f"the verdict of the problem, {verdict}, is wrong: z is a solution to the tolerance {solved[0].tol:g}"]
+
+
+def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[str]:
+    remarks = [f"{wording.name(result)} {result.message}" for result in results if compared and not result.solved]
+    for result in results:
+        by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
+        texts = (wording.advice(result), by, outcome.doubt(result), outcome.spread(result), outcome.bound(result))
+        remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
+    remarks += [_certificate(result.certificate) for result in results if result.certificate and not result.exact]
+    remarks += [line for result in results if result.exact for line in _exact(result.exact, result.solved)]
+    remarks += [line for result in results for line in answers.lines(result, compared)]
+    if elided:
+        remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
+    return remarks
+
+
+def _certificate(certificate: Certificate) -> str:
+    """The kind of a certificate, and its vector as far as it fits on a line."""
+    vector = certificate.vector
+    own = "" if vector is None else f" {wording.vector(vector.tolist(), wording.multiplier)}"
+    return f"certificate: {certificate.kind}{own}"
+
+
+def _exact(exact: Exact, solved: bool) -> list[str]:
+    """The exact vectors, as far as they fit on a line, and the proof, or that there is none, where no message is shown
+    that states it."""
+    from lcpcli.rational.numbers import brief
+
+    vectors = {"z": exact.z, "w": exact.w, "y": exact.y}
+    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors.items() if values]
+    if not solved:
+        return lines
+    return [*lines, f"proof: {exact.proof}"] if exact.z else [exact.proof]
+
+
+def _title(problem: Problem, verdict: str) -> str:
+    """The name and size of the problem, and what is known of its solutions."""
+    parts = [wording.size(problem)]
+    if len(problem.solutions) == 1:
+        z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
+        cells = [f"{v:.7g}" for v in (z if problem.n <= FEW else z[[0, 1, 2, -1]])]
+        shown = cells if problem.n <= FEW else [*cells[:3], ELLIPSIS, cells[3]]
+        parts.append(f"{computed}solution ({', '.join(shown)})")
+    elif problem.solutions:
+        parts.append(f"{len(problem.solutions)} known solutions")
+    if verdict:
+        parts.append("known to end in a ray" if verdict == "ray" else f"known to be {verdict}")
+    return f"{wording.title(problem)}: {', '.join(parts)}"

@@ -1,0 +1,183 @@
+"""How numbers, sizes, names and advice are written, and what made a result; every format takes them from here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+from lcpcli import __version__
+from lcpcli.options import flag
+from lcpcli.solving.answer import EXACT, Options, value_text
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.solving.result import Result
+
+
+LARGEST_FIXED = 1e6
+SMALLEST_FIXED = 1e-3
+ELLIPSIS = "..."
+PLURALS = {"lower bound": "lower bounds", "upper bound": "upper bounds"}
+IN_A_LINE = 12  # most entries of a vector on a line
+LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
+PROGRAM = f"lcp {__version__}"
+VECTORS = ("x1",)  # among a method's options: starting points, which are too long to be repeated
+UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
+
+
+def components(values: Iterable[float], largest: float) -> list[str]:
+    """Components of z with 7 decimals, as in the paper's tables; with 7 significant digits where those do not suffice.
+
+    largest : the size of the largest component of the solution, which decides for a whole table.
+    """
+    scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
+    return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{round(v, 7) + 0.0:.7f}" for v in values]
+
+
+def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format) -> str:
+    """A vector in a line of text, as far as it fits."""
+    more = [ELLIPSIS] if len(entries) > IN_A_LINE else []
+    return f"({', '.join([*map(cell, entries[:IN_A_LINE]), *more])})"
+
+
+def folded(line: str, width: int | None) -> list[str]:
+    """A line of words in lines of that width, all but the first indented; None for no limit."""
+    return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
+
+
+def multiplier(value: float) -> str:
+    """An entry of a proof: a whole number with all digits, another one rounded and marked by ~."""
+    text = f"{value:.0f}" if float(value).is_integer() else f"{value:.7g}"
+    return text if float(text) == value else f"~{text}"
+
+
+def size(problem: Problem) -> str:
+    """The number of unknowns, and of a mixed problem how many have which bounds."""
+    kinds = problem.box.kinds
+    if not kinds:
+        return f"n = {problem.n}"
+    own = (f"{number} {kind if number == 1 else PLURALS.get(kind, kind)}" for kind, number in kinds.items())
+    return f"n = {problem.n} ({', '.join(own)})"
+
+
+def short(value: float | None, rounding: float = 0.0) -> str:
+    """Two significant digits of a residual or an error; 0 if it is only rounding, empty if there is none."""
+    if value is None:
+        return ""
+    return "0" if value <= rounding else f"{value:.1e}"
+
+
+def above(value: float) -> str:
+    """Two significant digits of a bound, rounded up, so that the printed value is a bound too."""
+    from decimal import ROUND_CEILING, Context
+
+    rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(value)
+    return short(float(rounded))
+
+
+def unit(seconds: float) -> tuple[float, str]:
+    """The largest unit not exceeding a time rounded to three digits: (its length in seconds, its name)."""
+    return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
+
+
+def finite(value: float | None) -> float | None:
+    """The value, or None if JSON has no number for it."""
+    return value if value is not None and math.isfinite(value) else None
+
+
+def title(problem: Problem) -> str:
+    """The name of a problem, in one line."""
+    return " ".join(problem.name.split())
+
+
+def level(value: float) -> str:
+    """A level of error, a power of ten: 1e-6."""
+    return f"{value:.0e}".replace("e-0", "e-")
+
+
+def digits(value: float) -> str:
+    """Three significant digits, without an exponent in large numbers."""
+    return f"{value:.3g}" if value < 999.5 else f"{value:.0f}"
+
+
+def duration(seconds: float) -> str:
+    """A time with its unit and three significant digits."""
+    length, name = unit(seconds)
+    return f"{digits(seconds / length)} {name}"
+
+
+def name(result: Result) -> str:
+    """The name of a run: its method, the options that set it apart, and "warm" if it started near the solution."""
+    return f"{result.label or result.method}{' warm' * result.warm}"
+
+
+def advice(result: Result) -> str:
+    """The advice of a result; "" if there is none."""
+    return result.suggestions.line(_on_command_line)
+
+
+def _on_command_line(options: Options) -> str:
+    if options == EXACT:
+        return "lcp solve --exact"
+    return " ".join(
+        flag(name) if value is True else f"{flag(name)} {value_text(value, quotes=False)}"
+        for name, value in options.items()
+    )
+
+
+def made_by(results: Sequence[Result]) -> str:
+    """In one line, for results with the same limits: the version, the limits, and the options of each method.
+
+    Options in which runs of one method differ are left out where the names of the runs have them.
+    """
+    parts = [f"{PROGRAM}, {_limits(results[0])}"]
+    for method in dict.fromkeys(result.method for result in results):
+        own = [result for result in results if result.method == method]
+        runs = [_options(result, whole=False) for result in own]
+        shared = {name: value for name, value in runs[0].items() if all(run.get(name) == value for run in runs)}
+        parts += _written(method, shared)
+        for result, run in zip(own, runs, strict=True):
+            if ":" not in result.label:
+                parts += _written(f"default {method}", {name: run[name] for name in run if name not in shared})
+    return "; ".join(dict.fromkeys(parts))
+
+
+def _written(name: str, options: Mapping[str, str]) -> list[str]:
+    return [f"{name}: {', '.join(f'{option}={value}' for option, value in options.items())}"] if options else []
+
+
+def provenance(results: Sequence[Result]) -> list[str]:
+    """For a file: the program, then for each result its problem, methods, options in force and how it ended."""
+    told = [f"{PROGRAM}, {_limits(results[0])}"]
+    for result in results:
+        by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
+        options = "".join(f", {name}={value}" for name, value in _options(result, whole=True).items())
+        problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
+        told.append(f"{problem}: {name(result)}{by}{options}: {' '.join(result.message.split())}")
+    return told
+
+
+def _limits(result: Result) -> str:
+    limits = result.limits
+    seconds = f", time limit {limits.time_limit:.15g} s" if limits.time_limit < math.inf else ""
+    return f"tol {limits.tol:.15g}, at most {limits.max_iterations} iterations{seconds}"
+
+
+def _options(result: Result, whole: bool) -> dict[str, str]:
+    """The options in force as texts, by their names on the command line, without those that are off.
+
+    whole : give long numbers, such as a computed p, with all digits instead of three.
+    """
+    options = {name: value for name, value in result.options.items() if name not in (*VECTORS, "time_limit")}
+    return {name.replace("_", "-"): _text(value, whole) for name, value in options.items() if value is not False}
+
+
+def _text(value: Any, whole: bool) -> str:
+    if not isinstance(value, float):
+        return str(value).lower() if isinstance(value, (bool, str)) else str(value)
+    short = f"{value:g}"
+    if float(short) == value:
+        return short
+    return repr(float(value)) if whole else f"{value:.3g}"
