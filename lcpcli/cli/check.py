@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli import candidates, output, problems, session, threads
+from lcpcli import options
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import format_option, numeric, with_bounds
+from lcpcli.cli.options import VECTOR, format_option, numeric, quiet_option, with_bounds
+from lcpcli.cli.output import emit, terminal
+from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.options import TOL
 from lcpcli.report.verification import FORMATS
@@ -47,45 +49,42 @@ if TYPE_CHECKING:
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
-    shell_complete=candidates.problems(endings=candidates.VECTORS),
+    shell_complete=VECTOR._replace(shipped=True),
 )
 @with_bounds
 @numeric("Verification", TOL)
 @option("Verification", "--exact", is_flag=True, help="Verify in rational arithmetic, decimals taken as written.")
 @format_option(FORMATS, "table")
-@option("Output", "-q", "--quiet", is_flag=True, help="Print nothing; the exit code reports the outcome.")
+@quiet_option()
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, quiet: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
     if exact and tol is not None:
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
-    threads.settle(paths)
-    session.refuse_twice(problems.inputs(paths, given))
-    verifications = _verifications(paths[:-1], given, paths[-1], tol, exact, quiet)
+    options.check((TOL,), {"tol": tol})
+    inputs = Inputs(paths, quiet=quiet, **given)
+    inputs.prepare({})
+    verifications = _verifications(replace(inputs, files=paths[:-1]), paths[-1], tol, exact)
     if not quiet:
         from lcpcli.report.verification import render
 
-        texts = (render(verification, form, output.terminal()[0]) for verification in verifications)
-        output.emit(("\n" * (form == "table")).join(texts), color=False)
+        texts = (render(verification, form, terminal()[0]) for verification in verifications)
+        emit(("\n" * (form == "table")).join(texts), color=False)
     return max(verification.exit_code for verification in verifications)
 
 
-def _verifications(
-    files: tuple[str, ...], given: problems.Given, solution: str, tol: float | None, exact: bool, quiet: bool
-) -> list[Verification]:
-    from lcpcli import options
+def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
     from lcpcli.files import reading
     from lcpcli.solving import checking
 
-    options.check((TOL,), {"tol": tol})
-    data = problems.read_exact(files, given, quiet) if exact else None
-    problem = data.problem if data else problems.read(files, given, quiet)
-    answers = reading.read_candidates(solution, checking.lengths(problem), problem.name)
-    if answers[0].remark and not quiet:
-        problems.tell(f"{reading.place(solution)}: {answers[0].remark}")
+    held = inputs.read()
+    data = held.exactly() if exact else None
+    answers = reading.read_candidates(solution, checking.lengths(held.problem), held.problem.name)
+    if answers[0].remark:
+        inputs.tell([f"{reading.place(solution)}: {answers[0].remark}"])
     try:
-        found = [_verification(problem, data, answer, tol) for answer in answers]
+        found = [_verification(held.problem, data, answer, tol) for answer in answers]
     except ProblemError as fault:
         raise fault.inside(reading.place(solution)) from None
     if len(found) == 1:

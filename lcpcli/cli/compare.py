@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import click
 
-from lcpcli.cli import candidates, problems, session
-from lcpcli.cli.command import Command, argument
-from lcpcli.cli.methods import chosen_variants, several_methods
-from lcpcli.cli.options import EXITS, numeric, solving, with_bounds
+from lcpcli.cli.command import EXITS, Command, argument
+from lcpcli.cli.options import PROBLEM, chosen_variants, numeric, several_methods, solving, with_bounds
+from lcpcli.cli.runs import Methods
+from lcpcli.cli.session import Request, Solving, run
 from lcpcli.files import shipped
-from lcpcli.files.folders import files_in
 from lcpcli.methods.registry import meanings
+from lcpcli.methods.variants import Variant
 from lcpcli.options import WARM
 from lcpcli.report.formats import LEVELS
 
@@ -44,13 +45,14 @@ AS_PUBLISHED = ("fixed-point", "shi")
     },
     metavar="[FILE [Q_FILE]|FOLDER]...",
     nargs=-1,
-    shell_complete=candidates.problems(),
+    shell_complete=PROBLEM,
 )
 @with_bounds
 @several_methods("Method", "compare", AS_PUBLISHED)
 @numeric("Method", WARM)
 @solving
-def compare(files: tuple[str, ...], **given: Any) -> int:
+def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
-    paths = files_in(files, problems.teller(given["quiet"])) or [shipped.path(name) for name in shipped.PAPER_EXAMPLES]
-    return session.run(paths, chosen_variants(given, AS_PUBLISHED), given, levels=LEVELS)
+    asked = Request.of(files, given, default=[shipped.path(name) for name in shipped.PAPER_EXAMPLES])
+    variants = chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)
+    return run(asked, Solving(Methods(variants, asked), LEVELS))

@@ -1,10 +1,29 @@
-"""lcp completion: print the script that sets up completion in a shell."""
+"""lcp completion, and completion in bash, zsh and fish by click, with our own scripts: importing this registers them.
+
+They differ from click's in: only files that lcp can read are offered, alongside the words; --method=ne completes; fish
+keeps the order of words and the commas in descriptions, and knows ~; in zsh, lcp need not be on PATH.
+"""
 
 from __future__ import annotations
 
-import click
+from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli.command import VARIABLE, Choice, Command, argument
+import click
+from click.shell_completion import (
+    BashComplete,
+    CompletionItem,
+    FishComplete,
+    ShellComplete,
+    ZshComplete,
+    add_completion_class,
+    shell_complete,
+)
+
+from lcpcli.cli.command import VARIABLE, Command, argument
+from lcpcli.cli.options import Choice
+
+if TYPE_CHECKING:
+    Item = CompletionItem[Any]
 
 SHELLS = {
     "bash": 'eval "$(lcp completion bash)" in ~/.bashrc; bash 4.4 or later',
@@ -24,8 +43,74 @@ SHELLS = {
 @click.pass_context
 def completion(context: click.Context, shell: str) -> int:
     """Print a script with which SHELL completes commands, options, methods, names and problem files."""
-    from click.shell_completion import shell_complete
-
-    from lcpcli.cli import shells as shells  # registers our scripts in place of click's
-
     return shell_complete(context.find_root().command, {}, "lcp", VARIABLE, f"{shell}_source")
+
+
+class Bash(BashComplete):
+    source_template = r"""_lcp_completion() {
+    local item
+    COMPREPLY=()
+    while IFS= read -r item; do
+        [[ $item == file,* ]] && compopt -o filenames && item=${item%%/}
+        [[ $item ]] && COMPREPLY+=("${item#*,}")
+    done < <(IFS=$'\n'; COMP_WORDS="${COMP_WORDS[*]}" COMP_CWORD=$COMP_CWORD %(complete_var)s=bash_complete "$1")
+}
+complete -o nosort -F _lcp_completion %(prog_name)s
+"""
+
+    def get_completion_args(self) -> tuple[list[str], str]:
+        """As in click, except that bash splits --method=ne into three words."""
+        args, incomplete = super().get_completion_args()
+        return [word for word in args if word != "="], incomplete
+
+
+class _WholeWords(ShellComplete):
+    """A shell that treats --method=ne as one word, which a candidate has to replace as a whole."""
+
+    def get_completions(self, args: list[str], incomplete: str) -> list[Item]:
+        found = super().get_completions(args, incomplete)
+        option, equals, _ = incomplete.partition("=")
+        if not (equals and option.startswith("--")):
+            return found
+        return [CompletionItem(f"{option}={item.value}", item.type, item.help) for item in found]
+
+
+class Zsh(_WholeWords, ZshComplete):
+    source_template = r"""#compdef %(prog_name)s
+_lcp_completion() {
+    local type word meaning typed failed=1
+    local -a described files folders
+    while IFS= read -r type && IFS= read -r word && IFS= read -r meaning; do
+        typed="${${(q)word}/#\\~/~}"
+        case $type:$word in
+            plain:*) described+=("$word:${meaning:#_}") ;;
+            *:*/) folders+=("$typed") ;;
+            *) files+=("$typed") ;;
+        esac
+    done < <(COMP_WORDS="${words[*]}" COMP_CWORD=$((CURRENT-1)) %(complete_var)s=zsh_complete "${words[1]}")
+    (( $#described )) && _describe -V lcp described && failed=0
+    (( $#files )) && compadd -Q -f -- $files && failed=0
+    (( $#folders )) && compadd -Q -f -S '' -- $folders && failed=0
+    return $failed
+}
+if [[ $zsh_eval_context[-1] == loadautofunc ]]; then
+    _lcp_completion "$@"
+else
+    compdef _lcp_completion %(prog_name)s
+fi
+"""
+
+
+class Fish(_WholeWords, FishComplete):
+    source_template = r"""function _lcp_completion
+    set -lx COMP_WORDS (commandline -cp)
+    set -lx COMP_CWORD (commandline -t)
+    set -lx %(complete_var)s fish_complete
+    %(prog_name)s | string replace -r '^\w+,' ''
+end
+complete --no-files --keep-order --command %(prog_name)s --arguments "(_lcp_completion)"
+"""
+
+
+for _shell in (Bash, Zsh, Fish):
+    add_completion_class(_shell)  # as a decorator, click 8.1.0 loses the class

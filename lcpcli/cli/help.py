@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.cli import candidates
 from lcpcli.cli.command import WIDEST_LINE, Command, Group, argument, write_tables
+from lcpcli.cli.options import Candidates
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import likely, quoted
 
@@ -32,8 +32,8 @@ def _group(context: click.Context) -> Group:
     return group
 
 
-def _offered(context: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    return candidates.words({**TOPICS, **_group(context).meanings()}, incomplete)
+def _offered(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    return Candidates({**TOPICS, **_group(context).meanings()})(context, parameter, incomplete)
 
 
 @click.command(

@@ -7,11 +7,10 @@ from typing import Any
 import click
 
 from lcpcli import options
-from lcpcli.cli import problems, threads
 from lcpcli.cli.command import Command, option
 from lcpcli.cli.options import format_option, output_file, problem_file
-from lcpcli.cli.output import emit, form_of, terminal
-from lcpcli.cli.session import refuse_clashes
+from lcpcli.cli.output import form_of, show, terminal
+from lcpcli.cli.problems import Inputs
 
 FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
 SUFFIXES = {"": "table", ".txt": "table", ".json": "json"}
@@ -45,24 +44,18 @@ def inspect(
     file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None, **given: Any
 ) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
-    files = [file] if q_file is None else [file, q_file]
-    threads.settle(files)
+    inputs = Inputs([file] if q_file is None else [file, q_file], **given)
+    inputs.prepare({"--output": output})
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
-    output = None if output == "-" else output
     form = form or form_of(output, SUFFIXES)
-    refuse_clashes(problems.inputs(files, given), {"--output": output})
-    from lcpcli.files import atomic_write
-
     if output is not None:
-        atomic_write.refuse_unwritable(output)
+        from lcpcli.files.atomic_write import refuse_unwritable
+
+        refuse_unwritable(output)
     from lcpcli.diagnosis import inspection
     from lcpcli.report import inspection_json, inspection_text
 
-    found = inspection.inspect(problems.read(files, given), time_limit)
+    found = inspection.inspect(inputs.read().problem, time_limit)
     width = None if output else terminal()[0]
-    text = inspection_json.render(found) if form == "json" else inspection_text.render(found, width)
-    if output is None:
-        emit(text, color=False)
-    else:
-        atomic_write.write_whole(output, text)
+    show(inspection_json.render(found) if form == "json" else inspection_text.render(found, width), output)
     return 0

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli import candidates, problems, session, threads
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import problem_output
+from lcpcli.cli.convert import write
+from lcpcli.cli.options import ANY_FILE, Candidates, problem_output
 from lcpcli.cli.output import emit, terminal
+from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, quoted
 from lcpcli.files.formats import COMPLETE
 from lcpcli.gallery import families as gallery
@@ -41,7 +42,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     "family",
     {"FAMILY": "One of those that lcp make --list shows with their parameters and the class of M."},
     required=False,
-    shell_complete=candidates.one_of(gallery.FAMILIES),
+    shell_complete=Candidates(gallery.FAMILIES),
 )
 @option("Family", "--list", "listed", is_flag=True, help="List the families instead of writing a problem.")
 @option("Problem", "-n", "n", type=int, help="Approximate number of unknowns.  [default: 10, or the family's own]")
@@ -58,14 +59,14 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     "Program or game, in place of a family",
     "--from-qp",
     metavar="FILE",
-    shell_complete=candidates.files(),
+    shell_complete=ANY_FILE,
     help="A linear or quadratic program, as in lcp help programs.",
 )
 @option(
     "Program or game, in place of a family",
     "--from-game",
     metavar="FILE",
-    shell_complete=candidates.files(),
+    shell_complete=ANY_FILE,
     help="A game of two players, as in lcp help programs.",
 )
 @problem_output
@@ -85,20 +86,18 @@ def make(
     if listed:
         _refuse_beside("--list", **given, **sources, **{"-o": output})
         return _show_list()
-    threads.settle(sources.values())
-    output = None if output == "-" else output
+    Inputs([source for source in sources.values() if source is not None]).prepare({"--output": output})
     for name, source in sources.items():
         if source is not None:
             _refuse_beside(name, **given, **{other: file for other, file in sources.items() if other != name})
-            session.refuse_clashes([source], {"--output": output})
-            problems.write(partial(_converted, name, source), output)
+            write(partial(_converted, name, source), output)
             return 0
     if family is None:
         raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
     parameters = _parameters(family, settings)
     if seed is not None and not gallery.is_random(family):
         raise OptionError("--seed", f"has no effect on {family}, which has no random entries", "leave it out")
-    problems.write(partial(gallery.make, family, n, seed or 0, **parameters), output)
+    write(partial(gallery.make, family, n, seed or 0, **parameters), output)
     return 0
 
 

@@ -11,6 +11,7 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from contextlib import contextmanager, suppress
 from typing import Any, Protocol, cast
 
+from lcpcli.cli.main import TERMINATED
 from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
 
@@ -170,6 +171,8 @@ def _refuse_without_certificates(address: str) -> None:
 
 class Terminated(KeyboardInterrupt):
     """SIGTERM, which ends a run as Ctrl-C does where processes have to be ended too."""
+
+    exit_code = TERMINATED
 
 
 @contextmanager

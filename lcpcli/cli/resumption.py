@@ -6,11 +6,10 @@ from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli import exit_codes
+from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED
 from lcpcli.cli.options import STARTS
-from lcpcli.cli.records import Record, Task
 from lcpcli.errors import OptionError
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.files.keys import OF_BOUNDS
@@ -18,10 +17,14 @@ from lcpcli.files.log import Log
 from lcpcli.files.source import Source
 from lcpcli.methods.registry import OPTIONS
 from lcpcli.options import LIMITS
+from lcpcli.report import render
 from lcpcli.report.numbers import finite
-from lcpcli.report.render import BAD_INPUT
 from lcpcli.solving.answer import word_of
 from lcpcli.solving.result import Status
+
+if TYPE_CHECKING:
+    from lcpcli.cli.many import Task
+    from lcpcli.cli.session import Request
 
 UNSHOWN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
 COLUMNS = 4096  # of one M, whose marks are made together
@@ -29,8 +32,9 @@ AHEAD = 2**20  # problems that a record in a log may be ahead of all before it
 HINT = "give the same files"
 
 
-def unshown(given: Mapping[str, Any]) -> dict[str, str]:
+def unshown(asked: Request) -> dict[str, str]:
     """The options that a result depends on and does not show."""
+    given = {**vars(asked.inputs), **asked.own, **vars(asked)}
     return {name: _text(given[name]) for name in UNSHOWN if given.get(name) not in (None, False)}
 
 
@@ -63,19 +67,20 @@ def _text(value: Any) -> str:
 class Past:
     """The problems that a log has, by their numbers: where each was read, its digest, and how it ended.
 
-    kinds : the ways in which they ended. has_replaced : whether some are left all the same, as they have changed.
+    kinds : the ways in which they ended, in a word and by an exit code. has_replaced : whether some are left all the
+    same, as they have changed.
     """
 
     def __init__(self) -> None:
-        self.kinds: list[Record | None] = [None]
+        self.kinds: list[tuple[str, int] | None] = [None]
         self.has_replaced = False
         self._ends = array("B", [0])  # by number, as positions in kinds: 17 bytes for each problem
         self._places, self._digests = array("Q", [0]), array("Q", [0])
 
     @property
-    def records(self) -> Iterator[Record]:
-        """The records of the log that still count, without their texts."""
-        return (record for at in self._ends if (record := self.kinds[at]) is not None)
+    def ends(self) -> Iterator[tuple[str, int]]:
+        """How the problems ended whose records still count."""
+        return (kind for at in self._ends if (kind := self.kinds[at]) is not None)
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
         """Take what a log has; OptionError if it was made for another task or with other options than these."""
@@ -105,7 +110,7 @@ class Past:
             fault = f"has a result of problem {len(self._ends) - 1}, and there are {number}"
             raise OptionError("--resume", fault, HINT)
 
-    def _add(self, number: int, place: Source, its_digest: int, kind: Record) -> None:
+    def _add(self, number: int, place: Source, its_digest: int, kind: tuple[str, int]) -> None:
         more = number + 1 - len(self._ends)
         if number < 1 or more > AHEAD:
             raise ValueError
@@ -151,11 +156,10 @@ def _refuse_other_options(record: Mapping[str, Any], task: Task, options: Mappin
     _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
     if record.get("method") is None:  # it was not solved
         return
-    now: dict[str, Any] = {"method": task.variant.method, "exact": task.exact}
-    now |= {name: task.given[name] for name in OPTIONS if task.given[name] is not None} | task.variant.options
-    for limit in LIMITS:
-        value = limit.default if task.given[limit.name] is None else task.given[limit.name]
-        now[limit.name] = finite(value)
+    (variant,), asked = task.methods.variants, task.methods.asked
+    now: dict[str, Any] = {"method": variant.method, "exact": task.methods.exact}
+    now |= {name: value for name, value in asked.own.items() if name in OPTIONS} | variant.options
+    now |= {limit.name: finite(getattr(asked.limits, limit.name)) for limit in LIMITS}
     _refuse_differences({**record, **record["options"], "exact": record["exact"] is not None}, now)
 
 
@@ -166,11 +170,11 @@ def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None
             raise OptionError("--resume", fault, "give the same options, or begin a new log")
 
 
-def _kind(record: Mapping[str, Any]) -> Record:
-    """How a record of a log ended, without its text."""
+def _kind(record: Mapping[str, Any]) -> tuple[str, int]:
+    """How the problem of a record ended."""
     word = record["status"]
-    if word == BAD_INPUT:
-        return Record("", word, exit_codes.BAD_INPUT)
+    if word == render.BAD_INPUT:
+        return word, BAD_INPUT
     unproved = record["exact"] is not None and record["exact"]["status"] is None
-    code = exit_codes.NOT_SOLVED if unproved else Status[word.upper()].exit_code
-    return Record("", word_of(word, (record.get("answer") or {}).get("proved")), code)
+    code = NOT_SOLVED if unproved else Status[word.upper()].exit_code
+    return word_of(word, (record.get("answer") or {}).get("proved")), code

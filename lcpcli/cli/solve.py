@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from lcpcli.cli import candidates, problems, session
-from lcpcli.cli.command import Command, option
-from lcpcli.cli.methods import MethodChoice
-from lcpcli.cli.options import EXITS, numeric, problem_files, solving
+from lcpcli.cli.command import EXITS, Command, option
+from lcpcli.cli.options import Candidates, MethodChoice, numeric, problem_files, solving
+from lcpcli.cli.runs import Methods
+from lcpcli.cli.session import Request, Solving, run
 from lcpcli.errors import OptionError
-from lcpcli.files.folders import files_in
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from lcpcli.cli.output import Output
-    from lcpcli.files.inputs import Work
 
 
 @click.command(
@@ -64,22 +57,16 @@ if TYPE_CHECKING:
     "Many problems",
     "--resume",
     metavar="FILE",
-    shell_complete=candidates.files(".jsonl"),
+    shell_complete=Candidates(endings=(".jsonl",)),
     help="Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
 )
 def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
-    paths = files_in(files, problems.teller(given["quiet"]))
+    asked = Request.of(files, given)
     if all_of_them:
-        from lcpcli.cli import all_solutions
+        from lcpcli.cli.all_solutions import Search
 
-        return all_solutions.run(paths, method, given, exact)
-    if given[MAX_SOLUTIONS.name] is not None:
+        return run(asked, Search(asked, method, exact))
+    if asked.max_solutions is not None:
         raise OptionError("--max-solutions", "has no effect without --all", "add --all")
-
-    def many(works: Iterator[Work], output: Output) -> int:
-        from lcpcli.cli import many
-
-        return many.run(works, output, paths, method, given, exact)
-
-    return session.run(paths, [method], given, exact=exact, many=many)
+    return run(asked, Solving(Methods([method], asked, exact)))
