@@ -115,11 +115,7 @@ THREADS = Option(
     "Threads for dense linear algebra; by default one, unless FILE is so large that more pay.",
 )
 JOBS = Option(
-    "jobs",
-    int,
-    1,
-    *POSITIVE,
-    "Solve so many problems at a time, in processes of their own; see lcp help many.",
+    "jobs", int, 1, *POSITIVE, "Solve so many problems at a time, in processes of their own; see lcp help many."
 )
 WARM = Option(
     "warm",

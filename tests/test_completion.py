@@ -13,10 +13,9 @@ import click
 import pytest
 
 from lcpcli.bench import suites
-from lcpcli.cli import completion
+from lcpcli.cli import help as completion
 from lcpcli.cli.command import VARIABLE, lcp
-from lcpcli.cli.completion import SHELLS
-from lcpcli.cli.help import TOPICS
+from lcpcli.cli.help import SHELLS, TOPICS
 from lcpcli.files import formats, shipped
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import example, given, settings
 
 from lcpcli import read
-from lcpcli.cli.convert import read_written
+from lcpcli.cli.make import read_written
 from lcpcli.cli.problems import Inputs
 from lcpcli.files import reading, writing
 from lcpcli.rational.numbers import decimal, fraction, places

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import lcpcli
 from lcpcli.bench.suites import SUITES
 from lcpcli.cli import command as group
-from lcpcli.cli.completion import SHELLS
-from lcpcli.cli.help import TOPICS
+from lcpcli.cli.help import SHELLS, TOPICS
 from lcpcli.errors import OptionError, likely
 from lcpcli.gallery.families import FAMILIES
 from lcpcli.methods.registry import METHODS

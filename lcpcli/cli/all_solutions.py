@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from typing import TYPE_CHECKING
 
 from lcpcli import clock
@@ -48,12 +47,10 @@ class Search:
     def prepare(self, output: Output) -> None:  # noqa: ARG002
         """Refuse a picture that could not be drawn or written."""
         if self._asked.plot is not None:
-            from lcpcli.files.atomic_write import refuse_unwritable
             from lcpcli.report.figures import drawing
 
             drawing.require()
             drawing.form_of(self._asked.plot)
-            refuse_unwritable(self._asked.plot)
 
     def take_several(self, works: Iterator[Work], output: Output) -> int | None:  # noqa: ARG002
         """Refuse several problems."""
@@ -77,7 +74,7 @@ class Search:
         except ProblemError as fault:
             raise fault.inside(str(work.sources[0])) from None
         text = "" if output.silent else self._text(found, work.sources[0], output)
-        return Outcome(text, exit_code(found), partial(_draw, found, picture))
+        return Outcome(text, exit_code(found), lambda: None if picture is None else _draw(found, picture))
 
     def _found(self, data: ExactProblem) -> SolutionSet:
         """What the search finds, until it ends or is ended."""
@@ -130,10 +127,9 @@ def _stopped_by_interrupts(search: Solutions) -> Iterator[list[int]]:
         signal.signal(signal.SIGINT, usual)
 
 
-def _draw(found: SolutionSet, picture: str | None) -> None:
-    """Write the picture of the complementary cones, if there is to be one."""
-    if picture is not None:
-        from lcpcli.report.figures import drawing
-        from lcpcli.report.solution_cones import cones
+def _draw(found: SolutionSet, picture: str) -> None:
+    """Write the picture of the complementary cones."""
+    from lcpcli.report.figures import drawing
+    from lcpcli.report.solution_cones import cones
 
-        show(drawing.cones(cones(found), drawing.form_of(picture)), picture)
+    show(drawing.cones(cones(found), drawing.form_of(picture)), picture)

@@ -95,10 +95,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 )
 @numeric("Stopping", TOL)
 @option(
-    "Stopping",
-    "--time-limit",
-    type=click.FLOAT,
-    help=f"Time limit of each run.  [seconds > 0; default {TIME_LIMIT:g}]",
+    "Stopping", "--time-limit", type=click.FLOAT, help=f"Time limit of each run.  [seconds > 0; default {TIME_LIMIT:g}]"
 )
 @numeric("Measuring", ACCEPT)
 @numeric("Measuring", BUDGET)
@@ -192,18 +189,14 @@ def _run(asked: Request, outputs: dict[str, str]) -> int:
     if not asked.quiet:
         width, color = terminal()
         emit(render(record, asked.form, width, color), color)
-    if is_interrupted:
-        _tell_how_to_go_on(record, outputs)
-        return INTERRUPTED
-    return int(any(row.false_success for row in record.measurements))
-
-
-def _tell_how_to_go_on(record: Record, outputs: dict[str, str]) -> None:
+    if not is_interrupted:
+        return int(any(row.false_success for row in record.measurements))
     done = len(record.measurements)
-    left = sum(len(solvers) for _, solvers in record.pending())
+    number = done + sum(len(solvers) for _, solvers in record.pending())
     file = next((path for path, form in outputs.items() if form == "json"), None)
-    hint = f"; resume with lcp bench --resume {file}" if file else "; with -o FILE.json it could be resumed"
-    click.echo(f"lcp bench: interrupted after {done} of {done + left} measurements{hint}", err=True)
+    hint = f"resume with lcp bench --resume {file}" if file else "with -o FILE.json it could be resumed"
+    click.echo(f"lcp bench: interrupted after {done} of {number} measurements; {hint}", err=True)
+    return INTERRUPTED
 
 
 def _started(asked: Request) -> Record:
@@ -241,16 +234,30 @@ def _resumed(asked: Request) -> Record:
 
 
 def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
-    """Measure all that is pending, saving each measurement as it comes; return whether that was interrupted."""
+    """Measure all that is pending, saving each measurement as it comes; return whether that was interrupted.
+
+    The progress bar is updated only between measurements, and erased at the end.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
     from lcpcli.bench import session
 
     files = {path: form for path, form in outputs.items() if Path(path).is_file() or not Path(path).exists()}
     _keep(record, files)
     left = sum(len(solvers) for _, solvers in record.pending())
-    with Progress(left, is_shown=wanted(quiet)) as progress:
+    columns = (MofNCompleteColumn(), BarColumn(20), TextColumn("{task.description}", markup=False))
+    is_hidden = not left or not wanted(quiet)
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, auto_refresh=False, transient=True, disable=is_hidden) as progress:
+        bar = progress.add_task("", total=left)
+
+        def tell(case: Case, solver: str) -> None:
+            progress.update(bar, description=f"{case.name}: {solver}", refresh=True)
+
         try:
-            for _ in session.run(record, progress.begin):
-                progress.advance()
+            for _ in session.run(record, tell):
+                progress.advance(bar)
                 _keep(record, files)
         except KeyboardInterrupt:
             return True
@@ -262,36 +269,3 @@ def _keep(record: Record, outputs: dict[str, str]) -> None:
 
     for path, form in outputs.items():
         show(render(record, form, None, False), path)
-
-
-class Progress:
-    """A progress bar, updated only between measurements and erased at the end; nothing unless it is shown."""
-
-    def __init__(self, total: int, is_shown: bool) -> None:
-        self._bar = None
-        if not is_shown or not total:
-            return
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
-        from rich.progress import Progress as Bar
-
-        columns = (MofNCompleteColumn(), BarColumn(20), TextColumn("{task.description}", markup=False))
-        self._bar = Bar(*columns, console=Console(stderr=True), auto_refresh=False, transient=True)
-        self._task = self._bar.add_task("", total=total)
-
-    def __enter__(self) -> Progress:
-        if self._bar:
-            self._bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if self._bar:
-            self._bar.stop()
-
-    def begin(self, case: Case, solver: str) -> None:
-        if self._bar:
-            self._bar.update(self._task, description=f"{case.name}: {solver}", refresh=True)
-
-    def advance(self) -> None:
-        if self._bar:
-            self._bar.update(self._task, advance=1)

@@ -1,4 +1,4 @@
-"""lcp check: verify a proposed solution."""
+"""lcp check and lcp inspect: whether a proposed solution is one, and what is true of a problem."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import click
 
 from lcpcli import options
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import VECTOR, format_option, numeric, quiet_option, with_bounds
-from lcpcli.cli.output import emit, terminal
+from lcpcli.cli.options import VECTOR, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
+from lcpcli.cli.output import emit, form_of, show, terminal
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.options import TOL
@@ -113,3 +113,44 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
         if larger := checking.accepting(problem, values, verified, is_own):
             verified = replace(verified, message=f"{verified.message}; --tol {larger:g} accepts it")
     return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified
+
+
+@click.command(
+    cls=Command,
+    short_help="Classify and diagnose a problem.",
+    examples=(
+        "lcp inspect paper-example-2",
+        "lcp make kostreva -n 5 | lcp inspect -",
+        "lcp inspect bimatrix --time-limit 10 -o bimatrix-classes.json",
+    ),
+    exits={0: "inspected", 2: "usage or input error (one-line message)"},
+    epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer. Rows and columns are counted '
+    "from 1; the indices of the JSON, from 0.",
+)
+@problem_file
+@option(
+    "Stopping",
+    "--time-limit",
+    type=click.FLOAT,
+    default=options.INSPECTION_SECONDS,
+    help="Start no further expensive computation after this many seconds; measuring the factorization of a sparse M "
+    "may take as long again.  "
+    f"[seconds > 0; default {options.INSPECTION_SECONDS:g}]",
+)
+@format_option(FORMATS)
+@output_file()
+def inspect(
+    file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None, **given: Any
+) -> int:
+    """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
+    inputs = Inputs([file] if q_file is None else [file, q_file], **given)
+    inputs.prepare({"--output": output})
+    options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
+    form = form or form_of(output, {"": "table", ".txt": "table", ".json": "json"})
+    from lcpcli.diagnosis import inspection
+    from lcpcli.report import inspection_json, inspection_text
+
+    found = inspection.inspect(inputs.read().problem, time_limit)
+    width = None if output else terminal()[0]
+    show(inspection_json.render(found) if form == "json" else inspection_text.render(found, width), output)
+    return 0

@@ -159,15 +159,21 @@ class Command(click.Command):
         """Refuse an option that takes one value and is given twice, where click would take the last one in silence."""
         _, _, order = self.make_parser(ctx).parse_args(list(args))
         for param, times in Counter(order).items():
-            if isinstance(param, click.Option) and times > 1 and not param.multiple and not _is_plain_flag(param):
+            if not isinstance(param, click.Option) or times == 1 or param.multiple:
+                continue
+            if not param.is_flag or param.secondary_opts:  # else it only says yes, as it does said once
                 many = f"; {SWEEP} {param.opts[-1][2:]}=... compares values" if param.name in OPTIONS else ""
                 swept = many * any(SWEEP in other.opts for other in self.get_params(ctx))
                 raise click.UsageError(f"{param.opts[-1]} is given {times} times; give it once{swept}", ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
-            for line in self.examples:
-                formatter.write(_folded(line, " " * formatter.current_indent, formatter.width) + "\n")
+            room = formatter.width - formatter.current_indent
+            for line in self.examples:  # continued after backslashes where it is wider
+                parts = [line]
+                if len(line) > room:
+                    parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
+                formatter.write(" \\\n".join(" " * formatter.current_indent + part for part in parts) + "\n")
         write_tables(formatter, self.tables(ctx))
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
@@ -193,23 +199,11 @@ def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> 
             formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
 
 
-def _folded(line: str, indent: str, width: int) -> str:
-    """A command line, continued after backslashes where it is wider than that."""
-    room = width - len(indent)
-    parts = [line] if len(line) <= room else wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
-    return " \\\n".join(indent + part for part in parts)
-
-
 def _unmasked(value: Any) -> Any:
     """A word, or several, without masks."""
     if isinstance(value, (list, tuple)):
         return type(value)(_unmasked(word) for word in value)
     return value.removeprefix(MASK) if isinstance(value, str) else value
-
-
-def _is_plain_flag(option: click.Option) -> bool:
-    """Whether it only says yes, so that saying it twice changes nothing."""
-    return option.is_flag and not option.secondary_opts
 
 
 class Commands(UserDict[str, click.Command]):
@@ -275,5 +269,15 @@ def lcp(context: click.Context) -> None:
 
 
 lcp.commands = Commands(
-    {name: name for name in ("solve", "compare", "bench", "check", "inspect", "make", "convert", "completion", "help")}
+    {
+        "solve": "solve",
+        "compare": "solve",
+        "bench": "bench",
+        "check": "check",
+        "inspect": "check",
+        "make": "make",
+        "convert": "make",
+        "completion": "help",
+        "help": "help",
+    }
 )

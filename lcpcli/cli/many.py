@@ -5,8 +5,9 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
 
@@ -96,15 +97,15 @@ class Task:
         """The results for problems that are solved one by one, with remarks on what was read."""
         from lcpcli.solving.conclusions import concluded
 
+        def traces(_: Problem) -> tuple[Trace | None, None]:
+            return Trace(self.every) if self.every else None, None
+
         inputs = self.methods.asked.inputs
         for held in inputs.held(work):
-            (result,) = self.methods.run(held.problem, self.methods.options(held.problem), self._traces, labelled=False)
+            (result,) = self.methods.run(held.problem, self.methods.options(held.problem), traces, labelled=False)
             for prove in self.methods.proofs(held.exactly if self.methods.exact else None):
                 result = prove(result)
             yield concluded([result])[0], [] if inputs.quiet else held.remarks
-
-    def _traces(self, _: Problem) -> tuple[Trace | None, None]:
-        return Trace(self.every) if self.every else None, None
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
         """Those for problems with one M, solved together."""
@@ -139,7 +140,12 @@ def run(works: Iterator[Work], output: Output, methods: Methods) -> int:
     task = Task(methods, form, rows.width_of([place(file) for file in asked.inputs.files]), every)
     tally = _Tally()
     if log_path is None:
-        with _records(task, works, in_order=True) as records, _written(output) as write:
+        destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
+        if output.silent:
+            destination = nullcontext(len)
+        elif output.path is not None:
+            destination = written_gradually(output.path)
+        with _records(task, works, in_order=True) as records, destination as write:
             write(rows.heading(task.form, task.width))
             tally.write(records, write, is_told=wanted(asked.quiet) and output.path is not None)
     else:
@@ -254,13 +260,3 @@ def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iter
             pool = Local(asked.jobs or 1)
         open_until_then.callback(pool.close)
         yield elsewhere(task, works, pool, in_order)
-
-
-@contextmanager
-def _written(output: Output) -> Iterator[Write]:
-    """A context with a function that writes a text where the output goes."""
-    if output.path is None:
-        yield (lambda _: None) if output.silent else (lambda text: emit(text, color=False))
-        return
-    with written_gradually(output.path) as write:
-        yield write

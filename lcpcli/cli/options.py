@@ -202,14 +202,18 @@ def chosen_variants(
     return variants.sweep(list(dict.fromkeys(asked or map(Variant, default))), axes)
 
 
-def _bound(name: str) -> Declaration:
-    side = name.capitalize()
-    meaning = f"{side} bound of z: a number for all, none, or one each, typed or a file.  [default: the problem's]"
-    return option("Problem", f"--{name}", metavar="NUMBER|FILE", shell_complete=VECTOR, help=meaning)
-
-
 with_bounds = declared(  # what a command that reads problems is told about them
-    *map(_bound, BOUNDS),
+    *(
+        option(
+            "Problem",
+            f"--{name}",
+            metavar="NUMBER|FILE",
+            shell_complete=VECTOR,
+            help=f"{name.capitalize()} bound of z: a number for all, none, or one each, typed or a file."
+            "  [default: the problem's]",
+        )
+        for name in BOUNDS
+    ),
     numeric("Problem", INFINITY),
     option("Problem", "--game", is_flag=True, help="Two files have the payoffs A and B of a game as tables."),
 )

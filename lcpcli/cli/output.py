@@ -65,10 +65,6 @@ class Output:
             raise OptionError("--bound", "has no effect with --quiet", "leave it out")
         if asked.bound and self.form == "csv":
             raise OptionError("--bound", "has no effect on the format csv, which holds no proofs", "leave it out")
-        if self.path is not None:
-            from lcpcli.files.atomic_write import refuse_unwritable
-
-            refuse_unwritable(self.path)
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
 
@@ -116,12 +112,10 @@ class Output:
 def _refuse_as_trace(path: str) -> None:
     """Refuse to write iterates to a file of another kind, or over one that holds something else: --trace may have
     taken a problem's file as its own."""
-    from lcpcli.files.atomic_write import refuse_unwritable
     from lcpcli.report.trace_csv import OPENING
 
     if Path(path).suffix.lower() != ".csv":
         raise OptionError("--trace", f"{path} does not end in .csv", "name a .csv file, or put --trace last")
-    refuse_unwritable(path)
     if Path(path).is_file():
         with Path(path).open("rb") as file:
             if file.read(len(OPENING)) not in (b"", OPENING.encode()):
@@ -156,9 +150,6 @@ class Plot:
         figures.require("plotext" if path == STANDARD else "matplotlib")
         if path != STANDARD:
             figures.form_of(path)
-            from lcpcli.files.atomic_write import refuse_unwritable
-
-            refuse_unwritable(path)
 
     def require_room(self, problems: int) -> None:
         """Refuse more problems than a picture has room for, before any is solved."""

@@ -69,8 +69,10 @@ class Inputs:
         return [*self.files, *(bound for bound in (self.lower, self.upper) if bound is not None)]
 
     def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
-        """Set the number of threads, and refuse to read standard input twice, and outputs, by their options, that would
-        overwrite a problem or each other."""
+        """Set the number of threads; refuse to read standard input twice, and outputs, by their options, that cannot be
+        written, or would overwrite a problem or each other."""
+        from lcpcli.files.atomic_write import refuse_unwritable
+
         settle_threads(self.files, threads)
         paths = self.paths
         if paths.count(STANDARD) > 1:
@@ -84,6 +86,8 @@ class Inputs:
             earlier = written.setdefault(Path(output).absolute(), option)
             if earlier != option:
                 raise OptionError(option, f"goes to the same file as {earlier}", "choose another file for one")
+            if output != STANDARD and option != "--resume":  # a log that is there is written at its end
+                refuse_unwritable(output)
 
     def read(self) -> Held:
         """The problem in one file, in one with M and one with q, or in two with the payoffs of a game."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
@@ -23,6 +23,7 @@ from lcpcli.methods.registry import ADDITIONS, OPTIONS
 from lcpcli.options import LIMITS
 
 if TYPE_CHECKING:
+    from lcpcli.cli.all_solutions import Search
     from lcpcli.cli.problems import Held
     from lcpcli.files.inputs import Work
     from lcpcli.files.source import Source
@@ -89,25 +90,7 @@ class Outcome(NamedTuple):
     draw: Callable[[], object] = int
 
 
-class Task(Protocol):
-    """What a command does with problems.
-
-    is_compared : whether it shows results side by side. takes_many : whether it takes problems without end.
-    """
-
-    is_compared: bool
-    takes_many: bool
-
-    def prepare(self, output: Output) -> None:
-        """Refuse what cannot be done, before anything is read."""
-
-    def take_several(self, works: Iterator[Work], output: Output) -> int | None:
-        """Do it with several problems, where that is another task; return the exit code, else None."""
-
-    def outcome(self, works: Iterator[Work], output: Output) -> Outcome: ...
-
-
-def run(asked: Request, task: Task) -> int:
+def run(asked: Request, task: Solving | Search) -> int:
     """Do a task with the problems that are asked for; show or write what comes of it; return the exit code."""
     inputs = asked.inputs
     own = asked.output if asked.resume is None else None  # with --resume there is no other output
@@ -134,6 +117,7 @@ def run(asked: Request, task: Task) -> int:
 class Solving:
     """Run methods on problems, and prove what is asked for.
 
+    is_compared : whether results are shown side by side. takes_many : whether problems may come without end.
     levels : of a comparison, relative errors whose first attainment is recorded; with them, and for figures, a problem
         without a known solution is solved beforehand to provide the reference for errors.
     """
@@ -143,7 +127,7 @@ class Solving:
         self.is_compared, self.takes_many = bool(levels), not levels
 
     def prepare(self, output: Output) -> None:
-        """Refuse what cannot be drawn or proved."""
+        """Refuse what cannot be drawn or proved, before anything is read."""
         self.plot = Plot(self.methods.asked.plot, self.levels)
         if self.plot.path == STANDARD and output.path is None and output.form != "table":
             form = {"markdown": "Markdown", "latex": "LaTeX"}.get(output.form, output.form.upper())
@@ -154,7 +138,7 @@ class Solving:
             require()
 
     def take_several(self, works: Iterator[Work], output: Output) -> int | None:
-        """Solve problems one after another, but do not compare methods so."""
+        """Solve problems one after another, and return the exit code; None for a comparison, which takes them all."""
         from lcpcli.files import game_tables
 
         inputs = self.methods.asked.inputs
@@ -167,7 +151,7 @@ class Solving:
         return many.run(works, output, self.methods)
 
     def outcome(self, works: Iterator[Work], output: Output) -> Outcome:
-        """Results on all problems."""
+        """What comes of all problems."""
         held, sources, faults = self._read(works)
         text_of = partial(self._text, sources=sources, faults=faults, output=output, screen=output.screen)
         if not held:
@@ -277,9 +261,11 @@ class Solving:
         shown = [[output.shown(result, screen[0]) for result in own] for own in results]
         places = sources[: len(shown)]  # the others were not reached
         whole, iterates = output.path is not None, output.with_iterates
-        text = report.render(
-            shown, places, output.form, *screen, compared=self.is_compared, whole=whole, iterates=iterates
-        )
+        text = ""
+        if shown:
+            text = report.render(
+                shown, places, output.form, *screen, compared=self.is_compared, whole=whole, iterates=iterates
+            )
         return text + report.unread(faults) * (output.form == "json")
 
 

@@ -122,7 +122,7 @@ def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) 
     room for the records that wait for one before them."""
     news = Event()
     inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()
-    size, held = 1, 0
+    size, held = 1, 0  # of the problems to hand over at once, and of the bytes that are held
     while True:
         news.clear()
         pool.look()
@@ -133,7 +133,8 @@ def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) 
         running = [piece for piece in running if piece not in done]
         for piece in done:
             held -= piece.bytes
-            size = _size_after(*piece.finish(), size)
+            number, seconds = piece.finish()
+            size = max(1, min(MOST, 2 * size, int(SECONDS * number / max(seconds, 1e-6))))
             held += piece.bytes
         while len(running) < FOR_EACH * pool.size and held < HELD:
             taken = inputs.take(size, pool.most)
@@ -144,7 +145,9 @@ def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) 
             if in_order:
                 waiting.append(piece)
             held += piece.bytes
-        ready = _due(waiting) if in_order else done
+        ready = [] if in_order else done
+        while waiting and waiting[0].is_finished:
+            ready.append(waiting.popleft())
         for piece in ready:
             held -= piece.bytes
             yield from piece.records
@@ -152,19 +155,6 @@ def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) 
             if not running and inputs.ended:
                 return
             news.wait(SECONDS_BETWEEN)
-
-
-def _due(waiting: deque[_Piece]) -> list[_Piece]:
-    """The pieces whose records are due, as those before them are there; they wait no longer."""
-    due = []
-    while waiting and waiting[0].is_finished:
-        due.append(waiting.popleft())
-    return due
-
-
-def _size_after(number: int, seconds: float, size: int) -> int:
-    """How many problems to hand over at once, for what so many have taken."""
-    return max(1, min(MOST, 2 * size, int(SECONDS * number / max(seconds, 1e-6))))
 
 
 @dataclass(eq=False)
