@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -139,8 +139,7 @@ def bench(**given: Any) -> int:
         return _run(asked, outputs)
 
 
-@dataclass(frozen=True)
-class Request:
+class Request(NamedTuple):
     """What lcp bench is asked for; None, or nothing of several, where it is not given."""
 
     suite: Sequence[str]
@@ -205,7 +204,7 @@ def _started(asked: Request) -> Record:
     from lcpcli.bench.record import Settings
 
     suites = asked.suite or (DEFAULT_SUITE,)
-    options.check((*MEASURING, INFINITY), vars(asked))
+    options.check((*MEASURING, INFINITY), asked._asdict())
     if asked.time_limit == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds; a failure counts as that")
     numbers = {number.name: number.default for number in MEASURING}

@@ -65,7 +65,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, qui
     options.check((TOL,), {"tol": tol})
     inputs = Inputs(paths, quiet=quiet, **given)
     inputs.prepare({})
-    verifications = _verifications(replace(inputs, files=paths[:-1]), paths[-1], tol, exact)
+    verifications = _verifications(inputs._replace(files=paths[:-1]), paths[-1], tol, exact)
     if not quiet:
         from lcpcli.report.verification import render
 

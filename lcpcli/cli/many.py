@@ -6,7 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
@@ -54,8 +54,7 @@ class Record(NamedTuple):
     interrupted: bool = False
 
 
-@dataclass(frozen=True)
-class Task:
+class Task(NamedTuple):
     """What is done with every problem: solved by the method, perhaps proved, and written.
 
     form : the format, "" for none. width : of the names of problems in a table. every : of the iterates, how many are

@@ -7,7 +7,7 @@ import os
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
 from pathlib import Path
@@ -42,8 +42,7 @@ class Held(NamedTuple):
     length: Callable[[], int] = int
 
 
-@dataclass(frozen=True)
-class Inputs:
+class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
     lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : the size from which on

@@ -34,7 +34,7 @@ HINT = "give the same files"
 
 def unshown(asked: Request) -> dict[str, str]:
     """The options that a result depends on and does not show."""
-    given = {**vars(asked.inputs), **asked.own, **vars(asked)}
+    given = {**asked.inputs._asdict(), **asked.own, **asked._asdict()}
     return {name: _text(given[name]) for name in UNSHOWN if given.get(name) not in (None, False)}
 
 

@@ -11,11 +11,11 @@ import os
 import sys
 from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import accumulate
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -47,8 +47,7 @@ _methods: set[str] = set()  # that have been run in this process
 Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
 
 
-@dataclass(frozen=True)
-class Methods:
+class Methods(NamedTuple):
     """Methods, what is asked of their runs, and whether their results are to be proved."""
 
     variants: Sequence[Variant]

@@ -4,7 +4,7 @@ them, and what comes of it shown or written."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -38,8 +38,7 @@ Faults: TypeAlias = "list[tuple[Source, LCPError]]"
 NUMBERS = (options.WARM, options.INFINITY, options.MAX_SOLUTIONS, options.JOBS, *LIMITS)
 
 
-@dataclass(frozen=True)
-class Request:
+class Request(NamedTuple):
     """What lcp solve or lcp compare is asked for; an option that is not given is None, or False if it is a flag.
 
     inputs : the problems. own : the options of methods, additions and starts that are given, by name.
@@ -100,7 +99,7 @@ def run(asked: Request, task: Solving | Search) -> int:
     prints = asked.output is None and asked.resume is None and not output.silent
     if prints and any(same_file(STANDARD, path) for path in inputs.paths):  # it would go on for ever
         raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
-    options.check(NUMBERS, {**vars(asked), **inputs.bounds})
+    options.check(NUMBERS, {**asked._asdict(), **inputs.bounds})
     task.prepare(output)
     are_many = asked.output is not None and asked.output.casefold().endswith(LINES)
     are_many |= any(value is not None for value in (asked.jobs, asked.cluster, asked.resume))
