@@ -31,7 +31,8 @@ class Search:
     exact : whether numbers are shown as fractions.
     """
 
-    is_compared = takes_many = False
+    takes_many = False
+    levels: tuple[float, ...] = ()
 
     def __init__(self, asked: Request, variant: Variant, exact: bool) -> None:
         self._asked, self._exact = asked, exact
@@ -43,14 +44,6 @@ class Search:
                 raise OptionError(flag(name), "has no effect with --all", "leave it out")
         if asked.plot == STANDARD:
             raise OptionError("--plot -", "has no effect with --all", "name a file for the picture")
-
-    def prepare(self, output: Output) -> None:  # noqa: ARG002
-        """Refuse a picture that could not be drawn or written."""
-        if self._asked.plot is not None:
-            from lcpcli.report.figures import drawing
-
-            drawing.require()
-            drawing.form_of(self._asked.plot)
 
     def take_several(self, works: Iterator[Work], output: Output) -> int | None:  # noqa: ARG002
         """Refuse several problems."""

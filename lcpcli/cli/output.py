@@ -42,17 +42,19 @@ class Output:
     """What is shown, in which format and where; checked for consistency before any computation.
 
     form, path : the format, and the file, None for standard output. silent : whether nothing is shown. trace_path : the
-    file of all iterates, if any. with_iterates : whether they are added to the output. compared : whether results are
-    shown side by side.
+    file of all iterates, if any. with_iterates : whether they are added to the output.
+    plot : the file of the figure, whose suffix gives its format, "-" for a character plot, None for no figure.
+    levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
     """
 
-    def __init__(self, asked: Request, compared: bool) -> None:
+    def __init__(self, asked: Request, levels: tuple[float, ...] = ()) -> None:
         options.check((EVERY,), {"every": asked.every})
         if asked.output in FORMATS:  # -o json means a format, and would write a table to a file of that name
             hint = f"give --format {asked.output}, or a name with a suffix"
             raise OptionError("--output", f"{asked.output} is a format", hint)
         self.form = asked.form or form_of(asked.output)
-        self.path, self.silent, self.compared = asked.output, asked.quiet and asked.output is None, compared
+        self.path, self.silent = asked.output, asked.quiet and asked.output is None
+        self.plot, self.levels = asked.plot, levels
         self.trace_path = asked.trace or None
         self.with_iterates = not self.silent and asked.trace == ITERATES
         self._shown = self.with_iterates or (self.form in TABLES and not self.silent)
@@ -67,6 +69,16 @@ class Output:
             raise OptionError("--bound", "has no effect on the format csv, which holds no proofs", "leave it out")
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
+        if self.plot is not None:
+            from lcpcli.report.figures import drawing
+
+            drawing.require("plotext" if self.plot == STANDARD else "matplotlib")
+            if self.plot != STANDARD:
+                drawing.form_of(self.plot)
+            elif self.path is None and self.form != "table":
+                form = {"markdown": "Markdown", "latex": "LaTeX"}.get(self.form, self.form.upper())
+                hint = "name a file, or write that to one by -o"
+                raise OptionError("--plot -", f"would be mixed into the {form}", hint)
 
     @property
     def screen(self) -> tuple[int | None, bool]:
@@ -92,6 +104,42 @@ class Output:
             shown = result.trace.selected(*self._selection(result.problem, width))
         return replace(result, trace=shown)
 
+    def require_room(self, problems: int) -> None:
+        """Refuse more problems than a picture has room for, before any is solved."""
+        if self.plot not in (None, STANDARD):
+            from lcpcli.report.figures import drawing
+
+            drawing.require_room(problems)
+
+    def curve(self, problem: Problem) -> Trace | None:
+        """An empty trace for the curve of a run and for the levels."""
+        levels = self.levels if problem.solutions else ()
+        if self.plot is None and not levels:
+            return None
+        import numpy as np
+
+        from lcpcli.solving.trace import Trace
+
+        none = np.empty(0, dtype=np.intp)
+        if self.plot is None:
+            return Trace(sys.maxsize, components=none, residuals=False, levels=levels)
+        return Trace(1, MOST_POINTS, none, residuals=not problem.solutions, levels=levels)
+
+    def draw(self, runs: Sequence[Sequence[Result]]) -> None:
+        """Draw the runs, one panel per problem."""
+        if self.plot is None:
+            return
+        from lcpcli.report import curves
+        from lcpcli.report.figures import drawing
+
+        panels = curves.panels(runs)
+        if self.plot != STANDARD:
+            show(drawing.convergence(panels, drawing.form_of(self.plot)), self.plot)
+            return
+        _, color = terminal()
+        size = _size()
+        emit(drawing.terminal(panels, size.columns, size.lines - 2, color), color)
+
     def _selection(self, problem: Problem, width: int | None) -> tuple[int, int | None, Indices | None]:
         """Which iterates a table shows, every so many and at most so many, and which of their components."""
         from lcpcli.report.iterations import kept_components, room
@@ -104,7 +152,7 @@ class Output:
         """The largest number of rows shown: for a single result, what a screen holds below it."""
         if self.form == "latex":
             return PRINTED_ROWS
-        if width is None or self.compared:
+        if width is None or self.levels:
             return MOST_ROWS
         return min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
 
@@ -132,60 +180,6 @@ def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwis
         endings = ", ".join(known for known in suffixes if known)
         raise OptionError(str(output), f"the suffix {ending} is not a format", f"use {endings}{otherwise}")
     return suffixes[ending]
-
-
-class Plot:
-    """The requested figure of error against time and iteration, if any, and the levels of error to record.
-
-    path : a file whose suffix gives the format, "-" for a character plot, None for no figure.
-    levels : errors, relative to the solution, whose first attainment is recorded.
-    """
-
-    def __init__(self, path: str | None, levels: tuple[float, ...]) -> None:
-        self.path, self.levels = path, levels
-        if path is None:
-            return
-        from lcpcli.report.figures import drawing as figures
-
-        figures.require("plotext" if path == STANDARD else "matplotlib")
-        if path != STANDARD:
-            figures.form_of(path)
-
-    def require_room(self, problems: int) -> None:
-        """Refuse more problems than a picture has room for, before any is solved."""
-        if self.path not in (None, STANDARD):
-            from lcpcli.report.figures import drawing as figures
-
-            figures.require_room(problems)
-
-    def curve(self, problem: Problem) -> Trace | None:
-        """An empty trace for the curve of a run and for the levels."""
-        levels = self.levels if problem.solutions else ()
-        if self.path is None and not levels:
-            return None
-        import numpy as np
-
-        from lcpcli.solving.trace import Trace
-
-        none = np.empty(0, dtype=np.intp)
-        if self.path is None:
-            return Trace(sys.maxsize, components=none, residuals=False, levels=levels)
-        return Trace(1, MOST_POINTS, none, residuals=not problem.solutions, levels=levels)
-
-    def show(self, runs: Sequence[Sequence[Result]]) -> None:
-        """Draw the runs, one panel per problem."""
-        if self.path is None:
-            return
-        from lcpcli.report import curves
-        from lcpcli.report.figures import drawing as figures
-
-        panels = curves.panels(runs)
-        if self.path != STANDARD:
-            show(figures.convergence(panels, figures.form_of(self.path)), self.path)
-            return
-        _, color = terminal()
-        size = _size()
-        emit(figures.terminal(panels, size.columns, size.lines - 2, color), color)
 
 
 def terminal() -> tuple[int | None, bool]:

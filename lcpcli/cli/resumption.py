@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,6 @@ from lcpcli.files.keys import OF_BOUNDS
 from lcpcli.files.log import Log
 from lcpcli.files.source import Source
 from lcpcli.methods.registry import OPTIONS
-from lcpcli.options import LIMITS
 from lcpcli.report import render
 from lcpcli.report.numbers import finite
 from lcpcli.solving.answer import word_of
@@ -33,35 +33,28 @@ HINT = "give the same files"
 
 
 def unshown(asked: Request) -> dict[str, str]:
-    """The options that a result depends on and does not show."""
+    """The options that a result depends on and does not show, with digests of the files that they name."""
     given = {**asked.inputs._asdict(), **asked.own, **asked._asdict()}
-    return {name: _text(given[name]) for name in UNSHOWN if given.get(name) not in (None, False)}
+    texts = {name: str(given[name]) for name in UNSHOWN if given.get(name) not in (None, False)}
+    for name, text in texts.items():
+        if text and Path(text).is_file():
+            texts[name] = f"{text} (digest {digest(Path(text).read_bytes())})"
+    return texts
 
 
 def marked(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Work]:
     """The inputs with the marks that their records have in a log. options : as from `unshown`."""
     number = 0
     for whole in works:
-        for work in _parts(whole):
+        parts: Iterable[Work] = [whole]
+        if isinstance(whole, QColumns):
+            parts = (whole.part(at, at + COLUMNS) for at in range(0, len(whole.names), COLUMNS))
+        for work in parts:
             marks = []
             for its_digest in work.digests:
                 number += 1
                 marks.append({"number": number, "digest": its_digest, "given": options})
             yield replace(work, marks=marks)
-
-
-def _parts(work: Work) -> Iterator[Work]:
-    if isinstance(work, QColumns):
-        yield from (work.part(at, at + COLUMNS) for at in range(0, len(work.names), COLUMNS))
-    else:
-        yield work
-
-
-def _text(value: Any) -> str:
-    """An option's value, with a digest of the file that it names."""
-    if isinstance(value, str) and value and Path(value).is_file():
-        return f"{value} (digest {digest(Path(value).read_bytes())})"
-    return str(value)
 
 
 class Past:
@@ -84,11 +77,15 @@ class Past:
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
         """Take what a log has; OptionError if it was made for another task or with other options than these."""
+        (variant,), asked = task.methods.variants, task.methods.asked
+        now: dict[str, Any] = {"method": variant.method, "exact": task.methods.exact}
+        now |= {name: value for name, value in asked.own.items() if name in OPTIONS} | variant.options
+        now |= {name: finite(value) for name, value in vars(asked.limits).items()}
         for number, record in log.records():
             place = Source(record["file"], record["item"])
             try:
                 kind = _kind(record)
-                _refuse_other_options(record, task, options)
+                _refuse_other_options(record, now, options)
                 self._add(number, place, int(record.get("digest", "0"), 16), kind)
             except OptionError:
                 raise
@@ -102,7 +99,9 @@ class Past:
         for work in works:
             missing = [not self._has(source) for source in work.sources]
             if isinstance(work, QColumns):
-                yield from (work.part(begin, end) for begin, end in _stretches(missing))
+                stretches = groupby(range(len(missing)), missing.__getitem__)
+                numbers = [list(stretch) for is_missing, stretch in stretches if is_missing]
+                yield from (work.part(stretch[0], stretch[-1] + 1) for stretch in numbers)
             elif missing[0]:
                 yield work
             number += len(missing)
@@ -140,26 +139,12 @@ def _hash(place: Source) -> int:
     return int(digest(repr((place.file, place.item)).encode()), 16)
 
 
-def _stretches(missing: list[bool]) -> Iterator[tuple[int, int]]:
-    """Where the stretches of problems that are missing begin and end."""
-    begin = 0
-    for at, here in enumerate([*missing, False]):
-        if not here:
-            if begin < at:
-                yield begin, at
-            begin = at + 1
-
-
-def _refuse_other_options(record: Mapping[str, Any], task: Task, options: Mapping[str, str]) -> None:
+def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], options: Mapping[str, str]) -> None:
     """Raise OptionError if a record was made by another method, with other limits or with other options."""
     given = record.get("given", options)  # a log of version 0.1.0 does not say
     _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
     if record.get("method") is None:  # it was not solved
         return
-    (variant,), asked = task.methods.variants, task.methods.asked
-    now: dict[str, Any] = {"method": variant.method, "exact": task.methods.exact}
-    now |= {name: value for name, value in asked.own.items() if name in OPTIONS} | variant.options
-    now |= {limit.name: finite(getattr(asked.limits, limit.name)) for limit in LIMITS}
     _refuse_differences({**record, **record["options"], "exact": record["exact"] is not None}, now)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
 from lcpcli.cli.options import STARTS
-from lcpcli.cli.output import STANDARD, Output, Plot, show, wanted
+from lcpcli.cli.output import STANDARD, Output, show, wanted
 from lcpcli.cli.problems import Inputs, same_file, tell
 from lcpcli.cli.runs import Methods, referred
 from lcpcli.errors import LCPError, OptionError
@@ -65,12 +65,19 @@ class Request(NamedTuple):
 
     @classmethod
     def of(cls, paths: Sequence[str], given: dict[str, Any], default: Sequence[str] = ()) -> Request:
-        """What the options of a command ask for, by their names, with the problems in these files and folders."""
+        """What the options of a command ask for, by their names, with the problems in these files and folders.
+
+        The number of threads is set, and outputs are refused that cannot be written.
+        """
         quiet = given["quiet"]
         files = files_in(paths, (lambda _: None) if quiet else tell) or default
         inputs = Inputs(files, **{name: given.pop(name) for name in (*OF_BOUNDS, "game")}, quiet=quiet)
         own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS)}
-        return cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
+        asked = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
+        path = asked.output if asked.resume is None else None  # with --resume there is no other output
+        outputs = {"--output": path, "--trace": asked.trace or None, "--plot": asked.plot, "--resume": asked.resume}
+        inputs.prepare(outputs, asked.threads)
+        return asked
 
     @property
     def limits(self) -> Limits:
@@ -92,15 +99,11 @@ class Outcome(NamedTuple):
 def run(asked: Request, task: Solving | Search) -> int:
     """Do a task with the problems that are asked for; show or write what comes of it; return the exit code."""
     inputs = asked.inputs
-    own = asked.output if asked.resume is None else None  # with --resume there is no other output
-    outputs = {"--output": own, "--trace": asked.trace or None, "--plot": asked.plot, "--resume": asked.resume}
-    inputs.prepare(outputs, asked.threads)
-    output = Output(asked, task.is_compared)
+    output = Output(asked, task.levels)
     prints = asked.output is None and asked.resume is None and not output.silent
     if prints and any(same_file(STANDARD, path) for path in inputs.paths):  # it would go on for ever
         raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
     options.check(NUMBERS, {**asked._asdict(), **inputs.bounds})
-    task.prepare(output)
     are_many = asked.output is not None and asked.output.casefold().endswith(LINES)
     are_many |= any(value is not None for value in (asked.jobs, asked.cluster, asked.resume))
     works, several = inputs.works(are_many and task.takes_many)
@@ -124,14 +127,7 @@ class Solving:
     def __init__(self, methods: Methods, levels: tuple[float, ...] = ()) -> None:
         self.methods, self.levels = methods, levels
         self.is_compared, self.takes_many = bool(levels), not levels
-
-    def prepare(self, output: Output) -> None:
-        """Refuse what cannot be drawn or proved, before anything is read."""
-        self.plot = Plot(self.methods.asked.plot, self.levels)
-        if self.plot.path == STANDARD and output.path is None and output.form != "table":
-            form = {"markdown": "Markdown", "latex": "LaTeX"}.get(output.form, output.form.upper())
-            raise OptionError("--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o")
-        if self.methods.exact:
+        if methods.exact:
             from lcpcli.rational.linear import require
 
             require()
@@ -173,7 +169,7 @@ class Solving:
             results, text = self._with_conclusions(results, None if interrupted else exactly, text_of)
         codes = [result.exit_code for result in chain.from_iterable(results)] + [BAD_INPUT] * bool(faults)
         interrupted |= any(result.interrupted for result in chain.from_iterable(results))
-        return Outcome(text, INTERRUPTED if interrupted else of_several(codes), partial(self.plot.show, results))
+        return Outcome(text, INTERRUPTED if interrupted else of_several(codes), partial(output.draw, results))
 
     def _read(self, works: Iterator[Work]) -> tuple[list[Held], list[Source], Faults]:
         """The problems, where they are, and what is wrong with the others; of a single one it is raised."""
@@ -199,16 +195,16 @@ class Solving:
         self, problems: list[Problem], data: Sequence[Callable[[], ExactProblem] | None], output: Output
     ) -> tuple[Results, bool]:
         """The results, by problem, with what is proved of them; those before Ctrl-C if it came, and whether it came."""
-        methods, plot, width = self.methods, self.plot, output.screen[0]
-        plot.require_room(len(problems))
+        methods, width = self.methods, output.screen[0]
+        output.require_room(len(problems))
         chosen = [methods.options(problem) for problem in problems]
-        if self.is_compared or plot.path is not None:
+        if self.is_compared or output.plot is not None:
             problems = referred(problems, methods.asked.limits)
-        is_timed = plot.path is not None or (self.is_compared and not output.silent)
+        is_timed = output.plot is not None or (self.is_compared and not output.silent)
         watched = wanted(methods.asked.quiet)
 
         def traces(problem: Problem) -> tuple[Trace | None, Trace | None]:
-            return output.trace(problem, width), plot.curve(problem)
+            return output.trace(problem, width), output.curve(problem)
 
         results: Results = []
         try:
