@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lcpcli import clock
@@ -53,7 +54,9 @@ class Search:
         raise OptionError("--all", "takes one problem", hint(self._asked.inputs.files) or otherwise)
 
     def outcome(self, works: Iterator[Work], output: Output) -> Outcome:
-        """What the search finds."""
+        """What the search finds; it is solved if the list is complete or as long as was asked for."""
+        from lcpcli.enumeration import solution_set as sets
+
         work, inputs, picture = next(works), self._asked.inputs, self._asked.plot
         (held,) = inputs.held(work)
         inputs.tell(held.remarks)
@@ -67,7 +70,9 @@ class Search:
         except ProblemError as fault:
             raise fault.inside(str(work.sources[0])) from None
         text = "" if output.silent else self._text(found, work.sources[0], output)
-        return Outcome(text, exit_code(found), lambda: None if picture is None else _draw(found, picture))
+        codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
+        draw = partial(_draw, found, picture) if picture is not None else int
+        return Outcome(text, codes.get(found.status, SOLVED), draw)
 
     def _found(self, data: ExactProblem) -> SolutionSet:
         """What the search finds, until it ends or is ended."""
@@ -92,14 +97,6 @@ class Search:
             return solution_records.in_csv(found, self._exact)
         table = solution_table.build(found, self._exact, output.form)
         return render.typeset([table], output.form, *output.screen)
-
-
-def exit_code(found: SolutionSet) -> int:
-    """0 if the list is complete or as long as was asked for, 1 if it may not be complete, 3 if there is no solution."""
-    from lcpcli.enumeration import solution_set as sets
-
-    codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
-    return codes.get(found.status, SOLVED)
 
 
 @contextmanager

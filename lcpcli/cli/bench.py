@@ -16,10 +16,10 @@ from lcpcli.bench.suites import ALL, SUITES, budget_of
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.main import INTERRUPTED
 from lcpcli.cli.options import (
-    ANY_FILE,
     PROBLEM,
     Candidates,
     chosen_variants,
+    file_option,
     format_option,
     numeric,
     output_file,
@@ -100,21 +100,11 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 @numeric("Measuring", ACCEPT)
 @numeric("Measuring", BUDGET)
 @numeric("Measuring", replace(THREADS, meaning="Threads for dense linear algebra, in all solvers; by default one."))
-@option(
-    "Measuring",
-    "--resume",
-    metavar="FILE",
-    shell_complete=Candidates(endings=(".json",)),
-    help="Resume the bench in this JSON file, written by -o.",
-)
+@file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.", ".json")
 @format_option(FORMATS, "table")
 @output_file("Also save the results to this file as they come, in the format of its suffix.")
-@option(
-    "Output",
-    "--plot",
-    metavar="FILE",
-    shell_complete=ANY_FILE,
-    help="Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf.",
+@file_option(
+    "Output", "--plot", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
 )
 @quiet_option("Print nothing, not even progress.")
 def bench(**given: Any) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import ANY_FILE, Candidates, problem_file, problem_output
+from lcpcli.cli.options import Candidates, file_option, problem_file, problem_output
 from lcpcli.cli.output import emit, terminal
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.errors import OptionError, count, quoted
@@ -60,20 +60,10 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     metavar="NAME=VALUE",
     help="Set a parameter of the family; repeatable.",
 )
-@option(
-    "Program or game, in place of a family",
-    "--from-qp",
-    metavar="FILE",
-    shell_complete=ANY_FILE,
-    help="A linear or quadratic program, as in lcp help programs.",
+@file_option(
+    "Program or game, in place of a family", "--from-qp", "A linear or quadratic program, as in lcp help programs."
 )
-@option(
-    "Program or game, in place of a family",
-    "--from-game",
-    metavar="FILE",
-    shell_complete=ANY_FILE,
-    help="A game of two players, as in lcp help programs.",
-)
+@file_option("Program or game, in place of a family", "--from-game", "A game of two players, as in lcp help programs.")
 @problem_output
 def make(
     family: str | None,

@@ -54,7 +54,6 @@ class Candidates(NamedTuple):
 
 PROBLEM = Candidates(endings=PROBLEMS, shipped=True)
 VECTOR = Candidates(endings=(*PROBLEMS, ".txt"))
-ANY_FILE = Candidates(endings=())
 
 
 def _words(meanings: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
@@ -157,6 +156,11 @@ def format_option(formats: Mapping[str, str], default: str | None = None) -> Dec
     return option("Output", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=told)
 
 
+def file_option(heading: str, name: str, meaning: str, *endings: str) -> Declaration:
+    """The declaration of an option that names a file, for which shells offer those with one of the suffixes, or all."""
+    return option(heading, name, metavar="FILE", shell_complete=Candidates(endings=endings), help=meaning)
+
+
 def output_file(
     meaning: str = "Write to a file instead, completely or not at all.  [default: standard output]",
 ) -> Declaration:
@@ -165,7 +169,9 @@ def output_file(
     def path(_: click.Context, __: click.Parameter, given: str | None) -> str | None:
         return None if given == STANDARD else given
 
-    return option("Output", "-o", "--output", metavar="FILE", shell_complete=ANY_FILE, callback=path, help=meaning)
+    return option(
+        "Output", "-o", "--output", metavar="FILE", shell_complete=Candidates(endings=()), callback=path, help=meaning
+    )
 
 
 def quiet_option(meaning: str = "Print nothing; the exit code reports the outcome.") -> Declaration:
@@ -288,13 +294,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
         "  [default: none]",
     ),
     numeric("Output", EVERY),
-    option(
-        "Output",
-        "--plot",
-        metavar="FILE",
-        shell_complete=ANY_FILE,
-        help="Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal.",
-    ),
+    file_option("Output", "--plot", "Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal."),
     output_file(),
     quiet_option(),
 )

@@ -24,7 +24,7 @@ from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import ExactParts, ExactProblem
+    from lcpcli.rational.problem import ExactProblem
 
 LARGE_FILE = 8 * MANY_ROWS**2  # bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many
 
@@ -92,15 +92,15 @@ class Inputs(NamedTuple):
         """The problem in one file, in one with M and one with q, or in two with the payoffs of a game."""
         from lcpcli.files import reading
         from lcpcli.files.game_tables import game_in
+        from lcpcli.files.inputs import Input
 
-        if self.game:
-            held = self._single(game_in(self.files))
-        else:
-            fetch = cache(reading.content_of)
-            file, q_file = [*self.files, None][:2]
-            with self.hint_at_game():
-                original = reading.problem_of(str(file), q_file, fetch)
-                held = self._held(str(file), original, partial(reading.exact_parts_of, str(file), q_file, fetch))
+        with self.hint_at_game():
+            if self.game:
+                work = game_in(self.files)
+            else:
+                contents = map(reading.content_of, self.files, (reading.WHOLE, reading.LINE))
+                work = Input(tuple(self.files), tuple(contents))
+            held = self._single(work)
         self.tell(held.remarks)
         return held
 
@@ -117,7 +117,7 @@ class Inputs(NamedTuple):
         except ProblemError as error:
             from lcpcli.files.game_tables import hint
 
-            told = hint(self.files)
+            told = "" if self.game else hint(self.files)
             raise ProblemError(error.where, error.fault, f"{error.hint}; {told}") if told else error from None
 
     def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
@@ -139,10 +139,14 @@ class Inputs(NamedTuple):
 
     def held(self, work: Work) -> Iterator[Held]:
         """The problems of an input."""
+        from lcpcli.files import bounds
         from lcpcli.files.inputs import QColumns
 
         if not isinstance(work, QColumns):
-            yield self._single(work)
+            held = self._single(work)
+            if far := bounds.remark(held.problem, self.bounds):
+                held.remarks.append(f"{work.sources[0].file}: {far}")
+            yield held
             return
         from lcpcli.rational.problem import ExactProblem
 
@@ -158,30 +162,23 @@ class Inputs(NamedTuple):
         return bounds.bounded(work.first_problem(), self.bounds)
 
     def _single(self, work: Input) -> Held:
-        from lcpcli.files import bounds, reading
-
-        held = self._held(work.paths[0], work.read(), work.exact_parts)
-        if far := bounds.remark(held.problem, self.bounds):
-            held.remarks.append(f"{reading.place(work.paths[0])}: {far}")
-        return held._replace(length=work.length)
-
-    def _held(self, path: str, original: Problem, exact_parts: Callable[[], ExactParts]) -> Held:
-        """A problem that was read from a file, with the bounds that are given."""
+        """The problem of an input, with the bounds that are given."""
         from lcpcli.files import bounds, reading
 
         fetch = cache(reading.content_of)  # standard input can be read only once
+        original = work.read()
         bounded = bounds.bounded(original, self.bounds, fetch)
-        problem, remarks = without_wrong_solutions(bounded, path)
+        problem, remarks = without_wrong_solutions(bounded, work.paths[0])
 
         @cache
         def exactly() -> ExactProblem:
             from lcpcli.rational.problem import ExactProblem
 
-            data = bounds.exactly_bounded(ExactProblem(original, *exact_parts()), bounded, self.bounds, fetch)
+            data = bounds.exactly_bounded(ExactProblem(original, *work.exact_parts()), bounded, self.bounds, fetch)
             data.problem = problem
             return data
 
-        return Held(problem, exactly, remarks)
+        return Held(problem, exactly, remarks, work.length)
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:

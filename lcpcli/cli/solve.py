@@ -10,9 +10,9 @@ import click
 from lcpcli.cli.command import EXITS, Command, argument, option
 from lcpcli.cli.options import (
     PROBLEM,
-    Candidates,
     MethodChoice,
     chosen_variants,
+    file_option,
     numeric,
     problem_files,
     several_methods,
@@ -68,12 +68,11 @@ AS_PUBLISHED = ("fixed-point", "shi")
     metavar="ADDRESS",
     help="Have the workers of this Dask scheduler solve them, as in tcp://host:8786.  [default: none]",
 )
-@option(
+@file_option(
     "Many problems",
     "--resume",
-    metavar="FILE",
-    shell_complete=Candidates(endings=(".jsonl",)),
-    help="Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
+    "Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
+    ".jsonl",
 )
 def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
