@@ -96,7 +96,7 @@ class Search:
         if output.form == "csv":
             return solution_records.in_csv(found, self._exact)
         table = solution_table.build(found, self._exact, output.form)
-        return render.typeset([table], output.form, *output.screen)
+        return render.typeset([table], output.form, output.width, output.color)
 
 
 @contextmanager

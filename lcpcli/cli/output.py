@@ -41,8 +41,8 @@ ERASE = "\r\x1b[K"
 class Output:
     """What is shown, in which format and where; checked for consistency before any computation.
 
-    form, path : the format, and the file, None for standard output. silent : whether nothing is shown. trace_path : the
-    file of all iterates, if any. with_iterates : whether they are added to the output.
+    form, path : the format, and the file, None for standard output. silent : whether nothing is shown. width, color :
+    of a terminal. trace_path : the file of all iterates, if any. with_iterates : whether they are added to the output.
     plot : the file of the figure, whose suffix gives its format, "-" for a character plot, None for no figure.
     levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
     """
@@ -55,6 +55,7 @@ class Output:
         self.form = asked.form or form_of(asked.output)
         self.path, self.silent = asked.output, asked.quiet and asked.output is None
         self.plot, self.levels = asked.plot, levels
+        self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = asked.trace or None
         self.with_iterates = not self.silent and asked.trace == ITERATES
         self._shown = self.with_iterates or (self.form in TABLES and not self.silent)
@@ -80,28 +81,27 @@ class Output:
                 hint = "name a file, or write that to one by -o"
                 raise OptionError("--plot -", f"would be mixed into the {form}", hint)
 
-    @property
-    def screen(self) -> tuple[int | None, bool]:
-        """The width and the colour of what is shown."""
-        return (None, False) if self.path else terminal()
+    def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
+        """An empty trace and an empty curve for a run, as far as they are needed."""
+        return self._trace(problem), self._curve(problem)
 
-    def trace(self, problem: Problem, width: int | None) -> Trace | None:
-        """An empty trace for a run whose iterates are shown in that width, or written; it keeps only what is needed."""
+    def _trace(self, problem: Problem) -> Trace | None:
+        """For iterates that are shown or written; it keeps only what is needed."""
         if not self._shown and self.trace_path is None:
             return None
         from lcpcli.solving.trace import Trace
 
         if self.form not in TABLES or self.trace_path is not None:
             return Trace(self._every or 1)
-        return Trace(*self._selection(problem, width), residuals=not problem.solutions)
+        return Trace(*self._selection(problem), residuals=not problem.solutions)
 
-    def shown(self, result: Result, width: int | None) -> Result:
+    def shown(self, result: Result) -> Result:
         """The result with what is shown of its trace, where more was kept for a file."""
         if self.trace_path is None or result.trace is None:
             return result
         shown = result.trace if self.with_iterates else None
         if self.form in TABLES:
-            shown = result.trace.selected(*self._selection(result.problem, width))
+            shown = result.trace.selected(*self._selection(result.problem))
         return replace(result, trace=shown)
 
     def require_room(self, problems: int) -> None:
@@ -111,8 +111,8 @@ class Output:
 
             drawing.require_room(problems)
 
-    def curve(self, problem: Problem) -> Trace | None:
-        """An empty trace for the curve of a run and for the levels."""
+    def _curve(self, problem: Problem) -> Trace | None:
+        """For the figure and for the levels."""
         levels = self.levels if problem.solutions else ()
         if self.plot is None and not levels:
             return None
@@ -140,21 +140,17 @@ class Output:
         size = _size()
         emit(drawing.terminal(panels, size.columns, size.lines - 2, color), color)
 
-    def _selection(self, problem: Problem, width: int | None) -> tuple[int, int | None, Indices | None]:
+    def _selection(self, problem: Problem) -> tuple[int, int | None, Indices | None]:
         """Which iterates a table shows, every so many and at most so many, and which of their components."""
         from lcpcli.report.iterations import kept_components, room
 
-        components = kept_components(problem, room(self.form, width))
-        every, most = (self._every, None) if self._every else (int(EVERY.value), self._most(width))
-        return every, most, components
-
-    def _most(self, width: int | None) -> int:
-        """The largest number of rows shown: for a single result, what a screen holds below it."""
-        if self.form == "latex":
-            return PRINTED_ROWS
-        if width is None or self.levels:
-            return MOST_ROWS
-        return min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
+        components = kept_components(problem, room(self.form, self.width))
+        if self._every is not None:
+            return self._every, None, components
+        most = PRINTED_ROWS if self.form == "latex" else MOST_ROWS
+        if self.form != "latex" and self.width is not None and not self.levels:  # a screen holds them and the result
+            most = min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
+        return int(EVERY.value), most, components
 
 
 def _refuse_as_trace(path: str) -> None:

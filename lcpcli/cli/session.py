@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.solving.limits import Limits
     from lcpcli.solving.result import Result
-    from lcpcli.solving.trace import Trace
 
 Results: TypeAlias = "list[list[Result]]"  # by problem
 Faults: TypeAlias = "list[tuple[Source, LCPError]]"
@@ -111,7 +110,7 @@ def run(asked: Request, task: Solving | Search) -> int:
         return code
     outcome = task.outcome(works, output)
     if not output.silent:
-        show(outcome.text, output.path, output.screen[1])
+        show(outcome.text, output.path, output.color)
     outcome.draw()
     return outcome.exit_code
 
@@ -148,7 +147,7 @@ class Solving:
     def outcome(self, works: Iterator[Work], output: Output) -> Outcome:
         """What comes of all problems."""
         held, sources, faults = self._read(works)
-        text_of = partial(self._text, sources=sources, faults=faults, output=output, screen=output.screen)
+        text_of = partial(self._text, sources=sources, faults=faults, output=output)
         if not held:
             return Outcome(text_of([]), BAD_INPUT)
         data = [each.exactly if self.methods.exact else None for each in held]
@@ -195,22 +194,18 @@ class Solving:
         self, problems: list[Problem], data: Sequence[Callable[[], ExactProblem] | None], output: Output
     ) -> tuple[Results, bool]:
         """The results, by problem, with what is proved of them; those before Ctrl-C if it came, and whether it came."""
-        methods, width = self.methods, output.screen[0]
+        methods = self.methods
         output.require_room(len(problems))
         chosen = [methods.options(problem) for problem in problems]
         if self.is_compared or output.plot is not None:
             problems = referred(problems, methods.asked.limits)
         is_timed = output.plot is not None or (self.is_compared and not output.silent)
         watched = wanted(methods.asked.quiet)
-
-        def traces(problem: Problem) -> tuple[Trace | None, Trace | None]:
-            return output.trace(problem, width), output.curve(problem)
-
         results: Results = []
         try:
             for problem, own in zip(problems, chosen, strict=True):
                 results.append([])
-                for result in methods.run(problem, own, traces, compared=is_timed, watched=watched):
+                for result in methods.run(problem, own, output.traces, compared=is_timed, watched=watched):
                     results[-1].append(result)
                     if result.interrupted:
                         return results, True
@@ -242,24 +237,23 @@ class Solving:
             bare = [conclusions.interrupted(own) for own in results]
             return bare, text_of(bare)
 
-    def _text(
-        self,
-        results: Results,
-        sources: Sequence[Source],
-        faults: Faults,
-        output: Output,
-        screen: tuple[int | None, bool],
-    ) -> str:
+    def _text(self, results: Results, sources: Sequence[Source], faults: Faults, output: Output) -> str:
         """What is shown of the results, in JSON also what could not be read."""
         from lcpcli.report import render as report
 
-        shown = [[output.shown(result, screen[0]) for result in own] for own in results]
+        shown = [[output.shown(result) for result in own] for own in results]
         places = sources[: len(shown)]  # the others were not reached
-        whole, iterates = output.path is not None, output.with_iterates
         text = ""
         if shown:
             text = report.render(
-                shown, places, output.form, *screen, compared=self.is_compared, whole=whole, iterates=iterates
+                shown,
+                places,
+                output.form,
+                output.width,
+                output.color,
+                compared=self.is_compared,
+                whole=output.path is not None,
+                iterates=output.with_iterates,
             )
         return text + report.unread(faults) * (output.form == "json")
 
