@@ -223,10 +223,7 @@ def _resumed(asked: Request) -> Record:
 
 
 def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
-    """Measure all that is pending, saving each measurement as it comes; return whether that was interrupted.
-
-    The progress bar is updated only between measurements, and erased at the end.
-    """
+    """Measure all that is pending, saving each measurement as it comes; return whether that was interrupted."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
@@ -238,6 +235,7 @@ def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
     columns = (MofNCompleteColumn(), BarColumn(20), TextColumn("{task.description}", markup=False))
     is_hidden = not left or not wanted(quiet)
     console = Console(stderr=True)
+    # updated only between measurements, whose times it would disturb
     with Progress(*columns, console=console, auto_refresh=False, transient=True, disable=is_hidden) as progress:
         bar = progress.add_task("", total=left)
 

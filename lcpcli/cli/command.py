@@ -11,16 +11,13 @@ from collections import Counter, UserDict
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
 
 from lcpcli import __version__
 from lcpcli.errors import likely, nearest, quoted
 from lcpcli.methods.registry import OPTIONS
-
-if TYPE_CHECKING:
-    pass
 
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 OPTIONAL = "--trace"  # the option whose value may be left out

@@ -156,12 +156,12 @@ def _value(name: str, text: str, kind: type) -> Any:
 @problem_output
 def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> int:
     """Write the problem in FILE in another format."""
-    from lcpcli.files.writing import exact_endings, is_rounded, kind_of
-
     inputs = Inputs([file] if q_file is None else [file, q_file], **given)
     if q_file is not None and output is None and not Path(q_file).exists():
         raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
     inputs.prepare({"--output": output})
+    from lcpcli.files.writing import exact_endings, is_rounded, kind_of
+
     written = write(lambda: _read(inputs, output or ""), output, as_program=True)
     if output is None:
         return 0
