@@ -8,11 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib.machinery import ExtensionFileLoader, ModuleSpec, SourceFileLoader, SourcelessFileLoader
 from itertools import accumulate, pairwise
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 PARTS = ("setup", "solve", "verify")
 MOST_LAPS = 100_000  # of a run: more than any has that is repeated
 Lap = tuple[str, float]  # a turn of a part, and its seconds
+Key = TypeVar("Key")
 LOADERS = (SourceFileLoader, SourcelessFileLoader, ExtensionFileLoader)
 
 
@@ -102,25 +103,21 @@ class Stopwatch:
         return sum(self.parts.values())
 
 
-def least_laps(runs: Sequence[Sequence[Lap]]) -> list[Lap]:
+def least_laps(runs: Sequence[Sequence[tuple[Key, float]]]) -> list[tuple[Key, float]]:
     """The laps of a run, each with the least time that it took in several repetitions of it.
 
     The iterates are the same each time, and only the times are disturbed, by pauses that other programs cause: few of
     long runs are without any, but of short laps most are. Repetitions that do not have the same laps, as a time limit
     has cut them, do not count but for the first.
     """
-    parts = [part for part, _ in runs[0]]
-    alike = [run for run in runs if [part for part, _ in run] == parts]
-    return [(part, min(run[i][1] for run in alike)) for i, part in enumerate(parts)]
+    keys = [key for key, _ in runs[0]]
+    alike = [run for run in runs if [key for key, _ in run] == keys]
+    return [(key, min(run[i][1] for run in alike)) for i, key in enumerate(keys)]
 
 
 def least_steps(runs: Sequence[Mapping[int, float]]) -> dict[int, float]:
-    """When the steps of a run end, by their numbers, from the times in several repetitions of it: the running sum of
-    the least time that each step took.
-
-    As `least_laps`, where laps are not known.
-    """
-    numbers = sorted(runs[0])
-    alike = [run for run in runs if run.keys() == runs[0].keys()]
-    steps = [[b - a for a, b in pairwise([0.0, *map(run.__getitem__, numbers)])] for run in alike]
-    return dict(zip(numbers, accumulate(map(min, *steps, steps[0])), strict=True))
+    """When the steps of a run end, by their numbers, from when they ended in several repetitions of it: `least_laps` in
+    a running sum."""
+    ends = [[(0, 0.0), *sorted(run.items())] for run in runs]
+    laps = least_laps([[(k, end - begin) for (_, begin), (k, end) in pairwise(run)] for run in ends])
+    return dict(zip((k for k, _ in laps), accumulate(seconds for _, seconds in laps), strict=True))

@@ -72,33 +72,24 @@ class Option:
 def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
     """Check the given values of some options, by name, alone and together; None stands for "not given"."""
     declared = {option.name: option for option in options}
-    values: dict[str, Any] = {
-        name: option.default if given.get(name) is None else given[name] for name, option in declared.items()
-    }
+    values: dict[str, Any] = {}
     for name, option in declared.items():
         if given.get(name) is not None:
             option.check(given[name])
+        values[name] = option.default if given.get(name) is None else given[name]
     for name, option in declared.items():
         if option.above and not float(values[option.above]) < float(values[name]):
             hint = f"with {option.above} = {values[option.above]} it must be: {option.range}"
             raise ParameterError(name, f"{values[name]} is out of range", hint)
 
 
+POSITIVE: tuple[str, Callable[[float], bool]] = ("whole number >= 1", lambda number: number >= 1)
+
 TOL = Option(
-    "tol",
-    float,
-    1e-10,
-    "0 < tol < 1",
-    lambda tol: 0 < tol < 1,
-    "Solved when the relative residual is at most this.",
+    "tol", float, 1e-10, "0 < tol < 1", lambda tol: 0 < tol < 1, "Solved when the relative residual is at most this."
 )
 MAX_ITERATIONS = Option(
-    "max_iterations",
-    int,
-    10_000,
-    "whole number >= 0",
-    lambda k: k >= 0,
-    "Stop after this many iterations.",
+    "max_iterations", int, 10_000, "whole number >= 0", lambda k: k >= 0, "Stop after this many iterations."
 )
 TIME_LIMIT = Option(
     "time_limit",
@@ -108,30 +99,23 @@ TIME_LIMIT = Option(
     lambda seconds: seconds > 0,
     "Stop after this many seconds of set-up and iterations.",
 )
+LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
 MAX_SOLUTIONS = Option(
     "max_solutions",
     int,
     None,
-    "whole number >= 1",
-    lambda count: count >= 1,
+    *POSITIVE,
     "List no more than this many pieces of the set of solutions; by default all of them.",
 )
-LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
 THREADS = Option(
     "threads",
     int,
     None,
-    "whole number >= 1",
-    lambda number: number >= 1,
+    *POSITIVE,
     "Threads for dense linear algebra; by default one, unless FILE is so large that more pay.",
 )
 JOBS = Option(
-    "jobs",
-    int,
-    1,
-    "whole number >= 1",
-    lambda number: number >= 1,
-    "Solve so many problems at a time, in processes of their own; see lcp help many.",
+    "jobs", int, 1, *POSITIVE, "Solve so many problems at a time, in processes of their own; see lcp help many."
 )
 WARM = Option(
     "warm",
@@ -169,8 +153,7 @@ EVERY = Option(
     "every",
     int,
     5,
-    "whole number >= 1",
-    lambda k: k >= 1,
+    *POSITIVE,
     "Show every Nth iterate, besides the first and the last three; all in CSV and --trace unless given.",
 )
 

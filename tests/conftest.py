@@ -14,7 +14,7 @@ from hypothesis import settings
 
 from lcpcli import Problem, read
 from lcpcli.cli import main as cli
-from lcpcli.cli import session
+from lcpcli.cli import output
 from lcpcli.files import contents
 
 # the same examples every time, so that a change is what makes a test fail; HYPOTHESIS_PROFILE=searching tries new ones
@@ -62,7 +62,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, bool], None]:
     """Make standard output a terminal of that width, with or without colour."""
 
     def become(width: int, color: bool) -> None:
-        monkeypatch.setattr(session, "terminal", lambda: (width, color))
+        monkeypatch.setattr(output, "terminal", lambda: (width, color))
 
     return become
 

@@ -16,11 +16,11 @@ import pytest
 import lcpcli
 from lcpcli import Problem, Status, Trace, clock, interrupts
 from lcpcli.bench.runs import run_method
-from lcpcli.cli import repetition
+from lcpcli.cli import runs as timing
 from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
-from lcpcli.report import outcome as summary
+from lcpcli.report import outcome
 from lcpcli.solving.driver import run
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -188,7 +188,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
         return results[-1]
 
     monkeypatch.setattr(driver, "run", noted)
-    monkeypatch.setattr(repetition, "_methods", set())
+    monkeypatch.setattr(timing, "_methods", set())
     return results
 
 
@@ -204,7 +204,7 @@ def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp: 
 
 def test_each_lap_of_runs_that_are_compared_has_the_least_time_of_several(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
     shown = json.loads(lcp("compare", EXAMPLE, "--method", "fixed-point", "--trace", "--format", "json").out)
-    assert len(runs) == 1 + repetition.ENOUGH
+    assert len(runs) == 1 + timing.ENOUGH
     first, *_ = repeated = [run.laps for run in runs[1:]]
     least = np.min([[seconds for _, seconds in laps] for laps in repeated], axis=0)
     assert shown["seconds"] == pytest.approx(sum(least), rel=1e-9)
@@ -236,8 +236,8 @@ def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
     pause: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each run takes the same number of readings, so that each lap has a pause in one run and none in another."""
-    monkeypatch.setattr(repetition, "LONG", np.inf)
-    monkeypatch.setattr(repetition, "BUDGET", np.inf)
+    monkeypatch.setattr(timing, "LONG", np.inf)
+    monkeypatch.setattr(timing, "BUDGET", np.inf)
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 
     def once(clock: Callable[[], float]) -> lcpcli.Result:
@@ -245,14 +245,14 @@ def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
 
     whole = once(Time())
     disturbed = Disturbed(pause)
-    (result,) = repetition.timed(partial(once, disturbed), compared=True)
+    (result,) = timing.timed(partial(once, disturbed), compared=True)
     assert result.seconds == whole.seconds
     assert result.parts == whole.parts
     assert result.trace is not None
     assert whole.trace is not None
     assert result.trace.times == whole.trace.times
     assert 1 + pause / 20 <= result.spread <= 1 + pause / 5
-    assert bool(summary.spread(result)) == (pause == 100.0)
+    assert bool(outcome.spread(result)) == (pause == 100.0)
 
 
 def test_a_pause_of_the_processor_is_in_no_curve() -> None:

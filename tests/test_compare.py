@@ -13,7 +13,7 @@ import pytest
 
 from lcpcli import Problem, read, run, write
 from lcpcli.files import contents
-from lcpcli.report import outcome as summary
+from lcpcli.report import outcome
 from lcpcli.report.wording import LEVELS
 from lcpcli.solving.driver import verified
 from lcpcli.verify.point import Criterion, Point
@@ -102,9 +102,9 @@ def test_small_residual_far_from_the_solution_is_remarked() -> None:
     only_one = replace(problem, solutions=(one,))
     found = run(only_one, "auto", z0=other)
     assert found.solved
-    assert "either it is another solution" in summary.doubt(found)
-    assert summary.doubt(run(only_one, "auto", z0=one)) == ""
-    assert summary.doubt(run(problem, "auto", z0=other)) == ""
+    assert "either it is another solution" in outcome.doubt(found)
+    assert outcome.doubt(run(only_one, "auto", z0=one)) == ""
+    assert outcome.doubt(run(problem, "auto", z0=other)) == ""
 
 
 @pytest.mark.parametrize("size", ["0", "-1", "nan", "inf"])

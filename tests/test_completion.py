@@ -13,10 +13,9 @@ import click
 import pytest
 
 from lcpcli.bench import suites
-from lcpcli.cli import program, shells
-from lcpcli.cli.command import VARIABLE
-from lcpcli.cli.completion import SHELLS
-from lcpcli.cli.help import TOPICS
+from lcpcli.cli import help as completion
+from lcpcli.cli.command import VARIABLE, lcp
+from lcpcli.cli.help import SHELLS, TOPICS
 from lcpcli.files import contents, formats
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
@@ -26,20 +25,20 @@ from lcpcli.report.formats import FORMATS
 from .conftest import Outcome
 
 Lcp = Callable[..., Outcome]
-CLASSES = {"bash": shells.Bash, "zsh": shells.Zsh, "fish": shells.Fish}
+CLASSES = {"bash": completion.Bash, "zsh": completion.Zsh, "fish": completion.Fish}
 
 
 def offered(*words: str, shell: str = "bash") -> list[str]:
     """What is offered for the last of the words after lcp."""
     *args, incomplete = words
-    found = CLASSES[shell](program.lcp, {}, "lcp", VARIABLE).get_completions(args, incomplete)
+    found = CLASSES[shell](lcp, {}, "lcp", VARIABLE).get_completions(args, incomplete)
     return [item.value for item in found]
 
 
 def answer(shell: str, words: str, current: str) -> list[str]:
     """The lines that a shell's script reads for the command line `words`, with the cursor on word number `current`."""
     os.environ.update(COMP_WORDS=words, COMP_CWORD=current)
-    return CLASSES[shell](program.lcp, {}, "lcp", VARIABLE).complete().splitlines()
+    return CLASSES[shell](lcp, {}, "lcp", VARIABLE).complete().splitlines()
 
 
 @pytest.fixture
@@ -70,13 +69,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_commands() -> None:
-    assert offered("") == sorted(program.lcp.commands)
+    assert offered("") == sorted(lcp.commands)
     assert offered("co") == ["compare", "completion", "convert"]
 
 
-@pytest.mark.parametrize("name", program.lcp.commands)
+@pytest.mark.parametrize("name", lcp.commands)
 def test_options(name: str) -> None:
-    command = program.lcp.commands[name]
+    command = lcp.commands[name]
     params = command.get_params(click.Context(command, help_option_names=["-h", "--help"]))
     own = [flag for param in params if isinstance(param, click.Option) for flag in (*param.opts, *param.secondary_opts)]
     assert sorted(offered(name, "-")) == sorted(own)  # click 8.1 has -h and --help in either order
@@ -99,7 +98,7 @@ def test_methods_are_all_and_only_those_that_can_be_given(name: str, lcp: Lcp) -
         (["solve", "x.json", "--format", ""], list(FORMATS)),
         (["check", "--format", ""], ["table", "json"]),
         (["completion", ""], list(SHELLS)),
-        (["help", ""], [*TOPICS, *program.lcp.commands]),
+        (["help", ""], [*TOPICS, *lcp.commands]),
         (["help", "me"], ["measuring", "methods"]),
         (["bench", "sp"], ["sparse", "speed"]),
         (["solve", "--tol", ""], []),
@@ -173,9 +172,9 @@ def test_lines_for_the_shells(folder: Path) -> None:
 
 
 def test_what_words_mean_fits_into_the_lines() -> None:
-    commands = [program.lcp.commands[name] for name in program.lcp.commands]
+    commands = [lcp.commands[name] for name in lcp.commands]
     items = [item for command in commands for item in command.shell_complete(click.Context(command), "-")]
-    items += program.lcp.shell_complete(click.Context(program.lcp), "")
+    items += lcp.shell_complete(click.Context(lcp), "")
     assert all(item.help and "\n" not in item.help for item in items)
 
 

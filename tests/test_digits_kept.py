@@ -14,7 +14,8 @@ import pytest
 from hypothesis import example, given, settings
 
 from lcpcli import read
-from lcpcli.cli import problems as problems_of_commands
+from lcpcli.cli.make import read_written
+from lcpcli.cli.problems import Inputs
 from lcpcli.files import reading, writing
 from lcpcli.rational.numbers import decimal, fraction, places
 
@@ -39,7 +40,7 @@ TEXTS = ("json", "csv", "mtx")
 
 def convert(*arguments: Path) -> None:
     *files, output = map(str, arguments)
-    written = problems_of_commands.read_written(files, {"game": False, "lower": None, "upper": None, "infinity": None})
+    written = read_written(Inputs(files))
     writing.write_as(written, output, as_program=True)
 
 

@@ -15,7 +15,7 @@ from scipy.sparse import diags_array
 import lcpcli
 from lcpcli import Problem, Status, from_qp, write
 from lcpcli.cli import solve
-from lcpcli.cli.methods import MethodChoice
+from lcpcli.cli.options import MethodChoice
 from lcpcli.gallery import families
 from lcpcli.methods.stages import Ending, Finished, NoSolution
 from lcpcli.typing import Vector

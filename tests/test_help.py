@@ -16,7 +16,7 @@ import click
 import pytest
 
 from lcpcli.bench import suites
-from lcpcli.cli import program
+from lcpcli.cli import command as group
 from lcpcli.cli.command import Command
 from lcpcli.cli.options import STARTS
 from lcpcli.methods.registry import METHODS, OPTIONS, load
@@ -26,7 +26,7 @@ from lcpcli.peers.registry import PEERS
 from .conftest import Outcome
 
 SHARED = {option.name: option for option in (*LIMITS, WARM, ACCEPT, BUDGET, EVERY)}
-COMMANDS: dict[str, Any] = {"": program.lcp, **program.lcp.commands}
+COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
 HEADINGS = {
     "": ["Commands", "Help", "Exit codes"],
     "solve": ["Problem", "Method", "Proof", "Start", "Stopping", "Output", "Help", "Methods", "Exit codes"],
@@ -147,7 +147,7 @@ def test_every_example_is_of_its_command(name: str) -> None:
 
 def test_lcp_alone_prints_help(lcp: Lcp) -> None:
     assert lcp().out == help_of(lcp, "")
-    assert terms_of(sections_of(lcp().out)["Commands"]) == list(program.lcp.commands)
+    assert terms_of(sections_of(lcp().out)["Commands"]) == list(group.lcp.commands)
 
 
 @pytest.mark.parametrize(

@@ -114,8 +114,8 @@ def test_interrupted_figure_comes_after_the_results(lcp: Run, monkeypatch: pytes
 @pytest.mark.parametrize(
     ("line", "module", "name"),
     [
-        (f"inspect {EXAMPLE}", reading, "read"),
-        (f"check {EXAMPLE} {EXAMPLE}", reading, "read"),
+        (f"inspect {EXAMPLE}", reading, "problem_of"),
+        (f"check {EXAMPLE} {EXAMPLE}", reading, "problem_of"),
         (BENCH, benching, "start"),
     ],
 )
@@ -139,7 +139,7 @@ def test_interrupt_while_modules_are_loaded_ends_without_a_word() -> None:
 import os, signal, sys
 class Finder:
     def find_spec(self, name, *_):
-        if name == "lcpcli.cli.program":
+        if name == "lcpcli.cli.command":
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Finder())
 {MAIN}

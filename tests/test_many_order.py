@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from lcpcli.cli import workers
-from lcpcli.cli.records import Record
+from lcpcli.cli.many import Record
 from lcpcli.files.inputs import Input
 
 PATIENCE = 60.0  # seconds until something that must happen has not

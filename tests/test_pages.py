@@ -19,7 +19,7 @@ import pytest
 from lcpcli.bench import accuracy_tables, suites
 from lcpcli.bench.check import rate_of_fixed_point
 from lcpcli.bench.runs import run_method
-from lcpcli.cli import program
+from lcpcli.cli import command as group
 from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.cli.options import STARTS
 from lcpcli.gallery import families as gallery
@@ -134,7 +134,7 @@ def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
 
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
-    commands = program.lcp.commands.items()
+    commands = group.lcp.commands.items()
     flags = {name: {"--help", *(flag for param in its.params for flag in param.opts)} for name, its in commands}
     flags["help"] |= {*TOPICS, *flags, "TOPIC"}
     text = BLOCK.sub("", PAGES[page])

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 import lcpcli
 from lcpcli.bench.suites import SUITES
-from lcpcli.cli import program
-from lcpcli.cli.completion import SHELLS
-from lcpcli.cli.help import TOPICS
+from lcpcli.cli import command as group
+from lcpcli.cli.help import SHELLS, TOPICS
 from lcpcli.errors import OptionError, likely
 from lcpcli.gallery.families import FAMILIES
 from lcpcli.methods.registry import METHODS
@@ -23,7 +22,7 @@ from lcpcli.report.formats import FORMATS
 from .conftest import Outcome
 
 KINDS = {
-    "command": list(program.lcp.commands),
+    "command": list(group.lcp.commands),
     "method": list(METHODS),
     "family": list(FAMILIES),
     "suite": list(SUITES),
@@ -31,7 +30,7 @@ KINDS = {
     "format": list(FORMATS),
     "shell": list(SHELLS),
     "topic": list(TOPICS),
-    "option": [param.opts[-1] for param in program.lcp.commands["solve"].params if isinstance(param, click.Option)],
+    "option": [param.opts[-1] for param in group.lcp.commands["solve"].params if isinstance(param, click.Option)],
 }
 
 
@@ -65,7 +64,7 @@ def test_capitals_and_beginnings_are_understood() -> None:
     assert likely("zzz", METHODS, "look") == "look"
 
 
-@pytest.mark.parametrize("name", program.lcp.commands)
+@pytest.mark.parametrize("name", group.lcp.commands)
 def test_every_command_suggests_the_likely_option(name: str, lcp: Callable[..., Outcome]) -> None:
     outcome = lcp(name, "--hepl")
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)

@@ -18,7 +18,7 @@ from scipy import sparse
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.cli import threads as cli
+from lcpcli.cli import problems as cli
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.linalg import threads
@@ -28,15 +28,16 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 # the BLAS made of it.
 COMMAND = """
 import json, os, sys
-from lcpcli.cli import threads
+from lcpcli.cli import bench, problems
 from lcpcli.cli.main import main
-
-settle = threads.settle
+from lcpcli.linalg.threads import VARIABLES
+settle = problems.settle_threads
 def settled(*given):
     seen["early"] = "numpy" not in sys.modules
     settle(*given)
-    seen["numbers"] = [os.environ.get(name) for name in threads.VARIABLES]
-threads.settle, seen, sys.argv = settled, {}, ["lcp", *sys.argv[1:]]
+    seen["numbers"] = [os.environ.get(name) for name in VARIABLES]
+problems.settle_threads = bench.settle_threads = settled
+seen, sys.argv = {}, ["lcp", *sys.argv[1:]]
 try:
     main()
 finally:
@@ -118,7 +119,7 @@ def test_command_keeps_what_the_environment_says(
     given: dict[str, str], found: list[str | None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("os.environ", {**os.environ, **given})
-    cli.settle([])
+    cli.settle_threads([])
     assert [os.environ.get(name) for name in threads.VARIABLES] == found
 
 
@@ -128,11 +129,11 @@ def test_very_large_file_leaves_the_number_to_the_blas(monkeypatch: pytest.Monke
     file = tmp_path / "large.npz"
     with file.open("wb") as large:
         large.truncate(cli.LARGE_FILE)
-    cli.settle([str(tmp_path / "missing.json"), None, str(file)])
+    cli.settle_threads([str(tmp_path / "missing.json"), str(file)])
     assert threads.in_environment() is None
     with file.open("wb") as large:
         large.truncate(cli.LARGE_FILE - 1)
-    cli.settle([str(file)])
+    cli.settle_threads([str(file)])
     assert threads.in_environment() == 1
 
 

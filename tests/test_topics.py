@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from lcpcli.cli import command as group
 from lcpcli.cli import help as command
-from lcpcli.cli import program
 from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.report import terminal
 
@@ -30,12 +30,12 @@ def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
     for topic, meaning in TOPICS.items():
         assert f"\n  {topic} " in outcome.out
         assert source(topic).startswith(f"# {meaning}\n\n")
-    assert all(f"\n  {name} " in outcome.out for name in program.lcp.commands if name != "help")
-    assert not set(TOPICS) & set(program.lcp.commands)
+    assert all(f"\n  {name} " in outcome.out for name in group.lcp.commands if name != "help")
+    assert not set(TOPICS) & set(group.lcp.commands)
     assert all(topic in lcp("--help").out for topic in TOPICS)
 
 
-@pytest.mark.parametrize("name", program.lcp.commands)
+@pytest.mark.parametrize("name", group.lcp.commands)
 def test_help_on_a_command_is_its_own_help(name: str, lcp: Lcp) -> None:
     assert lcp("help", name).out == lcp(name, "--help").out
 

@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from lcpcli import options
 from lcpcli.bench.formats import FORMATS
-from lcpcli.bench.suites import ALL, SUITES
-from lcpcli.cli import candidates, threads
+from lcpcli.bench.suites import ALL, SUITES, budget_of
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.methods import several_methods
-from lcpcli.cli.options import format_option, numeric, output_file
+from lcpcli.cli.main import INTERRUPTED
+from lcpcli.cli.options import (
+    PROBLEM,
+    Candidates,
+    chosen_variants,
+    file_option,
+    format_option,
+    numeric,
+    output_file,
+    quiet_option,
+    several_methods,
+)
+from lcpcli.cli.output import emit, form_of, show, terminal, wanted
+from lcpcli.cli.problems import same_file, settle_threads, tell
+from lcpcli.errors import OptionError
 from lcpcli.methods.registry import meanings
-from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
+from lcpcli.methods.variants import Variant
+from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL, flag
 from lcpcli.peers.registry import PEERS
+
+if TYPE_CHECKING:
+    from lcpcli.bench.record import Record
+    from lcpcli.bench.suites import Case
 
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
@@ -29,6 +50,9 @@ EXITS = {
     2: "usage or input error (one-line message)",
     130: "interrupted; --resume continues what -o has saved",
 }
+MEASURING = (TOL, options.TIME_LIMIT, ACCEPT, BUDGET)
+ASKED = ("suite", "infinity", "methods", "sweep", "peers", *(number.name for number in MEASURING))
+"""What a resumed record fixes."""
 EPILOG = "Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept."
 
 
@@ -55,7 +79,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     },
     metavar="[SUITE|FILE [Q_FILE]|FOLDER]...",
     nargs=-1,
-    shell_complete=candidates.problems(candidates.one_of(MEANINGS)),
+    shell_complete=PROBLEM._replace(words=MEANINGS),
 )
 @numeric("Problems", INFINITY)
 @several_methods("Solvers", "measure", DEFAULT_METHODS)
@@ -65,40 +89,169 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "peers",
     metavar="NAME",
     multiple=True,
-    shell_complete=candidates.one_of({**PEERS, **OF_ONE_NAME}),
+    shell_complete=Candidates({**PEERS, **OF_ONE_NAME}),
     help="Another solver to measure, if it is installed; repeatable. The part before a dash selects all of that name."
     "  [default: none]",
 )
 @numeric("Stopping", TOL)
 @option(
-    "Stopping",
-    "--time-limit",
-    type=click.FLOAT,
-    help=f"Time limit of each run.  [seconds > 0; default {TIME_LIMIT:g}]",
+    "Stopping", "--time-limit", type=click.FLOAT, help=f"Time limit of each run.  [seconds > 0; default {TIME_LIMIT:g}]"
 )
 @numeric("Measuring", ACCEPT)
 @numeric("Measuring", BUDGET)
 @numeric("Measuring", replace(THREADS, meaning="Threads for dense linear algebra, in all solvers; by default one."))
-@option(
-    "Measuring",
-    "--resume",
-    metavar="FILE",
-    shell_complete=candidates.files(".json"),
-    help="Resume the bench in this JSON file, written by -o.",
-)
+@file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.", ".json")
 @format_option(FORMATS, "table")
 @output_file("Also save the results to this file as they come, in the format of its suffix.")
-@option(
-    "Output",
-    "--plot",
-    metavar="FILE",
-    shell_complete=candidates.files(),
-    help="Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf.",
+@file_option(
+    "Output", "--plot", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
 )
-@option("Output", "-q", "--quiet", is_flag=True, help="Print nothing, not even progress.")
+@quiet_option("Print nothing, not even progress.")
 def bench(**given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
-    threads.settle((), given["threads"])
-    from lcpcli.cli import bench_session
+    asked = Request(**given)
+    settle_threads((), asked.threads)
+    from lcpcli.files.atomic_write import refuse_unwritable, reserved
 
-    return bench_session.run(given, DEFAULT_SUITE, DEFAULT_METHODS, TIME_LIMIT)
+    outputs = {asked.output: form_of(asked.output, otherwise="")} if asked.output is not None else {}
+    for path in filter(None, (asked.output, asked.plot)):
+        refuse_unwritable(path)
+    if asked.plot is not None:
+        from lcpcli.report import plotting
+
+        plotting.form_of(asked.plot)
+        plotting.require()
+    writes = list(outputs)
+    if asked.resume is not None and _resumed(asked).pending():
+        writes.append(asked.resume)
+    with reserved(writes):
+        return _run(asked, outputs)
+
+
+class Request(NamedTuple):
+    """What lcp bench is asked for; None, or nothing of several, where it is not given."""
+
+    suite: Sequence[str]
+    infinity: float | None
+    methods: Sequence[Variant]
+    sweep: Sequence[str]
+    peers: Sequence[str]
+    tol: float | None
+    time_limit: float | None
+    accept: float | None
+    budget: float | None
+    threads: int | None
+    resume: str | None
+    form: str
+    output: str | None
+    plot: str | None
+    quiet: bool
+
+
+def _run(asked: Request, outputs: dict[str, str]) -> int:
+    """Run the bench while this run alone has its outputs, files with their formats; return the exit code."""
+    from lcpcli.bench.formats import render
+
+    if asked.resume is None:
+        record = _started(asked)
+    else:
+        record = _resumed(asked)
+        for path, form in outputs.items():
+            if form != "json" and same_file(path, asked.resume):
+                raise OptionError(path, "holds the record", "choose another file for the output")
+        if record.pending():
+            outputs = {asked.resume: "json"} | outputs
+    files = [file for case in record.cases for file in (case.file, case.q_file) if file]
+    for path in filter(None, (*outputs, asked.plot)):
+        if any(same_file(path, file) for file in files):
+            raise OptionError(path, "holds a problem", "choose another file for the output")
+    if record.missing and not asked.quiet:
+        click.echo(f"lcp bench: not installed, left out: {', '.join(record.missing)}", err=True)
+    is_interrupted = _measure(record, outputs, asked.quiet)
+    _keep(record, outputs)
+    if asked.plot is not None and record.measurements:
+        from lcpcli.bench import figure
+        from lcpcli.report import plotting
+
+        show(figure.draw(record, plotting.form_of(asked.plot)), asked.plot)
+    if not asked.quiet:
+        width, color = terminal()
+        emit(render(record, asked.form, width, color), color)
+    if not is_interrupted:
+        return int(any(row.false_success for row in record.measurements))
+    done = len(record.measurements)
+    number = done + sum(len(solvers) for _, solvers in record.pending())
+    file = next((path for path, form in outputs.items() if form == "json"), None)
+    hint = f"resume with lcp bench --resume {file}" if file else "with -o FILE.json it could be resumed"
+    click.echo(f"lcp bench: interrupted after {done} of {number} measurements; {hint}", err=True)
+    return INTERRUPTED
+
+
+def _started(asked: Request) -> Record:
+    """A record without measurements."""
+    from lcpcli.bench import session
+    from lcpcli.bench.record import Settings
+
+    suites = asked.suite or (DEFAULT_SUITE,)
+    options.check((*MEASURING, INFINITY), asked._asdict())
+    if asked.time_limit == math.inf:
+        raise OptionError("--time-limit", "is infinite", "give a number of seconds; a failure counts as that")
+    numbers = {number.name: number.default for number in MEASURING}
+    numbers |= {"time_limit": TIME_LIMIT, "budget": budget_of(suites)}
+    numbers |= {name: getattr(asked, name) for name in numbers if getattr(asked, name) is not None}
+    names = [str(variant) for variant in chosen_variants(asked.methods, asked.sweep, DEFAULT_METHODS)]
+    say: Callable[[str], None] = (lambda _: None) if asked.quiet else tell
+    infinity = None if asked.infinity == math.inf else asked.infinity
+    settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
+    return session.start(suites, names, asked.peers, settings, say, infinity)
+
+
+def _resumed(asked: Request) -> Record:
+    """The record in the file to be resumed."""
+    from lcpcli.bench import record, session
+
+    for name in ASKED:
+        if getattr(asked, name) not in (None, ()):
+            place = "SUITE" if name == "suite" else flag(name if name == "sweep" else name.removesuffix("s"))
+            fault = "has no effect with --resume, which keeps the options of the bench"
+            raise OptionError(place, fault, "leave it out")
+    past = record.read(str(asked.resume))
+    if past.pending():
+        session.refuse_elsewhere(past)
+    return past
+
+
+def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
+    """Measure all that is pending, saving each measurement as it comes; return whether that was interrupted."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    from lcpcli.bench import session
+
+    files = {path: form for path, form in outputs.items() if Path(path).is_file() or not Path(path).exists()}
+    _keep(record, files)
+    left = sum(len(solvers) for _, solvers in record.pending())
+    columns = (MofNCompleteColumn(), BarColumn(20), TextColumn("{task.description}", markup=False))
+    is_hidden = not left or not wanted(quiet)
+    console = Console(stderr=True)
+    # updated only between measurements, whose times it would disturb
+    with Progress(*columns, console=console, auto_refresh=False, transient=True, disable=is_hidden) as progress:
+        bar = progress.add_task("", total=left)
+
+        def tell(case: Case, solver: str) -> None:
+            progress.update(bar, description=f"{case.name}: {solver}", refresh=True)
+
+        try:
+            for _ in session.run(record, tell):
+                progress.advance(bar)
+                _keep(record, files)
+        except KeyboardInterrupt:
+            return True
+    return False
+
+
+def _keep(record: Record, outputs: dict[str, str]) -> None:
+    from lcpcli.bench.formats import render
+
+    for path, form in outputs.items():
+        show(render(record, form, None, False), path)

@@ -1,4 +1,4 @@
-"""lcp check: verify a proposed solution."""
+"""lcp check and lcp inspect: whether a proposed solution is one, and what is true of a problem."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli import candidates, output, problems, session, threads
+from lcpcli import options
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import format_option, numeric, with_bounds
+from lcpcli.cli.options import VECTOR, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
+from lcpcli.cli.output import emit, form_of, show, terminal
+from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.options import TOL
 from lcpcli.report.verification import FORMATS
@@ -47,48 +49,44 @@ if TYPE_CHECKING:
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
-    shell_complete=candidates.problems(endings=candidates.VECTORS),
+    shell_complete=VECTOR._replace(shipped=True),
 )
 @with_bounds
 @numeric("Verification", TOL)
 @option("Verification", "--exact", is_flag=True, help="Verify in rational arithmetic, decimals taken as written.")
 @format_option(FORMATS, "table")
-@option("Output", "-q", "--quiet", is_flag=True, help="Print nothing; the exit code reports the outcome.")
+@quiet_option()
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, quiet: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
     if exact and tol is not None:
         raise OptionError("--tol", "has no effect with --exact", "leave it out")
-    threads.settle(paths)
-    session.refuse_twice(problems.inputs(paths, given))
-    verifications = _verifications(paths[:-1], given, paths[-1], tol, exact, quiet)
+    options.check((TOL,), {"tol": tol})
+    inputs = Inputs(paths, quiet=quiet, **given)
+    inputs.prepare({})
+    verifications = _verifications(inputs._replace(files=paths[:-1]), paths[-1], tol, exact)
     if not quiet:
         from lcpcli.report.verification import render
 
-        texts = (render(verification, form, output.terminal()[0]) for verification in verifications)
-        output.emit(("\n" * (form == "table")).join(texts), color=False)
+        texts = (render(verification, form, terminal()[0]) for verification in verifications)
+        emit(("\n" * (form == "table")).join(texts), color=False)
     return max(verification.exit_code for verification in verifications)
 
 
-def _verifications(
-    files: tuple[str, ...], given: problems.Given, solution: str, tol: float | None, exact: bool, quiet: bool
-) -> list[Verification]:
-    from lcpcli import options
-    from lcpcli.files.beside import read_candidates
-    from lcpcli.files.contents import place
+def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
+    from lcpcli.files import beside, contents
     from lcpcli.solving import checking
 
-    options.check((TOL,), {"tol": tol})
-    data = problems.read_exact(files, given, quiet) if exact else None
-    problem = data.problem if data else problems.read(files, given, quiet)
-    answers = read_candidates(solution, checking.lengths(problem), problem.name)
-    if answers[0].remark and not quiet:
-        problems.tell(f"{place(solution)}: {answers[0].remark}")
+    held = inputs.read()
+    data = held.exactly() if exact else None
+    answers = beside.read_candidates(solution, checking.lengths(held.problem), held.problem.name)
+    if answers[0].remark:
+        inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
     try:
-        found = [_verification(problem, data, answer, tol) for answer in answers]
+        found = [_verification(held.problem, data, answer, tol) for answer in answers]
     except ProblemError as fault:
-        raise fault.inside(place(solution)) from None
+        raise fault.inside(contents.place(solution)) from None
     if len(found) == 1:
         return found
     places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
@@ -115,3 +113,44 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
         if larger := checking.accepting(problem, values, verified, is_own):
             verified = replace(verified, message=f"{verified.message}; --tol {larger:g} accepts it")
     return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified
+
+
+@click.command(
+    cls=Command,
+    short_help="Classify and diagnose a problem.",
+    examples=(
+        "lcp inspect paper-example-2",
+        "lcp make kostreva -n 5 | lcp inspect -",
+        "lcp inspect bimatrix --time-limit 10 -o bimatrix-classes.json",
+    ),
+    exits={0: "inspected", 2: "usage or input error (one-line message)"},
+    epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer. Rows and columns are counted '
+    "from 1; the indices of the JSON, from 0.",
+)
+@problem_file
+@option(
+    "Stopping",
+    "--time-limit",
+    type=click.FLOAT,
+    default=options.INSPECTION_SECONDS,
+    help="Start no further expensive computation after this many seconds; measuring the factorization of a sparse M "
+    "may take as long again.  "
+    f"[seconds > 0; default {options.INSPECTION_SECONDS:g}]",
+)
+@format_option(FORMATS)
+@output_file()
+def inspect(
+    file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None, **given: Any
+) -> int:
+    """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
+    inputs = Inputs([file] if q_file is None else [file, q_file], **given)
+    inputs.prepare({"--output": output})
+    options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
+    form = form or form_of(output, {"": "table", ".txt": "table", ".json": "json"})
+    from lcpcli.inspection.inspection import inspect as inspected
+    from lcpcli.report import inspection
+
+    found = inspected(inputs.read().problem, time_limit)
+    width = None if output else terminal()[0]
+    show(inspection.as_json(found) if form == "json" else inspection.as_text(found, width), output)
+    return 0

@@ -1,4 +1,4 @@
-"""Base classes of the commands of lcp: help in sections, and suggestions for unknown words.
+"""The command group lcp, and the base classes of its commands: help in sections, suggestions for unknown words.
 
 A command's help opens with one sentence and examples; then come its arguments and options under the headings that
 they are declared with, the names that it accepts, and its exit codes.
@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import re
 from collections import Counter, UserDict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
 
+from lcpcli import __version__
 from lcpcli.errors import likely, nearest, quoted
 from lcpcli.methods.registry import OPTIONS
-
-if TYPE_CHECKING:
-    from click.shell_completion import CompletionItem
 
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 OPTIONAL = "--trace"  # the option whose value may be left out
@@ -57,31 +55,35 @@ COMMANDS_ELSEWHERE = {  # the same for commands
     "help": "--help",
     "version": "--version",
 }
+EXITS = {  # of the commands that solve
+    0: "solved",
+    1: "not solved",
+    2: "usage or input error (one-line message)",
+    3: "proved to have no solution",
+    130: "interrupted; the best iterate is reported",
+}
 
 Declared = TypeVar("Declared", bound=Callable[..., Any])
 Rows = Sequence[tuple[str, str]]
 
 
-class Option(click.Option):
-    """An option listed in help under a heading."""
+class _Headed(click.Parameter):
+    """A parameter listed in help under a heading. words : of an argument, with their meanings."""
 
-    def __init__(self, *names: Any, heading: str, **attributes: Any) -> None:
+    def __init__(self, *names: Any, heading: str, words: Mapping[str, str] | None = None, **attributes: Any) -> None:
         super().__init__(*names, **attributes)
-        self.heading = heading
+        self.heading, self.words = heading, words or {}
 
     def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
         return super().type_cast_value(ctx, _unmasked(value))
 
 
-class Argument(click.Argument):
-    """An argument listed in help under a heading: each of its words with its meaning."""
+class Option(_Headed, click.Option):
+    """An option of a command."""
 
-    def __init__(self, *names: Any, heading: str, words: Mapping[str, str], **attributes: Any) -> None:
-        super().__init__(*names, **attributes)
-        self.heading, self.words = heading, words
 
-    def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
-        return super().type_cast_value(ctx, _unmasked(value))
+class Argument(_Headed, click.Argument):
+    """An argument of a command."""
 
 
 def option(heading: str, *names: str, **attributes: Any) -> Callable[[Declared], Declared]:
@@ -92,27 +94,6 @@ def option(heading: str, *names: str, **attributes: Any) -> Callable[[Declared],
 def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Callable[[Declared], Declared]:
     """Declare an argument under a heading, with the meanings of its words; the rest is as for `click.argument`."""
     return click.argument(name, cls=Argument, heading=heading, words=words, **attributes)
-
-
-class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
-    """One of several words. The error for an unknown one suggests the most likely.
-
-    meanings : the words with their meanings, which shells show beside them.
-    """
-
-    def __init__(self, meanings: Mapping[str, str]) -> None:
-        super().__init__(list(meanings))
-        self._meanings = meanings
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if value not in self._meanings:
-            self.fail(f"{quoted(value)} is unknown; {likely(value, self._meanings)}", param, ctx)
-        return value
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
-        from lcpcli.cli.candidates import words
-
-        return words(self._meanings, incomplete)
 
 
 class Command(click.Command):
@@ -175,15 +156,21 @@ class Command(click.Command):
         """Refuse an option that takes one value and is given twice, where click would take the last one in silence."""
         _, _, order = self.make_parser(ctx).parse_args(list(args))
         for param, times in Counter(order).items():
-            if isinstance(param, click.Option) and times > 1 and not param.multiple and not _is_plain_flag(param):
+            if not isinstance(param, click.Option) or times == 1 or param.multiple:
+                continue
+            if not param.is_flag or param.secondary_opts:  # else it only says yes, as it does said once
                 many = f"; {SWEEP} {param.opts[-1][2:]}=... compares values" if param.name in OPTIONS else ""
                 swept = many * any(SWEEP in other.opts for other in self.get_params(ctx))
                 raise click.UsageError(f"{param.opts[-1]} is given {times} times; give it once{swept}", ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
-            for line in self.examples:
-                formatter.write(_folded(line, " " * formatter.current_indent, formatter.width) + "\n")
+            room = formatter.width - formatter.current_indent
+            for line in self.examples:  # continued after backslashes where it is wider
+                parts = [line]
+                if len(line) > room:
+                    parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
+                formatter.write(" \\\n".join(" " * formatter.current_indent + part for part in parts) + "\n")
         write_tables(formatter, self.tables(ctx))
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
@@ -209,13 +196,6 @@ def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> 
             formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
 
 
-def _folded(line: str, indent: str, width: int) -> str:
-    """A command line, continued after backslashes where it is wider than that."""
-    room = width - len(indent)
-    parts = [line] if len(line) <= room else wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
-    return " \\\n".join(indent + part for part in parts)
-
-
 def _unmasked(value: Any) -> Any:
     """A word, or several, without masks."""
     if isinstance(value, (list, tuple)):
@@ -223,22 +203,16 @@ def _unmasked(value: Any) -> Any:
     return value.removeprefix(MASK) if isinstance(value, str) else value
 
 
-def _is_plain_flag(option: click.Option) -> bool:
-    """Whether it only says yes, so that saying it twice changes nothing."""
-    return option.is_flag and not option.secondary_opts
-
-
 class Commands(UserDict[str, click.Command]):
-    """Commands by name, each imported on demand: the command c is c in lcpcli.cli.c."""
+    """Commands by name, each imported on demand from its module in lcpcli.cli."""
 
-    def __init__(self, names: Iterable[str]) -> None:
+    def __init__(self, modules: Mapping[str, str]) -> None:
         super().__init__()
-        self.data = {name: click.Command(name) for name in names}  # only the names are used
+        self._modules = modules
+        self.data = {name: click.Command(name) for name in modules}  # only the names are used
 
     def __getitem__(self, name: str) -> click.Command:
-        if name not in self.data:
-            raise KeyError(name)
-        command: click.Command = getattr(import_module(f"lcpcli.cli.{name}"), name)
+        command: click.Command = getattr(import_module(f"lcpcli.cli.{self._modules[name]}"), name)
         return command
 
 
@@ -268,3 +242,39 @@ class Group(Command, click.Group):
         if given == "-" or given.casefold().endswith(PROBLEMS) or given in contents.shipped_problems():
             return f"did you mean lcp solve {given}?"
         return likely(given, self.commands)
+
+
+@click.group(
+    cls=Group,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST_LINE},
+    invoke_without_command=True,
+    examples=(
+        "lcp solve paper-example-1",
+        "lcp make obstacle -n 100 | lcp solve -",
+        "lcp compare",
+        "lcp solve --help",
+        "lcp help methods",
+    ),
+    exits={**EXITS, 141: "the reader of a pipe has closed it"},
+)
+@click.version_option(__version__, prog_name="lcp")
+@click.pass_context
+def lcp(context: click.Context) -> None:
+    """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0; and mixed ones."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+lcp.commands = Commands(
+    {
+        "solve": "solve",
+        "compare": "solve",
+        "bench": "bench",
+        "check": "check",
+        "inspect": "check",
+        "make": "make",
+        "convert": "make",
+        "completion": "help",
+        "help": "help",
+    }
+)

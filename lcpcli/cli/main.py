@@ -1,4 +1,4 @@
-"""The command lcp: start-up and exit. Errors become one line on standard error and exit code 2.
+"""The command lcp: start-up, and exit with one of the codes. Errors become one line on standard error and exit code 2.
 
 Only the standard library is imported before the handler of Ctrl-C is set.
 """
@@ -9,16 +9,28 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from lcpcli.cli.exit_codes import CLOSED_PIPE, INTERRUPTED
+SOLVED = 0
+NOT_SOLVED = 1
+BAD_INPUT = 2
+NO_SOLUTION = 3
+INTERRUPTED = 130  # as shells report SIGINT
+TERMINATED = 143  # as shells report SIGTERM
+CLOSED_PIPE = 141  # as shells report SIGPIPE
+FIRST = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # which of them a run of several problems has
+
+
+def of_several(codes: Iterable[int]) -> int:
+    """The exit code of a run in which there were these."""
+    return min(codes, key=FIRST.index)
 
 
 def main() -> None:
     """Run the command line and exit with its code."""
     try:
         with _ending_at_once():
-            from lcpcli.cli import program as program
+            from lcpcli.cli.command import lcp as lcp
             from lcpcli.interrupts import leave
     except (ImportError, MemoryError) as error:
         sys.exit(_complain_of_loading(error))
@@ -47,14 +59,13 @@ def _ending_at_once() -> Iterator[None]:
 def _run() -> int:
     import click
 
-    from lcpcli.cli.command import VARIABLE
-    from lcpcli.cli.program import lcp
+    from lcpcli.cli.command import VARIABLE, lcp
     from lcpcli.errors import LCPError, OptionError, ParameterError
     from lcpcli.interrupts import hides_interrupt
     from lcpcli.options import flag
 
     if VARIABLE in os.environ:
-        from lcpcli.cli import shells as shells  # registers our scripts in place of click's
+        lcp.commands.get("completion")  # its module registers our scripts in place of click's
     output = sys.stdout
     try:
         code = lcp.main(prog_name="lcp", standalone_mode=False, complete_var=VARIABLE)
@@ -74,7 +85,7 @@ def _run() -> int:
     except (click.Abort, KeyboardInterrupt):
         return INTERRUPTED
     except MemoryError:
-        return _complain("lcp: not enough memory for this problem", 1)
+        return _complain("lcp: not enough memory for this problem", NOT_SOLVED)
     except (ImportError, SystemError) as error:
         return INTERRUPTED if hides_interrupt(error) else _complain_of_loading(error)
     except SystemExit:
@@ -88,7 +99,7 @@ def _run() -> int:
         return _complain(f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o")
 
 
-def _complain(message: str, code: int = 2) -> int:
+def _complain(message: str, code: int = BAD_INPUT) -> int:
     """Print one line on standard error, if possible; return the exit code."""
     readable = "".join(mark if mark.isprintable() else repr(mark)[1:-1] for mark in message)
     if sys.stderr is not None:  # closed by the caller
@@ -105,7 +116,7 @@ def _complain_of_loading(error: BaseException) -> int:
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
     fault = _one_line(str(error) or type(error).__name__)
-    return _complain(f"lcp: {fault}; out of memory, or is the installation broken?", 1)
+    return _complain(f"lcp: {fault}; out of memory, or is the installation broken?", NOT_SOLVED)
 
 
 def _one_line(message: str) -> str:

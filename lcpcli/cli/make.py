@@ -1,24 +1,30 @@
-"""lcp make: write a gallery problem or the problem of a program or game, or list the gallery."""
+"""lcp make and lcp convert: a problem written, from the gallery, of a program or game, or from another format."""
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli import candidates, problems, session, threads
 from lcpcli.cli.command import Command, argument, option
-from lcpcli.cli.options import problem_output
+from lcpcli.cli.options import Candidates, file_option, problem_file, problem_output
 from lcpcli.cli.output import emit, terminal
-from lcpcli.errors import OptionError, quoted
-from lcpcli.files.formats import COMPLETE
+from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
+from lcpcli.errors import OptionError, count, quoted
+from lcpcli.files.formats import COMPLETE, OF_PROGRAMS, WITH_BOUNDS
 from lcpcli.gallery import families as gallery
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
+    from lcpcli.rational.numbers import Doubles, Written
 
 WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+PARTS = {"qp": ["objective"], "game": ["payoffs"]}  # of an origin, as users call them
+CONDITIONS = {"qp": "written as the program's optimality conditions,", "game": "written as the game's LCP,"}
+KEPT = ((OF_PROGRAMS, "the program"), (WITH_BOUNDS, "M, q and bounds"), (("",), "M and q"))
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
@@ -41,7 +47,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     "family",
     {"FAMILY": "One of those that lcp make --list shows with their parameters and the class of M."},
     required=False,
-    shell_complete=candidates.one_of(gallery.FAMILIES),
+    shell_complete=Candidates(gallery.FAMILIES),
 )
 @option("Family", "--list", "listed", is_flag=True, help="List the families instead of writing a problem.")
 @option("Problem", "-n", "n", type=int, help="Approximate number of unknowns.  [default: 10, or the family's own]")
@@ -54,20 +60,10 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     metavar="NAME=VALUE",
     help="Set a parameter of the family; repeatable.",
 )
-@option(
-    "Program or game, in place of a family",
-    "--from-qp",
-    metavar="FILE",
-    shell_complete=candidates.files(),
-    help="A linear or quadratic program, as in lcp help programs.",
+@file_option(
+    "Program or game, in place of a family", "--from-qp", "A linear or quadratic program, as in lcp help programs."
 )
-@option(
-    "Program or game, in place of a family",
-    "--from-game",
-    metavar="FILE",
-    shell_complete=candidates.files(),
-    help="A game of two players, as in lcp help programs.",
-)
+@file_option("Program or game, in place of a family", "--from-game", "A game of two players, as in lcp help programs.")
 @problem_output
 def make(
     family: str | None,
@@ -85,41 +81,33 @@ def make(
     if listed:
         _refuse_beside("--list", **given, **sources, **{"-o": output})
         return _show_list()
-    threads.settle(sources.values())
-    output = None if output == "-" else output
+    Inputs([source for source in sources.values() if source is not None]).prepare({"--output": output})
     for name, source in sources.items():
         if source is not None:
             _refuse_beside(name, **given, **{other: file for other, file in sources.items() if other != name})
-            session.refuse_clashes([source], {"--output": output})
-            problems.write(partial(_converted, name, source), output)
+            from lcpcli.files import reading
+
+            write(partial(reading.read_origin, name.removeprefix("--from-"), source), output)
             return 0
     if family is None:
         raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
     parameters = _parameters(family, settings)
     if seed is not None and not gallery.is_random(family):
         raise OptionError("--seed", f"has no effect on {family}, which has no random entries", "leave it out")
-    problems.write(partial(gallery.make, family, n, seed or 0, **parameters), output)
+    write(partial(gallery.make, family, n, seed or 0, **parameters), output)
     return 0
-
-
-def _converted(option: str, source: str) -> Problem:
-    from lcpcli.files import reading
-
-    return reading.read_origin(option.removeprefix("--from-"), source)
 
 
 def _show_list() -> int:
     from lcpcli.report.terminal import listing
 
-    rows = [
-        (
-            name,
-            gallery.class_of(name),
-            "\n".join(f"{p}={_text(v)}" for p, v in gallery.parameters_of(name).items()),
-            told,
-        )
-        for name, told in gallery.FAMILIES.items()
-    ]
+    rows = []
+    for name, told in gallery.FAMILIES.items():
+        parameters = gallery.parameters_of(name).items()
+        texts = [
+            f"{key}={str(value).lower() if isinstance(value, bool) else f'{value:g}'}" for key, value in parameters
+        ]
+        rows.append((name, gallery.class_of(name), "\n".join(texts), told))
     width, color = terminal()
     emit(listing(("family", "class of M", "parameters", "description"), rows, width, color), color)
     return 0
@@ -155,5 +143,109 @@ def _value(name: str, text: str, kind: type) -> Any:
         raise OptionError("--set", f"{quoted(text)} is not a value of {name}", f"give {KINDS[kind]}") from None
 
 
-def _text(value: Any) -> str:
-    return str(value).lower() if isinstance(value, bool) else f"{value:g}"
+@click.command(
+    cls=Command,
+    short_help="Write a problem in another format.",
+    examples=("lcp convert bimatrix -o bimatrix.mat", "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz"),
+    exits={0: "written", 2: "usage or input error (one-line message)"},
+    epilog=f"Texts keep the digits that were written; .npz, .npy and .mat hold doubles. {', '.join(COMPLETE)} keep "
+    "everything, .csv M, q and bounds, the others M and q; .mtx and .npy need two files for them, such as p.mtx and "
+    "p.q.mtx. A program stays one, also as .mps, and a game too; lcp make --from-qp and --from-game write M and q.",
+)
+@problem_file
+@problem_output
+def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> int:
+    """Write the problem in FILE in another format."""
+    inputs = Inputs([file] if q_file is None else [file, q_file], **given)
+    if q_file is not None and output is None and not Path(q_file).exists():
+        raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
+    inputs.prepare({"--output": output})
+    from lcpcli.files.writing import exact_endings, is_rounded, kind_of
+
+    written = write(lambda: _read(inputs, output or ""), output, as_program=True)
+    if output is None:
+        return 0
+    if left_out := lost(written.rounded, output):
+        kept = next(kept for endings, kept in KEPT if output.endswith(endings))
+        form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
+        tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}")
+    if output.endswith(OF_PROGRAMS):
+        from lcpcli.files.mps_lines import changed
+
+        if names := changed(written.rounded):
+            old, new = next(iter(names.items()))
+            told = f"{count(len(names), 'name')} had to be changed, as MPS has none with spaces, or twice"
+            tell(f"{output}: {told}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}")
+    if is_rounded(written, output):
+        endings = " or ".join(exact_endings(written.rounded))
+        tell(f"{output}: some numbers have more digits than doubles and were rounded; {endings} would keep them all")
+    return 0
+
+
+def _read(inputs: Inputs, output: str) -> Written[Problem]:
+    """The problem for a file of that name, without a name if it has none of its own."""
+    from lcpcli.files import reading, writing
+    from lcpcli.rational.numbers import Written
+
+    found = read_written(inputs)
+    if found.rounded.name == reading.name_of(inputs.files[0]):
+        found = Written(found.rounded.named(""), found.own.named(""), found.exact)
+    return writing.with_costs(found, output)
+
+
+def read_written(inputs: Inputs) -> Written[Problem]:
+    """The problem in the files, rounded and, where texts have more digits than doubles, as written."""
+    from lcpcli.files import beside, contents, reading
+    from lcpcli.rational.numbers import Written, written
+
+    if inputs.game:
+        problem = inputs.read().problem
+        return Written(problem, problem, {})
+    fetch = cache(contents.content_of)
+    file, q_file = [*inputs.files, None][:2]
+
+    def parse(doubles: Doubles) -> Problem:
+        problem = reading.problem_of(str(file), q_file, fetch, doubles)
+        return beside.bounded(problem, inputs.bounds, fetch, doubles)
+
+    with inputs.hint_at_game():
+        found = written(parse)
+    rounded, remarks = without_wrong_solutions(found.rounded, str(file))
+    inputs.tell(remarks)
+    return Written(rounded, without_wrong_solutions(found.own, str(file))[0], found.exact)
+
+
+def write(
+    made: Callable[[], Problem | Written[Problem]], output: str | None, as_program: bool = False
+) -> Written[Problem]:
+    """Make a problem and write it in the format of the file's suffix, or as JSON to standard output; return it.
+
+    as_program : as for `writing.write`.
+    """
+    from lcpcli.files import writing
+    from lcpcli.rational.numbers import Written
+
+    if output is not None:
+        writing.ending_of(output)  # which refuses one that is no format
+    problem = made()
+    found = problem if isinstance(problem, Written) else Written(problem, problem, {})
+    if output is None:
+        emit(writing.contents_of(found, "", ".json", as_program)[""].decode(), color=False)
+    else:
+        writing.write_as(found, output, as_program)
+    return found
+
+
+def lost(problem: Problem, output: str) -> list[str]:
+    """What a problem holds that the format of the file does not keep."""
+    from lcpcli.files.writing import kind_of
+
+    if output.endswith(COMPLETE):
+        return []
+    held = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
+    if output.endswith(OF_PROGRAMS):
+        del held["name"], held["origin"]
+    known = [name for name, value in held.items() if (value is not None and not isinstance(value, str)) or value]
+    if known[-1:] == ["origin"]:
+        known[-1:] = [*PARTS.get(kind_of(problem), []), *["names"] * any(problem.names)]
+    return [*known, *(["solution"] if problem.solutions else [])]

@@ -1,23 +1,27 @@
-"""The options of the commands that solve, each declared once; those that choose methods are in `methods`."""
+"""The arguments and options that several commands share, each declared once."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+import os
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli.cli import candidates
-from lcpcli.cli.command import Choice, argument, option
-from lcpcli.cli.output import ITERATES
-from lcpcli.files.formats import WRITTEN
-from lcpcli.methods.registry import ADDITIONS, METHODS
+from lcpcli.cli.command import SWEEP, argument, option
+from lcpcli.cli.output import ITERATES, STANDARD
+from lcpcli.errors import OptionError, likely, quoted
+from lcpcli.files.fields import BOUNDS
+from lcpcli.files.formats import PROBLEMS, WRITTEN
+from lcpcli.methods import variants
+from lcpcli.methods.registry import ADDITIONS, METHODS, meanings
+from lcpcli.methods.variants import Variant
 from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
 from lcpcli.report.formats import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.options import Limits
+    from click.shell_completion import CompletionItem
 
 STARTS = {
     "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",
@@ -26,169 +30,77 @@ STARTS = {
     "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
 }
 
-EXITS = {
-    0: "solved",
-    1: "not solved",
-    2: "usage or input error (one-line message)",
-    3: "proved to have no solution",
-    130: "interrupted; the best iterate is reported",
-}
-
-Command = TypeVar("Command", bound=Callable[..., Any])
 Declaration = Callable[[Any], Any]
 
 
-def solving(command: Command) -> Command:
-    """Declare the options of the methods, the limits and the output on a command; it gets them as keywords."""
-    declarations = [
-        *(numeric(f"Method {name}", declared) for name, method in METHODS.items() for declared in method.options),
-        *_additions(),
-        *_starts(),
-        *(numeric("Stopping", limit) for limit in LIMITS),
-        numeric("Computing", THREADS),
-        option(
-            "Proof",
-            "--bound",
-            is_flag=True,
-            help="Prove a bound on the error of z; more expensive than solving.",
-        ),
-        format_option(FORMATS),
-        option(
-            "Output",
-            "--trace",
-            metavar="[FILE]",
-            is_flag=False,
-            flag_value=ITERATES,
-            shell_complete=candidates.files(".csv"),
-            help="Write the iterates to this .csv file; without a file, add them to JSON, or make CSV of them."
-            "  [default: none]",
-        ),
-        numeric("Output", EVERY),
-        option(
-            "Output",
-            "--plot",
-            metavar="FILE",
-            shell_complete=candidates.files(),
-            help="Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal.",
-        ),
-        output_file(),
-        option("Output", "-q", "--quiet", is_flag=True, help="Print nothing; the exit code reports the outcome."),
-    ]
-    for declare in reversed(declarations):
-        command = declare(command)
-    return command
+class Candidates(NamedTuple):
+    """What shells offer for a word: these words with their meanings, files with these endings, any file if there are
+    none, no file for None; and the names of the shipped problems, once a word has begun or where nothing else is."""
+
+    words: Mapping[str, str] = {}
+    endings: tuple[str, ...] | None = None
+    shipped: bool = False
+
+    def __call__(self, _: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        found = _words(self.words, incomplete)
+        if self.endings is not None:
+            found += _files(self.endings, incomplete)
+        if not self.shipped or (found and not incomplete):
+            return found
+        from lcpcli.files import contents
+
+        return found + _words(dict.fromkeys(contents.shipped_problems(), "shipped problem"), incomplete)
 
 
-def problem_file(command: Command) -> Command:
-    """Declare the problem of a command that takes one: its file, and that of q if it is separate."""
-    complete = candidates.problems()
-    file = {
-        "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; or M alone, also as .mtx or .npy. - "
-        "is standard input, and the name of a shipped problem stands for it."
-    }
-    command = with_bounds(command)
-    q_file = {"Q_FILE": "q, if FILE contains M alone; the formats may differ."}
-    command = argument("Problem", "q_file", q_file, required=False, shell_complete=complete)(command)
-    return argument("Problem", "file", file, shell_complete=complete)(command)
+PROBLEM = Candidates(endings=PROBLEMS, shipped=True)
+VECTOR = Candidates(endings=(*PROBLEMS, ".txt"))
 
 
-def problem_files(command: Command) -> Command:
-    """Declare the problems of a command that takes one or several."""
-    declare = argument(
-        "Problem",
-        "files",
-        {
-            "FILE [Q_FILE]": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or "
-            ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. - is standard input, "
-            "and the name of a shipped problem stands for it.",
-            "FOLDER": "All problem files in it, in order of their names.",
-        },
-        metavar="FILE [Q_FILE]|FOLDER...",
-        nargs=-1,
-        required=True,
-        shell_complete=candidates.problems(),
-    )
-    return declare(with_bounds(command))
+def _words(meanings: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
+    """The words that begin like this, with their meanings."""
+    from click.shell_completion import CompletionItem
+
+    return [CompletionItem(word, help=told) for word, told in meanings.items() if word.startswith(incomplete)]
 
 
-def with_bounds(command: Command) -> Command:
-    """Declare what a command that reads problems is told about them: the bounds of z, and whether two files are a
-    game."""
-    complete = candidates.files(*candidates.VECTORS)
-    meaning = "Two files have the payoffs A and B of a game as tables."
-    command = option("Problem", "--game", is_flag=True, help=meaning)(command)
-    command = numeric("Problem", INFINITY)(command)
-    for name, side in (("upper", "Upper"), ("lower", "Lower")):
-        meaning = f"{side} bound of z: a number for all, none, or one each, typed or a file.  [default: the problem's]"
-        declare = option("Problem", f"--{name}", metavar="NUMBER|FILE", shell_complete=complete, help=meaning)
-        command = declare(command)
-    return command
+def _files(endings: tuple[str, ...], incomplete: str) -> list[CompletionItem]:
+    """The folders, and files with one of the suffixes, whose path begins like this; hidden ones only after a dot."""
+    folder, start = os.path.split(incomplete)
+    try:
+        with os.scandir(os.path.expanduser(folder) or ".") as entries:  # noqa: PTH111 (Path drops a leading ./)
+            found = [
+                entry.name + "/" * entry.is_dir()
+                for entry in entries
+                if entry.name.startswith(start)
+                and (start or not entry.name.startswith("."))
+                and entry.name.isprintable()  # the reply to the shell consists of lines
+                and (entry.is_dir() or not endings or entry.name.casefold().endswith(endings))
+            ]
+    except OSError:
+        return []
+    from click.shell_completion import CompletionItem
+
+    before = incomplete[: len(incomplete) - len(start)]
+    return [CompletionItem(before + name, type="file") for name in sorted(found)]
 
 
-def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
-    """The declaration of --format, one of these; without a default, None leaves it to the suffix of -o."""
-    told = ", ".join(f"{name} ({meaning})" for name, meaning in formats.items())
-    return option(
-        "Output",
-        "--format",
-        "form",
-        metavar="FORMAT",
-        type=Choice(formats),
-        default=default,
-        help=f"{told}.  [default: {default or 'by the suffix of -o, else table'}]",
-    )
+class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
+    """One of several words. The error for an unknown one suggests the most likely.
 
+    meanings : the words with their meanings, which shells show beside them.
+    """
 
-def output_file(
-    meaning: str = "Write to a file instead, completely or not at all.  [default: standard output]",
-) -> Declaration:
-    """The declaration of -o."""
-    return option(
-        "Output",
-        "-o",
-        "--output",
-        metavar="FILE",
-        shell_complete=candidates.files(),
-        help=meaning,
-    )
+    def __init__(self, meanings: Mapping[str, str]) -> None:
+        super().__init__(list(meanings))
+        self._meanings = meanings
 
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value not in self._meanings:
+            self.fail(f"{quoted(value)} is unknown; {likely(value, self._meanings)}", param, ctx)
+        return value
 
-def problem_output(command: Command) -> Command:
-    """Declare -o of a command that writes a problem."""
-    meaning = f"Write to this file, in the format of its suffix: {WRITTEN}."
-    return cast(Command, output_file(f"{meaning}  [default: JSON to standard output]")(command))
-
-
-def _additions() -> list[Declaration]:
-    iterative = [name for name, method in METHODS.items() if method.iterates]
-    return [
-        option(
-            f"Methods {' and '.join(iterative)}",
-            f"--{name}/--no-{name}",
-            default=None,
-            help=f"{meaning}  [default: --no-{name}]",
-        )
-        for name, meaning in ADDITIONS.items()
-    ]
-
-
-def _starts() -> list[Declaration]:
-    complete = candidates.files(*candidates.VECTORS)
-    return [
-        option("Start", flag(name), metavar=_forms(name), shell_complete=complete, help=meaning)
-        for name, meaning in STARTS.items()
-    ]
-
-
-def _forms(start: str) -> str:
-    return "STATES|FILE" if start == "basis" else "NUMBERS|FILE"
-
-
-def limits(given: dict[str, Any]) -> Limits:
-    """The limits among the given options, with defaults for the others."""
-    from lcpcli.options import Limits
-
-    return Limits(**{limit.name: given[limit.name] for limit in LIMITS if given[limit.name] is not None})
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
+        return _words(self._meanings, incomplete)
 
 
 class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
@@ -200,14 +112,189 @@ class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
         return AUTO if value == AUTO else float(click.FLOAT.convert(value, param, ctx))
 
 
+class MethodChoice(Choice):
+    """A method, with or without options of its own, as in shi:p=10."""
+
+    name = "method"
+
+    def __init__(self) -> None:
+        super().__init__(meanings())
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variant:
+        if isinstance(value, Variant):
+            return value
+        super().convert(value.partition(":")[0], param, ctx)
+        return variants.parse(value)
+
+
+def declared(*declarations: Declaration) -> Declaration:
+    """All of these declarations, in the order in which help shows them."""
+
+    def declare(command: Any) -> Any:
+        for declaration in reversed(declarations):
+            command = declaration(command)
+        return command
+
+    return declare
+
+
 def numeric(heading: str, declared: Option) -> Declaration:
     """The declaration of a numeric option under a heading; None where it is not given."""
     number = click.INT if declared.kind is int else click.FLOAT
     kind = _NumberOrAuto() if declared.auto else number
-    default = f"; default {_default(declared.default)}" if declared.default is not None else ""
+    default = ""
+    if declared.default is not None:
+        default = f"; default {f'{declared.default:g}' if declared.default < math.inf else 'no limit'}"
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
     return option(heading, flag(declared.name), declared.name, type=kind, help=meaning)
 
 
-def _default(value: float) -> str:
-    return f"{value:g}" if value < math.inf else "no limit"
+def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
+    """The declaration of --format, one of these; without a default, None leaves it to the suffix of -o."""
+    told = ", ".join(f"{name} ({meaning})" for name, meaning in formats.items())
+    told += f".  [default: {default or 'by the suffix of -o, else table'}]"
+    return option("Output", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=told)
+
+
+def file_option(heading: str, name: str, meaning: str, *endings: str) -> Declaration:
+    """The declaration of an option that names a file, for which shells offer those with one of the suffixes, or all."""
+    return option(heading, name, metavar="FILE", shell_complete=Candidates(endings=endings), help=meaning)
+
+
+def output_file(
+    meaning: str = "Write to a file instead, completely or not at all.  [default: standard output]",
+) -> Declaration:
+    """The declaration of -o; None stands for standard output."""
+
+    def path(_: click.Context, __: click.Parameter, given: str | None) -> str | None:
+        return None if given == STANDARD else given
+
+    return option(
+        "Output", "-o", "--output", metavar="FILE", shell_complete=Candidates(endings=()), callback=path, help=meaning
+    )
+
+
+def quiet_option(meaning: str = "Print nothing; the exit code reports the outcome.") -> Declaration:
+    """The declaration of --quiet."""
+    return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
+
+
+def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
+    """The declaration of a repeatable --method, for a purpose, and of --sweep; see `chosen_variants`."""
+    one = f"A method to {purpose}, from the list below, with options of its own as in shi:p=10,k-star=5; repeatable."
+    every = "Run the methods that have this option once for each value, as in p=1,10,100; several make a grid."
+    return declared(
+        option(
+            heading,
+            "--method",
+            "methods",
+            metavar="NAME[:OPTION=VALUE,...]",
+            multiple=True,
+            type=MethodChoice(),
+            help=f"{one}  [default: {', '.join(default)}]",
+        ),
+        option(heading, SWEEP, metavar="OPTION=VALUE,...", multiple=True, help=f"{every}  [default: none]"),
+    )
+
+
+def chosen_variants(
+    asked: Sequence[Variant], axes: Sequence[str], default: Sequence[str], given: Collection[str] = ()
+) -> list[Variant]:
+    """The methods asked for, or those by default, with the values of --sweep, which sets none of the given options."""
+    for axis in axes:
+        name = axis.partition("=")[0].strip().replace("-", "_")
+        if name in given:
+            raise OptionError(SWEEP, f"{flag(name)} is given beside it", "leave one out")
+    return variants.sweep(list(dict.fromkeys(asked or map(Variant, default))), axes)
+
+
+with_bounds = declared(  # what a command that reads problems is told about them
+    *(
+        option(
+            "Problem",
+            f"--{name}",
+            metavar="NUMBER|FILE",
+            shell_complete=VECTOR,
+            help=f"{name.capitalize()} bound of z: a number for all, none, or one each, typed or a file."
+            "  [default: the problem's]",
+        )
+        for name in BOUNDS
+    ),
+    numeric("Problem", INFINITY),
+    option("Problem", "--game", is_flag=True, help="Two files have the payoffs A and B of a game as tables."),
+)
+problem_file = declared(  # the problem of a command that takes one: its file, and that of q if it is separate
+    argument(
+        "Problem",
+        "file",
+        {
+            "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; or M alone, also as .mtx or .npy. "
+            "- is standard input, and the name of a shipped problem stands for it."
+        },
+        shell_complete=PROBLEM,
+    ),
+    argument(
+        "Problem",
+        "q_file",
+        {"Q_FILE": "q, if FILE contains M alone; the formats may differ."},
+        required=False,
+        shell_complete=PROBLEM,
+    ),
+    with_bounds,
+)
+problem_files = declared(  # the problems of a command that takes one or several
+    argument(
+        "Problem",
+        "files",
+        {
+            "FILE [Q_FILE]": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or "
+            ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. - is standard input, "
+            "and the name of a shipped problem stands for it.",
+            "FOLDER": "All problem files in it, in order of their names.",
+        },
+        metavar="FILE [Q_FILE]|FOLDER...",
+        nargs=-1,
+        required=True,
+        shell_complete=PROBLEM,
+    ),
+    with_bounds,
+)
+problem_output = output_file(  # of a command that writes a problem
+    f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]"
+)
+ITERATING = " and ".join(name for name, method in METHODS.items() if method.iterates)
+solving = declared(  # the options of the methods, the limits and the output of a command that solves
+    *(numeric(f"Method {name}", own) for name, method in METHODS.items() for own in method.options),
+    *(
+        option(f"Methods {ITERATING}", f"--{name}/--no-{name}", default=None, help=f"{meaning}  [default: --no-{name}]")
+        for name, meaning in ADDITIONS.items()
+    ),
+    *(
+        option(
+            "Start",
+            flag(name),
+            metavar="STATES|FILE" if name == "basis" else "NUMBERS|FILE",
+            shell_complete=VECTOR,
+            help=meaning,
+        )
+        for name, meaning in STARTS.items()
+    ),
+    *(numeric("Stopping", limit) for limit in LIMITS),
+    numeric("Computing", THREADS),
+    option("Proof", "--bound", is_flag=True, help="Prove a bound on the error of z; more expensive than solving."),
+    format_option(FORMATS),
+    option(
+        "Output",
+        "--trace",
+        metavar="[FILE]",
+        is_flag=False,
+        flag_value=ITERATES,
+        shell_complete=Candidates(endings=(".csv",)),
+        help="Write the iterates to this .csv file; without a file, add them to JSON, or make CSV of them."
+        "  [default: none]",
+    ),
+    numeric("Output", EVERY),
+    file_option("Output", "--plot", "Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal."),
+    output_file(),
+    quiet_option(),
+)

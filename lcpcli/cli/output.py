@@ -1,10 +1,13 @@
-"""Where results go, and in which format: checked for consistency before any computation."""
+"""Where results go, in which format, and with which iterates; and the line that shows progress meanwhile."""
 
 from __future__ import annotations
 
+import math
 import os
 import sys
+import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,12 +15,13 @@ from typing import TYPE_CHECKING
 import click
 
 from lcpcli import options
-from lcpcli.cli.exit_codes import CLOSED_PIPE
+from lcpcli.cli.main import CLOSED_PIPE
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
 from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
+    from lcpcli.cli.session import Request
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
@@ -28,103 +32,137 @@ FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows shown even on a small one, and 
 PRINTED_ROWS = 10  # of one method on a printed page, unless --every is given
 MOST_POINTS = 400  # of one method in a figure
 ITERATES = ""  # as the file of the iterates: add them to the output
-HERE = "-"  # as the file of the figure: draw it on standard output
+STANDARD = "-"  # as a file: standard output, or standard input where it is read
+SILENT = 1.0  # seconds before a run shows progress
+INTERVAL = 0.2  # between two numbers of problems
+ERASE = "\r\x1b[K"
 
 
 class Output:
-    """What is shown, in which format and where; checked for consistency before any computation."""
+    """What is shown, in which format and where; checked for consistency before any computation.
 
-    def __init__(
-        self,
-        form: str | None,
-        trace: str | None,
-        every: int | None,
-        output: str | None,
-        quiet: bool,
-        bound: bool,
-        compared: bool,
-    ) -> None:
-        options.check((EVERY,), {"every": every})
-        output = None if output == "-" else output
-        _refuse_format_as_file(output)
-        self.form = form or form_of(output)
-        self.path, self.silent = output, quiet and output is None
-        self.trace_path = None if trace in (None, ITERATES) else trace
-        self.with_iterates = not self.silent and trace == ITERATES
-        if trace == ITERATES and self.silent:
+    form, path : the format, and the file, None for standard output. silent : whether nothing is shown. width, color :
+    of a terminal. trace_path : the file of all iterates, if any. with_iterates : whether they are added to the output.
+    plot : the file of the figure, whose suffix gives its format, "-" for a character plot, None for no figure.
+    levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
+    """
+
+    def __init__(self, asked: Request, levels: tuple[float, ...] = ()) -> None:
+        options.check((EVERY,), {"every": asked.every})
+        if asked.output in FORMATS:  # -o json means a format, and would write a table to a file of that name
+            hint = f"give --format {asked.output}, or a name with a suffix"
+            raise OptionError("--output", f"{asked.output} is a format", hint)
+        self.form = asked.form or form_of(asked.output)
+        self.path, self.silent = asked.output, asked.quiet and asked.output is None
+        self.plot, self.levels = asked.plot, levels
+        self.width, self.color = (None, False) if self.path else terminal()
+        self.trace_path = asked.trace or None
+        self.with_iterates = not self.silent and asked.trace == ITERATES
+        self._shown = self.with_iterates or (self.form in TABLES and not self.silent)
+        self._every = asked.every
+        if asked.trace == ITERATES and self.silent:
             raise OptionError("--trace", "has no effect with --quiet", "name a file for the iterates, or leave it out")
-        shown = self.with_iterates or (self.form in TABLES and not self.silent)
-        if every is not None and not shown and self.trace_path is None:
+        if asked.every is not None and not self._shown and self.trace_path is None:
             raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
-        if bound and self.silent:
+        if asked.bound and self.silent:
             raise OptionError("--bound", "has no effect with --quiet", "leave it out")
-        if bound and self.form == "csv":
+        if asked.bound and self.form == "csv":
             raise OptionError("--bound", "has no effect on the format csv, which holds no proofs", "leave it out")
-        if output is not None:
-            from lcpcli.files.atomic_write import refuse_unwritable
-
-            refuse_unwritable(output)
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
-        self._shown, self._every, self.compared = shown, every, compared
+        if self.plot is not None:
+            from lcpcli.report import plotting
 
-    def trace(self, problem: Problem, width: int | None) -> Trace | None:
-        """An empty trace for a run whose iterates are shown in that width, or written; it keeps only what is needed."""
+            plotting.require("plotext" if self.plot == STANDARD else "matplotlib")
+            if self.plot != STANDARD:
+                plotting.form_of(self.plot)
+            elif self.path is None and self.form != "table":
+                form = {"markdown": "Markdown", "latex": "LaTeX"}.get(self.form, self.form.upper())
+                hint = "name a file, or write that to one by -o"
+                raise OptionError("--plot -", f"would be mixed into the {form}", hint)
+
+    def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
+        """An empty trace and an empty curve for a run, as far as they are needed."""
+        return self._trace(problem), self._curve(problem)
+
+    def _trace(self, problem: Problem) -> Trace | None:
+        """For iterates that are shown or written; it keeps only what is needed."""
         if not self._shown and self.trace_path is None:
             return None
         from lcpcli.solving.trace import Trace
 
         if self.form not in TABLES or self.trace_path is not None:
             return Trace(self._every or 1)
-        return Trace(*self._selection(problem, width), residuals=not problem.solutions)
+        return Trace(*self._selection(problem), residuals=not problem.solutions)
 
-    def shown(self, result: Result, width: int | None) -> Result:
+    def shown(self, result: Result) -> Result:
         """The result with what is shown of its trace, where more was kept for a file."""
         if self.trace_path is None or result.trace is None:
             return result
         shown = result.trace if self.with_iterates else None
         if self.form in TABLES:
-            shown = result.trace.selected(*self._selection(result.problem, width))
+            shown = result.trace.selected(*self._selection(result.problem))
         return replace(result, trace=shown)
 
-    def _selection(self, problem: Problem, width: int | None) -> tuple[int, int | None, Indices | None]:
+    def require_room(self, problems: int) -> None:
+        """Refuse more problems than a picture has room for, before any is solved."""
+        if self.plot not in (None, STANDARD):
+            from lcpcli.report import plotting
+
+            plotting.require_room(problems)
+
+    def _curve(self, problem: Problem) -> Trace | None:
+        """For the figure and for the levels."""
+        levels = self.levels if problem.solutions else ()
+        if self.plot is None and not levels:
+            return None
+        import numpy as np
+
+        from lcpcli.solving.trace import Trace
+
+        none = np.empty(0, dtype=np.intp)
+        if self.plot is None:
+            return Trace(sys.maxsize, components=none, residuals=False, levels=levels)
+        return Trace(1, MOST_POINTS, none, residuals=not problem.solutions, levels=levels)
+
+    def draw(self, runs: Sequence[Sequence[Result]]) -> None:
+        """Draw the runs, one panel per problem."""
+        if self.plot is None:
+            return
+        from lcpcli.report import plotting
+
+        panels = plotting.panels(runs)
+        if self.plot != STANDARD:
+            show(plotting.convergence(panels, plotting.form_of(self.plot)), self.plot)
+            return
+        _, color = terminal()
+        size = _size()
+        emit(plotting.terminal(panels, size.columns, size.lines - 2, color), color)
+
+    def _selection(self, problem: Problem) -> tuple[int, int | None, Indices | None]:
         """Which iterates a table shows, every so many and at most so many, and which of their components."""
         from lcpcli.report.tables import kept_components, room
 
-        components = kept_components(problem, room(self.form, width))
-        every, most = (self._every, None) if self._every else (int(EVERY.value), self._most(width))
-        return every, most, components
-
-    def _most(self, width: int | None) -> int:
-        """The largest number of rows shown: for a single result, what a screen holds below it."""
-        if self.form == "latex":
-            return PRINTED_ROWS
-        if width is None or self.compared:
-            return MOST_ROWS
-        from shutil import get_terminal_size
-
-        return min(MOST_ROWS, max(FEWEST_ROWS, get_terminal_size().lines - AROUND))
+        components = kept_components(problem, room(self.form, self.width))
+        if self._every is not None:
+            return self._every, None, components
+        most = PRINTED_ROWS if self.form == "latex" else MOST_ROWS
+        if self.form != "latex" and self.width is not None and not self.levels:  # a screen holds them and the result
+            most = min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
+        return int(EVERY.value), most, components
 
 
 def _refuse_as_trace(path: str) -> None:
     """Refuse to write iterates to a file of another kind, or over one that holds something else: --trace may have
     taken a problem's file as its own."""
-    from lcpcli.files.atomic_write import refuse_unwritable
     from lcpcli.report.result_csv import OPENING
 
     if Path(path).suffix.lower() != ".csv":
         raise OptionError("--trace", f"{path} does not end in .csv", "name a .csv file, or put --trace last")
-    refuse_unwritable(path)
     if Path(path).is_file():
         with Path(path).open("rb") as file:
             if file.read(len(OPENING)) not in (b"", OPENING.encode()):
                 raise OptionError("--trace", f"{path} exists and holds no iterates", "choose another file")
-
-
-def _refuse_format_as_file(output: str | None) -> None:
-    """Refuse -o json, which means a format and would write a table to a file of that name."""
-    if output in FORMATS:
-        raise OptionError("--output", f"{output} is a format", f"give --format {output}, or a name with a suffix")
 
 
 def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwise: str = " or give --format") -> str:
@@ -139,74 +177,19 @@ def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwis
     return suffixes[ending]
 
 
-class Plot:
-    """The requested figure of error against time and iteration, if any, and the levels of error to record.
-
-    path : a file whose suffix gives the format, "-" for a character plot, None for no figure.
-    levels : errors, relative to the solution, whose first attainment is recorded.
-    """
-
-    def __init__(self, path: str | None, levels: tuple[float, ...]) -> None:
-        self.path, self.levels = path, levels
-        if path is None:
-            return
-        from lcpcli.report import plotting as figures
-
-        figures.require("plotext" if path == HERE else "matplotlib")
-        if path != HERE:
-            figures.form_of(path)
-            from lcpcli.files.atomic_write import refuse_unwritable
-
-            refuse_unwritable(path)
-
-    def require_room(self, problems: int) -> None:
-        """Refuse more problems than a picture has room for, before any is solved."""
-        if self.path not in (None, HERE):
-            from lcpcli.report import plotting as figures
-
-            figures.require_room(problems)
-
-    def curve(self, problem: Problem) -> Trace | None:
-        """An empty trace for the curve of a run and for the levels."""
-        levels = self.levels if problem.solutions else ()
-        if self.path is None and not levels:
-            return None
-        import numpy as np
-
-        from lcpcli.solving.trace import Trace
-
-        none = np.empty(0, dtype=np.intp)
-        if self.path is None:
-            return Trace(sys.maxsize, components=none, residuals=False, levels=levels)
-        return Trace(1, MOST_POINTS, none, residuals=not problem.solutions, levels=levels)
-
-    def show(self, runs: Sequence[Sequence[Result]]) -> None:
-        """Draw the runs, one panel per problem."""
-        if self.path is None:
-            return
-        from lcpcli.files import atomic_write
-        from lcpcli.report import plotting
-
-        panels = plotting.panels(runs)
-        if self.path != HERE:
-            atomic_write.write_whole(self.path, plotting.convergence(panels, plotting.form_of(self.path)))
-            return
-        from shutil import get_terminal_size
-
-        _, color = terminal()
-        size = get_terminal_size()
-        emit(plotting.terminal(panels, size.columns, size.lines - 2, color), color)
-
-
 def terminal() -> tuple[int | None, bool]:
     """Width and colour of standard output; no colour if that is disabled. The width of a pipe is COLUMNS, if set."""
     if not sys.stdout.isatty():
         columns = os.environ.get("COLUMNS", "")
         return int(columns) if columns.isdecimal() and int(columns) else None, False
     color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    return _size().columns, color
+
+
+def _size() -> os.terminal_size:
     from shutil import get_terminal_size
 
-    return get_terminal_size().columns, color
+    return get_terminal_size()
 
 
 def emit(text: str, color: bool) -> None:
@@ -217,3 +200,60 @@ def emit(text: str, color: bool) -> None:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise click.exceptions.Exit(CLOSED_PIPE) from None
+
+
+def show(content: str | bytes, path: str | None, color: bool = False) -> None:
+    """Print a text, or write it or a picture to a file."""
+    if path is None:
+        emit(str(content), color)
+    else:
+        from lcpcli.files import atomic_write
+
+        atomic_write.write_whole(path, content)
+
+
+def wanted(quiet: bool) -> bool:
+    """Whether progress is shown: on a terminal that can erase it, unless output is to be quiet."""
+    return not quiet and sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+
+
+class Line:
+    """Progress of a run: one line, rewritten in place, shown after the first second and erased at the end."""
+
+    def __init__(self) -> None:
+        self._drawn, self._next = False, time.monotonic() + SILENT
+
+    def __enter__(self) -> Line:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._drawn:
+            self._write(ERASE)
+
+    def tell(self, method: str, k: int, bound: float, seconds: float) -> None:
+        """Show the method, its iteration, the approximate relative residual, and the time so far."""
+        if seconds < SILENT:
+            return
+        size = f"relative residual about {bound:.1e}  " if bound < math.inf else ""
+        text = f"{method}  k = {k}  {size}{seconds:.1f} s"
+        self._drawn = True
+        self._write(ERASE + text[: _columns() - 1])
+
+    def tell_number(self, solved: int) -> None:
+        """Show how many problems are solved, at most a few times a second."""
+        now = time.monotonic()
+        if now > self._next:
+            self._next, self._drawn = now + INTERVAL, True
+            self._write(f"{ERASE}{solved} problems")
+
+    def _write(self, text: str) -> None:
+        with suppress(OSError):
+            sys.stderr.write(text)
+            sys.stderr.flush()
+
+
+def _columns() -> int:
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
+    except (OSError, ValueError):
+        return 80

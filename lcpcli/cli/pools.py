@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from contextlib import contextmanager, suppress
-from typing import Any, Protocol, cast
+from typing import Any
 
+from lcpcli.cli.main import TERMINATED
 from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
 
@@ -19,12 +21,12 @@ SECONDS_ALONE = 9.0  # of a scheduler without workers until this is said
 SECONDS_TORN = 1.0  # between two looks at the processes of this machine
 
 
-class Pool(Protocol):
+class Pool:
     """Processes.
 
     size : how many there are. most : the problems that are handed over to one at once; their records come together.
-    lost : the error of a future whose process was killed. renew : replaces an executor that this has broken.
-    ends : the errors if there are no processes any more. gone : what is said then.
+    lost : the error of a future whose process was killed. ends : the errors if there are no processes any more. gone :
+    what is said then.
     """
 
     most: int
@@ -37,45 +39,39 @@ class Pool(Protocol):
     def look(self) -> None:
         """See how many there are."""
 
-    def renew(self) -> None: ...
+    def renew(self) -> None:
+        """Replace an executor that is broken."""
 
     def close(self) -> None:
         """End them, whatever they do."""
 
 
-class Local:
+class Local(Pool):
     """Processes on this machine."""
 
-    most = 1
-    lost: type[BaseException] = BrokenExecutor
-    ends: tuple[type[Exception], ...] = (OSError,)
+    most, lost, ends = 1, BrokenExecutor, (OSError,)
     gone = OptionError("--jobs", "no process could be started", "leave it out")
 
     def __init__(self, size: int) -> None:
         self.size = size
-        self.executor = self._started()
-
-    def look(self) -> None:
-        """There are as many as before."""
+        self._start()
 
     def renew(self) -> None:
         self._end()
-        self.executor = self._started()
+        self._start()
 
     def close(self) -> None:
         self._end()
         del self.executor  # with its semaphores, which a program that ends at once would leave behind
 
-    def _started(self) -> Executor:
+    def _start(self) -> None:
         from concurrent.futures import ProcessPoolExecutor
         from multiprocessing import get_context
 
         executor: Any = ProcessPoolExecutor(self.size, get_context("spawn"), _begin)
-        self._over = threading.Event()
+        self.executor, self._over = executor, threading.Event()
         self._processes, self._results = executor._processes, executor._result_queue._writer
-        watch = threading.Thread(target=_watch, args=(self._over, self._processes, self._results), daemon=True)
-        watch.start()
-        return cast(Executor, executor)
+        threading.Thread(target=_watch, args=(self._over, self._processes, self._results), daemon=True).start()
 
     def _end(self) -> None:
         self._over.set()
@@ -102,12 +98,11 @@ def _kill(processes: Mapping[int, Any], results: Any) -> None:
         results.close()
 
 
-class Cluster:
+class Cluster(Pool):
     """The workers of a Dask scheduler, which itself tries again what a killed one has left. Handing over one problem
     takes it milliseconds."""
 
-    most = 16
-    ends: tuple[type[Exception], ...] = (OSError, CancelledError, RuntimeError)
+    most, ends = 16, (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
         import logging
@@ -127,15 +122,13 @@ class Cluster:
         except OptionError:
             raise
         except (OSError, ValueError):
-            raise OptionError(
-                "--cluster", f"{address} is not reached", "start dask scheduler, and give its address"
-            ) from None
+            hint = "start dask scheduler, and give its address"
+            raise OptionError("--cluster", f"{address} is not reached", hint) from None
         hint = "start it again; a log that -o FILE.jsonl has begun goes on with --resume"
         self.gone = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
         self.size, self._address = 1, address
         self._began, self._asked, self._is_told = time.monotonic(), -math.inf, False
-        self.executor: Executor = self._client.get_executor(pure=False)
-        self.lost: type[BaseException] = KilledWorker
+        self.executor, self.lost = self._client.get_executor(pure=False), KilledWorker
 
     def look(self) -> None:
         """See how many workers there are, which may come and go, and say once that there are none."""
@@ -149,9 +142,6 @@ class Cluster:
         elif now > self._began + SECONDS_ALONE and not self._is_told:
             tell(f"--cluster: the scheduler at {self._address} has no workers; start dask worker {self._address}")
             self._is_told = True
-
-    def renew(self) -> None:
-        """Nothing is broken."""
 
     def close(self) -> None:
         with suppress(OSError, TimeoutError):
@@ -170,6 +160,8 @@ def _refuse_without_certificates(address: str) -> None:
 
 class Terminated(KeyboardInterrupt):
     """SIGTERM, which ends a run as Ctrl-C does where processes have to be ended too."""
+
+    exit_code = TERMINATED
 
 
 @contextmanager
@@ -198,11 +190,9 @@ def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None
-    threading.Thread(target=_end_with, args=(parent.join,), daemon=True).start()
 
+    def end_with_parent() -> None:
+        parent.join()
+        os._exit(1)
 
-def _end_with(join: Callable[[], Any]) -> None:
-    import os
-
-    join()
-    os._exit(1)
+    threading.Thread(target=end_with_parent, daemon=True).start()

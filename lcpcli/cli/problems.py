@@ -1,9 +1,12 @@
-"""The problems of a command, read and written. Known solutions that are wrong get a line each, and are dropped."""
+"""The problems of a command, as its files and options give them. Known solutions that are wrong get a line each, and
+are dropped."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+import os
+import stat
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
@@ -12,105 +15,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli.cli.output import emit
-from lcpcli.errors import ProblemError
-from lcpcli.files.fields import BOUNDS
-from lcpcli.files.formats import COMPLETE, OF_PROGRAMS
+from lcpcli import options
+from lcpcli.cli.output import STANDARD
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files.fields import OF_BOUNDS
+from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.numbers import Written
     from lcpcli.rational.problem import ExactProblem
 
-
-PARTS = {"qp": ["objective"], "game": ["payoffs"]}  # of an origin, as users call them
-Given = Mapping[str, Any]  # by the options OF_BOUNDS: texts for lower and upper, a number for infinity; and by game
-
-
-def read(files: Sequence[str], given: Given, quiet: bool = False) -> Problem:
-    """The problem in one file, in one with M and one with q, or in two with the payoffs of a game, with the bounds
-    given as options."""
-    if given["game"]:
-        return _of_game(files, given, quiet).problem
-    from lcpcli.files import beside, reading
-
-    with _hint_at_game(files):
-        return _vetted(beside.bounded(reading.read(*files), given), files[0], quiet)
-
-
-def read_exact(files: Sequence[str], given: Given, quiet: bool = False) -> ExactProblem:
-    """Return the problem that `read` does with its numbers as written, as fractions."""
-    if given["game"]:
-        return _of_game(files, given, quiet).exactly()
-    from lcpcli.files import beside, contents, reading
-
-    fetch = cache(contents.content_of)
-    with _hint_at_game(files):
-        data = reading.read_exact(*files)
-    problem = beside.bounded(data.problem, given, fetch)
-    data = beside.exactly_bounded(data, problem, given, fetch)
-    data.problem = _vetted(problem, files[0], quiet)
-    return data
-
-
-def read_written(files: Sequence[str], given: Given) -> Written[Problem]:
-    """Return the problem that `read` does, rounded and, where texts have more digits than doubles, as written."""
-    from lcpcli.rational.numbers import Doubles, Written, written
-
-    if given["game"]:
-        problem = _of_game(files, given, quiet=False).problem
-        return Written(problem, problem, {})
-    from lcpcli.files import beside, contents, reading
-
-    fetch = cache(contents.content_of)
-    file, q_file = [*files, None][:2]
-
-    def parse(doubles: Doubles) -> Problem:
-        problem = reading.problem_of(str(file), q_file, fetch, doubles)
-        return beside.bounded(problem, given, fetch, doubles)
-
-    with _hint_at_game(files):
-        found = written(parse)
-    return Written(_vetted(found.rounded, files[0], False), _vetted(found.own, files[0], True), found.exact)
-
-
-@contextmanager
-def _hint_at_game(files: Sequence[str]) -> Iterator[None]:
-    """A context in which the error for two files that may be a game says so."""
-    try:
-        yield
-    except ProblemError as error:
-        from lcpcli.files.games import hint
-
-        told = hint(files)
-        raise ProblemError(error.where, error.fault, f"{error.hint}; {told}") if told else error from None
-
-
-def _of_game(files: Sequence[str], given: Given, quiet: bool) -> Held:
-    """Return the game whose payoffs are in the files."""
-    from lcpcli.files.games import game_in
-
-    held = _single(game_in(files), given)
-    for remark in [] if quiet else held.remarks:
-        tell(remark)
-    return held
-
-
-def works(files: Sequence[str], game: bool = False, are_many: bool = False) -> tuple[Iterator[Work], bool]:
-    """What is in the files, and whether there may be several problems in them; game is whether they are the payoffs of
-    one. are_many : whether they are to be taken as several, whose number need not be known."""
-    from lcpcli.files.inputs import QColumns, inputs
-
-    if game:
-        from lcpcli.files.games import game_in
-
-        return iter([game_in(files)]), are_many
-    each = inputs(files, streams=are_many)
-    if are_many:
-        return each, True
-    first = list(islice(each, 2))
-    return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
+LARGE_FILE = 8 * MANY_ROWS**2  # bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many
 
 
 class Held(NamedTuple):
@@ -126,91 +42,155 @@ class Held(NamedTuple):
     length: Callable[[], int] = int
 
 
-def held(work: Work, given: Given) -> Iterator[Held]:
-    """The problems of an input, with the bounds given as options."""
-    from lcpcli.files.inputs import QColumns
+class Inputs(NamedTuple):
+    """The files of a command, and how they are to be read.
 
-    yield from _columns(work, given) if isinstance(work, QColumns) else [_single(work, given)]
+    lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : the size from which on
+    bounds are none. game : whether two files have the payoffs of a game. quiet : whether nothing is told of what was
+    read.
+    """
 
+    files: Sequence[str]
+    lower: str | None = None
+    upper: str | None = None
+    infinity: float | None = None
+    game: bool = False
+    quiet: bool = False
 
-def _single(work: Input, given: Given) -> Held:
-    from lcpcli.files import beside, contents
+    @property
+    def bounds(self) -> dict[str, Any]:
+        """What is given for bounds, by the names of its options."""
+        return {name: getattr(self, name) for name in OF_BOUNDS}
 
-    fetch = cache(contents.content_of)  # standard input can be read only once
-    original = work.read()
-    bounded = beside.bounded(original, given, fetch)
-    problem, remarks = _without_wrong_solutions(bounded, work.paths[0])
-    if far := beside.remark(bounded, given):
-        remarks.append(f"{contents.place(work.paths[0])}: {far}")
+    @property
+    def paths(self) -> list[str]:
+        """The files, and what is given for bounds: numbers or files."""
+        return [*self.files, *(bound for bound in (self.lower, self.upper) if bound is not None)]
 
-    @cache
-    def exactly() -> ExactProblem:
+    def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
+        """Set the number of threads; refuse to read standard input twice, and outputs, by their options, that cannot be
+        written, or would overwrite a problem or each other."""
+        from lcpcli.files.atomic_write import refuse_unwritable
+
+        settle_threads(self.files, threads)
+        paths = self.paths
+        if paths.count(STANDARD) > 1:
+            raise OptionError("standard input", "can be read only once", "name a file")
+        written: dict[Path, str] = {}
+        for option, output in outputs.items():
+            if output is None:
+                continue
+            if any(same_file(output, path) for path in paths):
+                raise OptionError(output, "holds the problem", "choose another file for the output")
+            earlier = written.setdefault(Path(output).absolute(), option)
+            if earlier != option:
+                raise OptionError(option, f"goes to the same file as {earlier}", "choose another file for one")
+            if output != STANDARD and option != "--resume":  # a log that is there is written at its end
+                refuse_unwritable(output)
+
+    def read(self) -> Held:
+        """The problem in one file, in one with M and one with q, or in two with the payoffs of a game."""
+        from lcpcli.files import contents, reading
+        from lcpcli.files.games import game_in
+        from lcpcli.files.inputs import Input
+
+        with self.hint_at_game():
+            if self.game:
+                work = game_in(self.files)
+            else:
+                texts = map(contents.content_of, self.files, (reading.WHOLE, reading.LINE))
+                work = Input(tuple(self.files), tuple(texts))
+            held = self._single(work)
+        self.tell(held.remarks)
+        return held
+
+    def tell(self, remarks: Sequence[str]) -> None:
+        """Print lines about what was read on standard error."""
+        for remark in [] if self.quiet else remarks:
+            tell(remark)
+
+    @contextmanager
+    def hint_at_game(self) -> Iterator[None]:
+        """A context in which the error for two files that may be a game says so."""
+        try:
+            yield
+        except ProblemError as error:
+            from lcpcli.files.games import hint
+
+            told = "" if self.game else hint(self.files)
+            raise ProblemError(error.where, error.fault, f"{error.hint}; {told}") if told else error from None
+
+    def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
+        """What is in the files, and whether there may be several problems in them.
+
+        are_many : whether they are to be taken as several, whose number need not be known.
+        """
+        from lcpcli.files.inputs import QColumns, inputs
+
+        if self.game:
+            from lcpcli.files.games import game_in
+
+            return iter([game_in(self.files)]), are_many
+        each = inputs(self.files, streams=are_many)
+        if are_many:
+            return each, True
+        first = list(islice(each, 2))
+        return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
+
+    def held(self, work: Work) -> Iterator[Held]:
+        """The problems of an input."""
+        from lcpcli.files import beside
+        from lcpcli.files.inputs import QColumns
+
+        if not isinstance(work, QColumns):
+            held = self._single(work)
+            if far := beside.remark(held.problem, self.bounds):
+                held.remarks.append(f"{work.sources[0].file}: {far}")
+            yield held
+            return
         from lcpcli.rational.problem import ExactProblem
 
-        data = beside.exactly_bounded(ExactProblem(original, *work.exact_parts()), bounded, given, fetch)
-        data.problem = problem
-        return data
+        first = self.first_of(work)
+        for q, name in zip(work.Q.T, work.names, strict=True):
+            problem = replace(first, q=q, name=name)
+            yield Held(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
 
-    return Held(problem, exactly, remarks, work.length)
+    def first_of(self, work: QColumns) -> Problem:
+        """The problem of the first of several q for one M."""
+        from lcpcli.files import beside
 
+        return beside.bounded(work.first_problem(), self.bounds)
 
-def _columns(work: QColumns, given: Given) -> Iterator[Held]:
-    from lcpcli.rational.problem import ExactProblem
+    def _single(self, work: Input) -> Held:
+        """The problem of an input, with the bounds that are given."""
+        from lcpcli.files import beside, contents
 
-    first = first_of(work, given)
-    for q, name in zip(work.Q.T, work.names, strict=True):
-        problem = replace(first, q=q, name=name)
-        yield Held(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
+        fetch = cache(contents.content_of)  # standard input can be read only once
+        original = work.read()
+        bounded = beside.bounded(original, self.bounds, fetch)
+        problem, remarks = without_wrong_solutions(bounded, work.paths[0])
 
+        @cache
+        def exactly() -> ExactProblem:
+            from lcpcli.rational.problem import ExactProblem
 
-def first_of(work: QColumns, given: Given) -> Problem:
-    """The problem of the first of several q for one M."""
-    from lcpcli.files import beside
+            data = beside.exactly_bounded(ExactProblem(original, *work.exact_parts()), bounded, self.bounds, fetch)
+            data.problem = problem
+            return data
 
-    return beside.bounded(work.first_problem(), given)
-
-
-def inputs(files: Sequence[str], given: Given) -> list[str]:
-    """The files of a problem, and what is given for its bounds: numbers or files."""
-    return [*files, *(given[name] for name in BOUNDS if given[name] is not None)]
-
-
-def write(
-    made: Callable[[], Problem | Written[Problem]], output: str | None, as_program: bool = False
-) -> Written[Problem]:
-    """Make a problem and write it in the format of the file's suffix, or as JSON to standard output; return it.
-
-    as_program : as for `writing.write`.
-    Raises OptionError before it is made if the file cannot be written.
-    """
-    from lcpcli.files import atomic_write, writing
-    from lcpcli.rational.numbers import Written
-
-    if output is not None:
-        writing.ending_of(output)
-        atomic_write.refuse_unwritable(output)
-    problem = made()
-    found = problem if isinstance(problem, Written) else Written(problem, problem, {})
-    if output is None:
-        emit(writing.contents_of(found, "", ".json", as_program)[""].decode(), color=False)
-    else:
-        writing.write_as(found, output, as_program)
-    return found
+        return Held(problem, exactly, remarks, work.length)
 
 
-def lost(problem: Problem, output: str) -> list[str]:
-    """What a problem holds that the format of the file does not keep."""
-    from lcpcli.files.writing import kind_of
+def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
+    """The problem without those of its known solutions that are wrong, and lines that say so, or that it is shipped."""
+    from lcpcli.files import contents
+    from lcpcli.files.contents import place
+    from lcpcli.verify.known import without_wrong_solutions
 
-    if output.endswith(COMPLETE):
-        return []
-    held = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
-    if output.endswith(OF_PROGRAMS):
-        del held["name"], held["origin"]
-    known = [name for name, value in held.items() if (value is not None and not isinstance(value, str)) or value]
-    if known[-1:] == ["origin"]:
-        known[-1:] = [*PARTS.get(kind_of(problem), []), *["names"] * any(problem.names)]
-    return [*known, *(["solution"] if problem.solutions else [])]
+    vetted, faults = without_wrong_solutions(problem)
+    if Path(file).suffix and contents.shipped_file(file):  # perhaps a file of the user was meant
+        faults.insert(0, "no such file; the problem that ships under this name is read")
+    return vetted, [f"{place(file)}: {fault}" for fault in faults]
 
 
 def tell(line: str) -> None:
@@ -218,24 +198,31 @@ def tell(line: str) -> None:
     click.echo(f"lcp: {line}", err=True)
 
 
-def teller(quiet: bool) -> Callable[[str], object]:
-    """What tells a line, or nothing."""
-    return (lambda _: None) if quiet else tell
+def same_file(output: str, other: str) -> bool:
+    """Whether an output goes to another file: - is standard output, and standard input as the other one."""
+    try:
+        one = os.fstat(1) if output == STANDARD else Path(output).stat()
+        two = os.fstat(0) if other == STANDARD else Path(other).stat()
+    except OSError:
+        return False
+    return os.path.samestat(one, two) and (STANDARD not in (output, other) or stat.S_ISREG(one.st_mode))
 
 
-def _vetted(problem: Problem, file: str, quiet: bool) -> Problem:
-    vetted, faults = _without_wrong_solutions(problem, file)
-    for fault in [] if quiet else faults:
-        tell(fault)
-    return vetted
+def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
+    """Set the number of BLAS threads in the environment, where numpy reads it when it is loaded, later: by default one,
+    unless a file is so large that more pay.
+
+    threads : as asked for; only this replaces what the environment says already.
+    """
+    options.check((options.THREADS,), {options.THREADS.name: threads})
+    if threads is not None:
+        os.environ.update(dict.fromkeys(VARIABLES, str(threads)))
+    elif not os.environ.get(GENERAL) and not any(_size(file) >= LARGE_FILE for file in files):
+        os.environ.update({name: os.environ.get(name) or "1" for name in VARIABLES})
 
 
-def _without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
-    """The problem without those of its known solutions that are wrong, and lines that say so, or that it is shipped."""
-    from lcpcli.files.contents import place, shipped_file
-    from lcpcli.verify.known import without_wrong_solutions
-
-    vetted, faults = without_wrong_solutions(problem)
-    if Path(file).suffix and shipped_file(file):  # perhaps a file of the user was meant
-        faults.insert(0, "no such file; the problem that ships under this name is read")
-    return vetted, [f"{place(file)}: {fault}" for fault in faults]
+def _size(file: str) -> int:
+    """In bytes; 0 if it cannot be known, as for a pipe."""
+    with suppress(OSError, ValueError):
+        return Path(file).stat().st_size
+    return 0

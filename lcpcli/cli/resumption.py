@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli import exit_codes
+from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED
 from lcpcli.cli.options import STARTS
-from lcpcli.cli.records import Record, Task
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import Source
 from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.files.log import Log
 from lcpcli.methods.registry import OPTIONS
-from lcpcli.options import LIMITS
-from lcpcli.report.formats import BAD_INPUT
+from lcpcli.report import formats
 from lcpcli.report.wording import finite
 from lcpcli.solving.answer import word_of
 from lcpcli.solving.result import Status
+
+if TYPE_CHECKING:
+    from lcpcli.cli.many import Task
+    from lcpcli.cli.session import Request
 
 UNSHOWN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
 COLUMNS = 4096  # of one M, whose marks are made together
@@ -29,16 +32,24 @@ AHEAD = 2**20  # problems that a record in a log may be ahead of all before it
 HINT = "give the same files"
 
 
-def unshown(given: Mapping[str, Any]) -> dict[str, str]:
-    """The options that a result depends on and does not show."""
-    return {name: _text(given[name]) for name in UNSHOWN if given.get(name) not in (None, False)}
+def unshown(asked: Request) -> dict[str, str]:
+    """The options that a result depends on and does not show, with digests of the files that they name."""
+    given = {**asked.inputs._asdict(), **asked.own, **asked._asdict()}
+    texts = {name: str(given[name]) for name in UNSHOWN if given.get(name) not in (None, False)}
+    for name, text in texts.items():
+        if text and Path(text).is_file():
+            texts[name] = f"{text} (digest {digest(Path(text).read_bytes())})"
+    return texts
 
 
 def marked(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Work]:
     """The inputs with the marks that their records have in a log. options : as from `unshown`."""
     number = 0
     for whole in works:
-        for work in _parts(whole):
+        parts: Iterable[Work] = [whole]
+        if isinstance(whole, QColumns):
+            parts = (whole.part(at, at + COLUMNS) for at in range(0, len(whole.names), COLUMNS))
+        for work in parts:
             marks = []
             for its_digest in work.digests:
                 number += 1
@@ -46,44 +57,35 @@ def marked(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Work]:
             yield replace(work, marks=marks)
 
 
-def _parts(work: Work) -> Iterator[Work]:
-    if isinstance(work, QColumns):
-        yield from (work.part(at, at + COLUMNS) for at in range(0, len(work.names), COLUMNS))
-    else:
-        yield work
-
-
-def _text(value: Any) -> str:
-    """An option's value, with a digest of the file that it names."""
-    if isinstance(value, str) and value and Path(value).is_file():
-        return f"{value} (digest {digest(Path(value).read_bytes())})"
-    return str(value)
-
-
 class Past:
     """The problems that a log has, by their numbers: where each was read, its digest, and how it ended.
 
-    kinds : the ways in which they ended. has_replaced : whether some are left all the same, as they have changed.
+    kinds : the ways in which they ended, in a word and by an exit code. has_replaced : whether some are left all the
+    same, as they have changed.
     """
 
     def __init__(self) -> None:
-        self.kinds: list[Record | None] = [None]
+        self.kinds: list[tuple[str, int] | None] = [None]
         self.has_replaced = False
         self._ends = array("B", [0])  # by number, as positions in kinds: 17 bytes for each problem
         self._places, self._digests = array("Q", [0]), array("Q", [0])
 
     @property
-    def records(self) -> Iterator[Record]:
-        """The records of the log that still count, without their texts."""
-        return (record for at in self._ends if (record := self.kinds[at]) is not None)
+    def ends(self) -> Iterator[tuple[str, int]]:
+        """How the problems ended whose records still count."""
+        return (kind for at in self._ends if (kind := self.kinds[at]) is not None)
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
         """Take what a log has; OptionError if it was made for another task or with other options than these."""
+        (variant,), asked = task.methods.variants, task.methods.asked
+        now: dict[str, Any] = {"method": variant.method, "exact": task.methods.exact}
+        now |= {name: value for name, value in asked.own.items() if name in OPTIONS} | variant.options
+        now |= {name: finite(value) for name, value in vars(asked.limits).items()}
         for number, record in log.records():
             place = Source(record["file"], record["item"])
             try:
                 kind = _kind(record)
-                _refuse_other_options(record, task, options)
+                _refuse_other_options(record, now, options)
                 self._add(number, place, int(record.get("digest", "0"), 16), kind)
             except OptionError:
                 raise
@@ -97,7 +99,9 @@ class Past:
         for work in works:
             missing = [not self._has(source) for source in work.sources]
             if isinstance(work, QColumns):
-                yield from (work.part(begin, end) for begin, end in _stretches(missing))
+                stretches = groupby(range(len(missing)), missing.__getitem__)
+                numbers = [list(stretch) for is_missing, stretch in stretches if is_missing]
+                yield from (work.part(stretch[0], stretch[-1] + 1) for stretch in numbers)
             elif missing[0]:
                 yield work
             number += len(missing)
@@ -105,7 +109,7 @@ class Past:
             fault = f"has a result of problem {len(self._ends) - 1}, and there are {number}"
             raise OptionError("--resume", fault, HINT)
 
-    def _add(self, number: int, place: Source, its_digest: int, kind: Record) -> None:
+    def _add(self, number: int, place: Source, its_digest: int, kind: tuple[str, int]) -> None:
         more = number + 1 - len(self._ends)
         if number < 1 or more > AHEAD:
             raise ValueError
@@ -135,27 +139,12 @@ def _hash(place: Source) -> int:
     return int(digest(repr((place.file, place.item)).encode()), 16)
 
 
-def _stretches(missing: list[bool]) -> Iterator[tuple[int, int]]:
-    """Where the stretches of problems that are missing begin and end."""
-    begin = 0
-    for at, here in enumerate([*missing, False]):
-        if not here:
-            if begin < at:
-                yield begin, at
-            begin = at + 1
-
-
-def _refuse_other_options(record: Mapping[str, Any], task: Task, options: Mapping[str, str]) -> None:
+def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], options: Mapping[str, str]) -> None:
     """Raise OptionError if a record was made by another method, with other limits or with other options."""
     given = record.get("given", options)  # a log of version 0.1.0 does not say
     _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
     if record.get("method") is None:  # it was not solved
         return
-    now: dict[str, Any] = {"method": task.variant.method, "exact": task.exact}
-    now |= {name: task.given[name] for name in OPTIONS if task.given[name] is not None} | task.variant.options
-    for limit in LIMITS:
-        value = limit.default if task.given[limit.name] is None else task.given[limit.name]
-        now[limit.name] = finite(value)
     _refuse_differences({**record, **record["options"], "exact": record["exact"] is not None}, now)
 
 
@@ -166,11 +155,11 @@ def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None
             raise OptionError("--resume", fault, "give the same options, or begin a new log")
 
 
-def _kind(record: Mapping[str, Any]) -> Record:
-    """How a record of a log ended, without its text."""
+def _kind(record: Mapping[str, Any]) -> tuple[str, int]:
+    """How the problem of a record ended."""
     word = record["status"]
-    if word == BAD_INPUT:
-        return Record("", word, exit_codes.BAD_INPUT)
+    if word == formats.BAD_INPUT:
+        return word, BAD_INPUT
     unproved = record["exact"] is not None and record["exact"]["status"] is None
-    code = exit_codes.NOT_SOLVED if unproved else Status[word.upper()].exit_code
-    return Record("", word_of(word, (record.get("answer") or {}).get("proved")), code)
+    code = NOT_SOLVED if unproved else Status[word.upper()].exit_code
+    return word_of(word, (record.get("answer") or {}).get("proved")), code

@@ -1,114 +1,173 @@
-"""Methods run on problems: timed, with references for errors, proved if requested, as far as Ctrl-C lets them."""
+"""Methods run on a problem: with the options that each has, timed, and with proofs of what they find.
+
+No time that is shown includes what only a first run costs. Beyond imports, which never count, a first run in a process
+waits for memory and caches: so a brief one is made again, whether there is one problem or many. Runs that are compared
+are made several times, of which each step counts with the least.
+"""
 
 from __future__ import annotations
 
+import os
 import sys
+from bisect import bisect
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from itertools import accumulate
+from statistics import median
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli.cli.output import Output, Plot
-from lcpcli.cli.progress import Line
-from lcpcli.cli.repetition import timed
+from lcpcli import options
+from lcpcli.cli.options import STARTS
+from lcpcli.cli.output import Line
+from lcpcli.clock import PARTS, least_laps
+from lcpcli.errors import OptionError
 from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.methods.registry import ADDITIONS, METHODS, parameters_of
+from lcpcli.methods.variants import Variant, labels
+from lcpcli.options import flag
 
 if TYPE_CHECKING:
-    from lcpcli.methods.variants import Variant
+    from lcpcli.cli.session import Request
     from lcpcli.model.problem import Problem
     from lcpcli.options import Limits
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.solving.result import Result
-    from lcpcli.typing import Vector
+    from lcpcli.solving.trace import Trace
+
+OF_START = ("x0", "z0", "basis")  # of which one may be given
+BRIEF = 0.02  # seconds: a run that is not longer is made again if it is the first of its method
+LONG = 1.0  # seconds of a run that is not repeated even if it is compared
+ENOUGH, BUDGET = 20, 0.3  # repetitions, and seconds of them, either of which is enough
+ROUNDING = 1e-9  # relative, of sums of seconds
+
+_methods: set[str] = set()  # that have been run in this process
+Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
 
 
-def each(
-    problems: Sequence[Problem],
-    variants: Sequence[Variant],
-    chosen: Sequence[Sequence[dict[str, Any]]],
-    bounds: Limits,
-    warm: float | None,
-    shown: tuple[Output, Plot, int | None],
-    watched: bool,
-) -> Iterator[tuple[int, Result]]:
-    """One result per problem and variant, each with the number of its problem; with `warm`, a second one started near
-    the solution."""
-    from lcpcli.methods.registry import METHODS
-    from lcpcli.methods.variants import labels
-    from lcpcli.solving import driver as driver
+class Methods(NamedTuple):
+    """Methods, what is asked of their runs, and whether their results are to be proved."""
 
-    output, plot, width = shown
-    compared = plot.path is not None or (output.compared and not output.silent)
+    variants: Sequence[Variant]
+    asked: Request
+    exact: bool = False
 
-    def run_once(problem: Problem, variant: Variant, label: str, values: dict[str, Any]) -> Result:
-        trace, curve = output.trace(problem, width), plot.curve(problem)
-        with Line() as line:
-            observe = line.tell if watched else None
-            result = driver.run(
-                problem,
-                variant.method,
-                limits=bounds,
-                trace=trace,
-                curve=curve,
-                observe=observe,
-                conclude=False,
-                **values,
-            )
-            return replace(result, label=label)
+    def run(
+        self,
+        problem: Problem,
+        chosen: Sequence[dict[str, Any]],
+        traces: Traces,
+        *,
+        labelled: bool = True,
+        compared: bool = False,
+        watched: bool = False,
+    ) -> Iterator[Result]:
+        """One result for each method, and with --warm a second one, started near the solution.
 
-    for i, (problem, own) in enumerate(zip(problems, chosen, strict=True)):
-        near = None if warm is None else _near(problem, warm)
-        for variant, label, values in zip(variants, labels(variants), own, strict=True):
-            for result in timed(partial(run_once, problem, variant, label, values), compared):
-                yield i, result
+        chosen : as from `options`. traces : makes the empty trace and curve of a run. labelled : whether results have
+        the labels of their methods. compared : whether their times are. watched : whether progress is shown.
+        """
+        from lcpcli.solving import driver as driver
+
+        near, limits = None, self.asked.limits
+        if self.asked.warm is not None:
+            from lcpcli.solving import reference
+
+            near = reference.near(problem, self.asked.warm)
+
+        def once(method: str, values: dict[str, Any]) -> Result:
+            trace, curve = traces(problem)
+            with Line() as line:
+                return driver.run(
+                    problem,
+                    method,
+                    limits=limits,
+                    trace=trace,
+                    curve=curve,
+                    conclude=False,
+                    observe=line.tell if watched else None,
+                    **values,
+                )
+
+        for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
+            starts = [values]
             if near is not None and METHODS[variant.method].uses_start:
-                again = {**values, "x0": near, "z0": None, "basis": None}
-                for result in timed(partial(run_once, problem, variant, label, again), compared):
-                    yield i, replace(result, warm=True)
+                starts.append({**values, "x0": near, "z0": None, "basis": None})
+            for start in starts:
+                for result in timed(partial(once, variant.method, start), compared):
+                    yield replace(result, label=label, warm=start is not values) if labelled else result
+
+    def proofs(self, exactly: Callable[[], ExactProblem] | None) -> list[Callable[[Result], Result]]:
+        """What adds to a result what is asked to be proved of it, in the time that its run has left.
+
+        exactly : gives the problem with its numbers as written; None if nothing is to be proved of these.
+        """
+        proofs: list[Callable[[Result], Result]] = [bounded] * self.asked.bound
+        if exactly is None:
+            return proofs
+        from lcpcli.solving.proof import prove
+
+        return [lambda result: prove(exactly, result, result.limits.time_limit - result.seconds), *proofs]
+
+    def options(self, problem: Problem) -> list[dict[str, Any]]:
+        """For each method its own options and those given that it has; OptionError for one given that none has."""
+        given = {name: _value(name, text, problem) for name, text in self.asked.own.items()}
+        first, *others = [name for name in OF_START if name in given] or [""]
+        if others:
+            raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")
+        known = [_known(variant.method) - set(variant.options) for variant in self.variants]
+        for name, value in given.items():
+            if not any(name in own for own in known):
+                self._refuse(name, value)
+        chosen = []
+        for variant, own in zip(self.variants, known, strict=True):
+            chosen.append({name: value for name, value in given.items() if name in own} | variant.options)
+            options.check(METHODS[variant.method].options, chosen[-1])
+        return chosen
+
+    def _refuse(self, name: str, value: Any) -> None:
+        """Raise OptionError for an option that none of the methods has, with those that do."""
+        fault = f"has no effect with {' and '.join(map(str, self.variants))}"
+        if name in OF_START:
+            fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
+            raise OptionError(flag(name), fault, "leave it out")
+        owners = [method for method in METHODS if name in _known(method)]
+        is_chosen = len(self.variants) == 1 and self.variants[0].method != "auto"
+        cure = "leave it out, or give" if is_chosen else "add"
+        hint = f"it belongs to {' and '.join(owners)}: {cure} --method {' or '.join(owners)}"
+        raise OptionError(flag(f"no-{name}" if value is False else name), fault, hint)
 
 
-def finished(
-    runs: Iterator[tuple[int, Result]], proofs: Sequence[Callable[[], ExactProblem]], bounds: Limits, with_bound: bool
-) -> tuple[list[list[Result]], bool]:
-    """The results by problem with the proofs requested, those before Ctrl-C if it came, and whether it came."""
-    results: dict[int, list[Result]] = {}
-    try:
-        for i, result in runs:
-            results.setdefault(i, []).append(result)
-            if result.interrupted:
-                return list(results.values()), True
-        for i, own in results.items():
-            if proofs:
-                own[:] = _proved(proofs[i], own, bounds)
-        for own in results.values():
-            for k, result in enumerate(own if with_bound else []):
-                own[k] = result if result.interrupted else bounded(result)
-    except KeyboardInterrupt:
-        if not results:
-            raise
-        return list(results.values()), True
-    return list(results.values()), any(result.interrupted for own in results.values() for result in own)
+def _known(method: str) -> set[str]:
+    """The options that a method takes, additions and starts among them."""
+    declared = METHODS[method]
+    return {*parameters_of(method), *(OF_START * declared.uses_start), *(ADDITIONS if declared.iterates else ())}
 
 
-def _proved(data: Callable[[], ExactProblem], results: Sequence[Result], bounds: Limits) -> list[Result]:
-    """Each result with what is proved about it in the time that the run has left."""
-    from lcpcli.solving.proof import prove
+def _value(name: str, given: Any, problem: Problem) -> Any:
+    """The value of an option for a problem: a vector, or states, where it gives a start."""
+    if name not in STARTS:
+        return given
+    if name == "basis":
+        from lcpcli.files.beside import read_states
 
-    return [prove(data, result, bounds.time_limit - result.seconds) for result in results]
+        return read_states(given, problem)
+    from lcpcli.files import beside
 
-
-def _near(problem: Problem, size: float) -> Vector:
-    from lcpcli.solving import reference
-
-    return reference.near(problem, size)
+    if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):  # noqa: PTH110 (Path.exists raises an error for a long text)
+        fault = f"{given!r} is neither a file nor numbers"
+        raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
+    return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box)
 
 
 def bounded(result: Result) -> Result:
-    """The result with what is proved about its error in the time that the run has left."""
+    """The result with what is proved about its error in the time that its run has left."""
     from lcpcli.verify.error_bound import LATE, NO_BOUND, error_bound
 
+    if result.interrupted:
+        return result
     try:
         with within(result.limits.time_limit - result.seconds):
             bound = error_bound(result.problem, result.z) or NO_BOUND
@@ -117,18 +176,62 @@ def bounded(result: Result) -> Result:
     return replace(result, bound=bound)
 
 
-def all_referred(problems: Sequence[Problem], bounds: Limits) -> list[Problem]:
-    """The problems with reference solutions. Ctrl-C is reported, as there is no iterate yet to report."""
+def referred(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
+    """The problems with reference solutions for errors, where one is found within the time limit of a run.
+
+    Ctrl-C is reported, as there is no iterate yet to report.
+    """
+    from lcpcli.solving import reference
+
     try:
-        return [_referred(problem, bounds) for problem in problems]
+        seconds = min(limits.time_limit, reference.SECONDS)
+        return [reference.with_reference(problem, seconds) for problem in problems]
     except KeyboardInterrupt:
         if sys.stderr is not None:
             click.echo("lcp: interrupted while solving for the reference of the errors, before the first run", err=True)
         raise
 
 
-def _referred(problem: Problem, bounds: Limits) -> Problem:
-    """The problem with a reference solution for errors, if one is found within the time limit of a run."""
-    from lcpcli.solving import reference
+def timed(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
+    """The result of a run with times to be shown, or to be compared with those of others.
 
-    return reference.with_reference(problem, min(bounds.time_limit, reference.SECONDS))
+    Raises KeyboardInterrupt after the result if a repetition was interrupted.
+    """
+    runs, interrupted = [once()], False
+    is_first = runs[0].method not in _methods
+    _methods.add(runs[0].method)
+    try:
+        while not runs[-1].interrupted and _is_repeated([run.seconds for run in runs], compared, is_first):
+            runs.append(once())
+    except KeyboardInterrupt:
+        interrupted = True
+    whole = [run for run in runs if not run.interrupted]
+    yield _least(whole[1:]) if whole[1:] else runs[0]
+    if interrupted or (whole and len(whole) < len(runs)):
+        raise KeyboardInterrupt
+
+
+def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bool:
+    """Whether another run is to be made after runs of so many seconds, of which the first one is not to count."""
+    if compared:
+        undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
+        return seconds[0] <= LONG and len(seconds) <= ENOUGH and undisturbed < BUDGET
+    return is_first and len(seconds) == 1 and seconds[0] <= BRIEF
+
+
+def _least(runs: Sequence[Result]) -> Result:
+    """The result of repeated runs, with the least time of each lap, and the spread of the times."""
+    first = runs[0]
+    laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
+    parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
+    ends, least_ends = (list(accumulate(seconds for _, seconds in each)) for each in (first.laps, laps))
+
+    def retimed(trace: Trace | None) -> Trace | None:
+        """The trace, whose iterates end a lap each, but for rounding of the sums."""
+        if trace is None:
+            return None
+        ended = {k: bisect(ends, (1 - ROUNDING) * seconds) for k, seconds in trace.times.items()}
+        return trace.retimed({k: least_ends[i] for k, i in ended.items()})
+
+    spread = median(run.seconds for run in runs) / sum(parts.values())
+    return replace(first, parts=parts, laps=laps, spread=spread, trace=retimed(first.trace), curve=retimed(first.curve))

@@ -1,26 +1,34 @@
-"""lcp solve: one method, on one problem or on many."""
+"""lcp solve and lcp compare: one method on one problem or on many, or several methods side by side."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import click
 
-from lcpcli.cli import candidates, problems, session
-from lcpcli.cli.command import Command, option
-from lcpcli.cli.methods import MethodChoice
-from lcpcli.cli.options import EXITS, numeric, problem_files, solving
+from lcpcli.cli.command import EXITS, Command, argument, option
+from lcpcli.cli.options import (
+    PROBLEM,
+    MethodChoice,
+    chosen_variants,
+    file_option,
+    numeric,
+    problem_files,
+    several_methods,
+    solving,
+    with_bounds,
+)
+from lcpcli.cli.runs import Methods
+from lcpcli.cli.session import Request, Solving, run
 from lcpcli.errors import OptionError
-from lcpcli.files.contents import files_in
+from lcpcli.files import contents
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
-from lcpcli.options import JOBS, MAX_SOLUTIONS
+from lcpcli.options import JOBS, MAX_SOLUTIONS, WARM
+from lcpcli.report.wording import LEVELS
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from lcpcli.cli.output import Output
-    from lcpcli.files.inputs import Work
+AS_PUBLISHED = ("fixed-point", "shi")
 
 
 @click.command(
@@ -60,26 +68,57 @@ if TYPE_CHECKING:
     metavar="ADDRESS",
     help="Have the workers of this Dask scheduler solve them, as in tcp://host:8786.  [default: none]",
 )
-@option(
+@file_option(
     "Many problems",
     "--resume",
-    metavar="FILE",
-    shell_complete=candidates.files(".jsonl"),
-    help="Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
+    "Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
+    ".jsonl",
 )
 def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
-    paths = files_in(files, problems.teller(given["quiet"]))
+    asked = Request.of(files, given)
     if all_of_them:
-        from lcpcli.cli import all_solutions
+        from lcpcli.cli.all_solutions import Search
 
-        return all_solutions.run(paths, method, given, exact)
-    if given[MAX_SOLUTIONS.name] is not None:
+        return run(asked, Search(asked, method, exact))
+    if asked.max_solutions is not None:
         raise OptionError("--max-solutions", "has no effect without --all", "add --all")
+    return run(asked, Solving(Methods([method], asked, exact)))
 
-    def many(works: Iterator[Work], output: Output) -> int:
-        from lcpcli.cli import many
 
-        return many.run(works, output, paths, method, given, exact)
-
-    return session.run(paths, [method], given, exact=exact, many=many)
+@click.command(
+    cls=Command,
+    short_help="Run methods side by side.",
+    examples=(
+        "lcp compare",
+        "lcp compare tridiagonal-100 --every 10",
+        "lcp compare --method newton --method lemke --method shi",
+        "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
+        "lcp compare --method shi --k-star 1 --format csv",
+        "lcp compare paper-example-1 --plot errors.svg --warm 0.01",
+    ),
+    lists={"Methods": meanings()},
+    exits={**EXITS, 0: "every method solved every problem"},
+    epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one.",
+)
+@argument(
+    "Problem",
+    "files",
+    {
+        "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by that of q.  "
+        "[default: the paper's two examples]",
+        "FOLDER": "All problem files in it, in order of their names.",
+    },
+    metavar="[FILE [Q_FILE]|FOLDER]...",
+    nargs=-1,
+    shell_complete=PROBLEM,
+)
+@with_bounds
+@several_methods("Method", "compare", AS_PUBLISHED)
+@numeric("Method", WARM)
+@solving
+def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
+    """Run methods side by side on the problem in each FILE."""
+    asked = Request.of(files, given, default=[contents.shipped_path(name) for name in contents.PAPER_EXAMPLES])
+    variants = chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)
+    return run(asked, Solving(Methods(variants, asked), LEVELS))

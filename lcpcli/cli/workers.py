@@ -1,4 +1,4 @@
-"""Who solves many problems: this process, several of them, or those of a cluster.
+"""Many problems solved by several processes, or by those of a cluster, while the next ones are read.
 
 Beyond one process the interface is `concurrent.futures.Executor`. A process that is killed costs the problems that it
 had another attempt: first those that may have killed it, each by itself; one that does so again has no result.
@@ -10,13 +10,16 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, wait
 from dataclasses import dataclass, field
-from threading import Event
-from typing import TypeAlias
+from threading import Condition, Event, Thread
+from typing import TYPE_CHECKING, TypeAlias
 
-from lcpcli.cli.ahead import HELD, Ahead, size_of
-from lcpcli.cli.pools import Pool
-from lcpcli.cli.records import Record, Task
-from lcpcli.files.inputs import Work
+from lcpcli import interrupts
+from lcpcli.files.inputs import QColumns, Work
+
+HELD = 2**25  # bytes of inputs that wait for something
+READ = 512  # inputs that are read ahead
+AT_ONCE = 2**19  # bytes of inputs that are taken together, if there is more than one
+COLUMNS_FOR_ONE = 16  # of one M, which are solved together, for one problem
 
 SECONDS = 0.1  # of work that is handed over at once
 MOST = 256  # problems in it, unless the processes are to have fewer
@@ -26,14 +29,84 @@ SECONDS_BETWEEN = 5.0  # looks at the processes while nothing comes
 ATTEMPTS = 2  # of a problem whose process is killed
 KILLED = f"the process that solved it was killed, {ATTEMPTS} times"
 
+if TYPE_CHECKING:
+    from lcpcli.cli.many import Record, Task
+    from lcpcli.cli.pools import Pool
+
 Works = Sequence[Work]
 Outcome: TypeAlias = "Future[tuple[list[Record], float]]"
 
 
-def here(task: Task, works: Iterable[Work]) -> Iterator[Record]:
-    """The records, by this process."""
-    for work in works:
-        yield from task.records(work)
+def size_of(work: Work) -> int:
+    """The bytes of an input."""
+    return work.Q.nbytes if isinstance(work, QColumns) else sum(map(len, work.contents))
+
+
+class Ahead:
+    """Inputs read by a thread of their own, as far as there is room. `news` is set whenever there are more, or no more.
+
+    The thread may wait for standard input for ever; the program ends without it.
+    """
+
+    def __init__(self, works: Iterable[Work], news: Event) -> None:
+        self._works, self._news = works, news
+        self._read: deque[Work] = deque()
+        self._bytes = 0
+        self._room = Condition()
+        self._over = False
+        self._fault: BaseException | None = None
+        thread = Thread(target=self._run, daemon=True)
+        interrupts.reading.append(thread)
+        thread.start()
+
+    @property
+    def ended(self) -> bool:
+        """Whether there are no more. Raises what reading them has raised."""
+        if not self._over or self._read:
+            return False
+        if self._fault is not None:
+            raise self._fault
+        return True
+
+    def take(self, number: int, most: int) -> list[Work]:
+        """Some that have been read, so many and at most `most`; several q for one M come alone, so many times more."""
+        taken: list[Work] = []
+        total = 0
+        with self._room:
+            while self._read and len(taken) < min(number, most) and total < AT_ONCE:
+                work = self._read[0]
+                if isinstance(work, QColumns):
+                    if not taken:
+                        return [self._part(work, COLUMNS_FOR_ONE * number)]
+                    break
+                taken.append(self._read.popleft())
+                total += size_of(work)
+            self._bytes -= total
+            self._room.notify()
+        return taken
+
+    def _part(self, work: QColumns, size: int) -> Work:
+        """The first columns, which are taken."""
+        self._bytes -= size_of(self._read.popleft())
+        if size >= len(work.names):
+            return work
+        rest = work.part(size, len(work.names))
+        self._read.appendleft(rest)
+        self._bytes += size_of(rest)
+        return work.part(0, size)
+
+    def _run(self) -> None:
+        try:
+            for work in self._works:
+                with self._room:
+                    self._room.wait_for(lambda: len(self._read) < READ and self._bytes < HELD)
+                    self._read.append(work)
+                    self._bytes += size_of(work)
+                self._news.set()
+        except BaseException as error:
+            self._fault = error
+        self._over = True
+        self._news.set()
 
 
 def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
@@ -49,7 +122,7 @@ def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) 
     room for the records that wait for one before them."""
     news = Event()
     inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()
-    size, held = 1, 0
+    size, held = 1, 0  # of the problems to hand over at once, and of the bytes that are held
     while True:
         news.clear()
         pool.look()
@@ -60,7 +133,8 @@ def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) 
         running = [piece for piece in running if piece not in done]
         for piece in done:
             held -= piece.bytes
-            size = _size_after(*piece.finish(), size)
+            number, seconds = piece.finish()
+            size = max(1, min(MOST, 2 * size, int(SECONDS * number / max(seconds, 1e-6))))
             held += piece.bytes
         while len(running) < FOR_EACH * pool.size and held < HELD:
             taken = inputs.take(size, pool.most)
@@ -71,7 +145,9 @@ def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) 
             if in_order:
                 waiting.append(piece)
             held += piece.bytes
-        ready = _due(waiting) if in_order else done
+        ready = [] if in_order else done
+        while waiting and waiting[0].is_finished:
+            ready.append(waiting.popleft())
         for piece in ready:
             held -= piece.bytes
             yield from piece.records
@@ -79,19 +155,6 @@ def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) 
             if not running and inputs.ended:
                 return
             news.wait(SECONDS_BETWEEN)
-
-
-def _due(waiting: deque[_Piece]) -> list[_Piece]:
-    """The pieces whose records are due, as those before them are there; they wait no longer."""
-    due = []
-    while waiting and waiting[0].is_finished:
-        due.append(waiting.popleft())
-    return due
-
-
-def _size_after(number: int, seconds: float, size: int) -> int:
-    """How many problems to hand over at once, for what so many have taken."""
-    return max(1, min(MOST, 2 * size, int(SECONDS * number / max(seconds, 1e-6))))
 
 
 @dataclass(eq=False)

@@ -14,7 +14,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import linear
-from lcpcli.rational import numbers as sums
+from lcpcli.rational import numbers
 from lcpcli.typing import Matrix, Vector
 
 YES, NO, UNDECIDED = "yes", "no", "not decided"
@@ -126,7 +126,7 @@ class Context:
 
     def whole(self) -> linear.Rows:
         """A small M as integers, multiplied by a power of two."""
-        return sums.integers(matrices.dense(self.M))
+        return numbers.integers(matrices.dense(self.M))
 
     def whole_symmetric_part(self) -> linear.Rows:
         """M + M' as integers, multiplied by a power of two, for a small M."""
@@ -141,7 +141,7 @@ class Context:
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
         """A positive integer multiple of the v with u in the index set P and 0 elsewhere; None if floats do not hold
         it exactly."""
-        whole = sums.whole_multiple([Fraction(value) for value in u])
+        whole = numbers.whole_multiple([Fraction(value) for value in u])
         if max(map(abs, whole)) > WIDEST:
             return None
         v = np.zeros(self.n)
@@ -162,7 +162,7 @@ class Context:
         support = np.flatnonzero(v)
         if support.size > EXACT_SUPPORT:
             return False
-        total = sums.sign_of_form(matrices.dense(self.M[support][:, support]), v[support])
+        total = numbers.sign_of_form(matrices.dense(self.M[support][:, support]), v[support])
         return total < 0 or (strict and total == 0)
 
 
@@ -184,9 +184,9 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         check()
         if is_sparse(A):
             part = slice(A.indptr[i], A.indptr[i + 1])
-            total = sums.sign_of_product(A.data[part], d[A.indices[part]])
+            total = numbers.sign_of_product(A.data[part], d[A.indices[part]])
         else:
-            total = sums.sign_of_product(A[i], d)
+            total = numbers.sign_of_product(A[i], d)
         sign[i] = (total > 0) - (total < 0)
     return sign
 
