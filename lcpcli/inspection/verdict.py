@@ -13,8 +13,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational import linear
-from lcpcli.rational import numbers
+from lcpcli.rational import linear, numbers
 from lcpcli.typing import Matrix, Vector
 
 YES, NO, UNDECIDED = "yes", "no", "not decided"

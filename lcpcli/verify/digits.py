@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model import changes
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
@@ -62,7 +62,7 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
 def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | None:
     """The errors of the basic variables that are to be expected, shape (k,); None if M_BB is singular."""
     if not problem.is_moderate:
-        units = changes.scale(problem)
+        units = scale(problem)
         errors = _errors(units.problem, z / units.C, units.R * w, basic) if units.problem.is_moderate else None
         return None if errors is None else errors * units.C[basic]
     M, q = problem.M[basic], problem.q[basic]
