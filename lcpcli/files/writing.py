@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.fields import BOUNDS, STARTS
+from lcpcli.files.fields import STARTS
 from lcpcli.files.fields import TEXTS as OF_ALL
 from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, TEXTS, WITH_BOUNDS, WRITTEN, load
 from lcpcli.linalg.matrices import is_sparse
@@ -43,7 +43,7 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
     """Write a problem as `write` does, with the numbers as they are written, which texts keep."""
     ending = ending_of(path)
-    if found.rounded.is_mixed and ending not in (*WITH_BOUNDS, *OF_PROGRAMS):
+    if ending not in (*_formats_for(found.rounded), *OF_PROGRAMS):
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")
     contents = contents_of(found, path, ending, as_program)
     write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
@@ -69,7 +69,7 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
     """All that a problem holds, texts as texts, an origin as an object or, but for a text, as JSON."""
     fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
     fields |= {"M": problem.M, "q": problem.q}
-    fields |= {key: getattr(problem, key) for key in BOUNDS} if problem.is_mixed else {}
+    fields |= problem.bounds
     fields |= {key: getattr(problem, key) for key in STARTS if getattr(problem, key) is not None}
     if problem.solutions:
         fields["solution"] = list(problem.solutions) if len(problem.solutions) > 1 else problem.solutions[0]
@@ -152,7 +152,12 @@ def exact_endings(problem: Problem) -> list[str]:
     """The suffixes of files that keep all digits of a problem: of a program and of a game those that keep it."""
     if kind_of(problem) in ("qp", "game"):
         return [".json", *OF_PROGRAMS] if kind_of(problem) == "qp" else [".json"]
-    return [ending for ending in TEXTS if ending in (WITH_BOUNDS if problem.is_mixed else FORMATS)]
+    return [ending for ending in TEXTS if ending in _formats_for(problem)]
+
+
+def _formats_for(problem: Problem) -> Collection[str]:
+    """The formats that hold a problem with its bounds."""
+    return WITH_BOUNDS if problem.bounds else FORMATS
 
 
 def ending_of(path: str) -> str:

@@ -91,7 +91,7 @@ def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp:
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
         point = Point(criterion, problem.box.z_of(turns.last.x))
-        if isinstance(ending, Finished) and problem.is_mixed and point.solves():
+        if isinstance(ending, Finished) and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual
         if point.nearly_solves():
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
@@ -206,7 +206,7 @@ def _first(problem: Problem) -> str:
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
     """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
     units = scaled.scale(problem)
-    start = units.start(x0) if problem.is_mixed else np.sign(x0)
+    start = units.start(x0)
     yield "newton", in_given_variables(units, block_pivoting(units.problem, start, LEAST_INDEX_STEPS))
     lemke = stages.limited(stages.begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
     yield "lemke", in_given_variables(units, lemke)

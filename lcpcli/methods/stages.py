@@ -149,7 +149,7 @@ class Transformation(Protocol):
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """A method on a problem, through its standard form if the method knows only z >= 0."""
     function = methods.load(method)
-    if not problem.is_mixed or methods.declared(method).takes_bounds:
+    if methods.declared(method).takes_bounds:
         return function(problem, x0, **options)
     return as_lcp(function, problem, x0, **options)
 
@@ -203,8 +203,8 @@ def _concluded(transformation: Transformation | StandardForm, ending: Ending) ->
     y = None if proof.vector is None or proof.kind == "ray" else transformation.multipliers(proof.vector)
     if y is not None and not proves_infeasible(transformation.given, y):
         return Stalled(UNVERIFIED[proof.kind])
-    mixed = y is not None and transformation.given.is_mixed
-    statement = farkas_statement(transformation.given) if mixed else proof.statement
+    other_bounds = y is not None and transformation.given.box is not transformation.problem.box
+    statement = farkas_statement(transformation.given) if other_bounds else proof.statement
     return replace(ending, certificate=replace(proof, statement=statement, vector=y))
 
 

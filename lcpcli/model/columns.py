@@ -199,7 +199,7 @@ class Block:
     @cached_property
     def _alike(self) -> bool:
         """Whether the problems differ in q alone, as LCPs do."""
-        return self.references.z is None and self.box.is_orthant
+        return self.references.z is None and self.box is self.like.box
 
     @cached_property
     def references(self) -> Reference:

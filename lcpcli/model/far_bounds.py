@@ -60,7 +60,7 @@ def _far_sides(problem: Problem) -> Sides | None:
     """Where z has such a lower bound, such an upper one, and where it is the multiplier of a row with such a bound as
     its only one; None if there is nothing of these."""
     origin = problem.origin if isinstance(problem.origin, Program) else None
-    ends = [problem.box.lower, problem.box.upper] if problem.is_mixed else []
+    ends = [problem.box.lower, problem.box.upper]
     numbers = [*ends, problem.q] if origin else ends
     if not any(((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any() for values in numbers):
         return None

@@ -168,6 +168,11 @@ class Problem:
         return not self.box.is_orthant
 
     @property
+    def bounds(self) -> dict[str, Vector]:
+        """The bounds by their names, if there are others than z >= 0."""
+        return {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
+
+    @property
     def n(self) -> int:
         """Number of unknowns."""
         return int(self.q.size)

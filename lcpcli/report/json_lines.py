@@ -51,7 +51,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "label": wording.name(result),
         "status": result.status.word,
         "advice": wording.advice(result) or None,
-        "basis": result.basis if problem.is_mixed else None,
+        "basis": result.states,
         "error_bound": bound.value if bound else None,
         "error_bound_source": bound.source if bound and bound.proved else None,
         "reference": problem.reference if problem.solutions else None,

@@ -84,7 +84,7 @@ def problem_html(problem: Problem) -> str:
     head = _table(wording.title(problem) or "Problem", [("", text) for text in _properties(problem)])
     if problem.n > SMALL or is_sparse(problem.M):
         return head
-    vectors = {"q": problem.q} | ({"l": problem.lower, "u": problem.upper} if problem.is_mixed else {})
+    vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
     cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
     return head + _grid([*(f"M<sub>{j + 1}</sub>" for j in range(problem.n)), *vectors], cells)
 

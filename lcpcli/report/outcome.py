@@ -55,7 +55,7 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
     lines += [measures, *_few_digits(result), *_vector(result, width or PAGE, whole)]
-    return [*lines, _basis(result, width or PAGE)] if result.problem.is_mixed else lines
+    return [*lines, *_basis(result, width or PAGE)]
 
 
 def residual(result: Result) -> str:
@@ -79,13 +79,13 @@ def _few_digits(result: Result) -> list[str]:
     return [f"the data determine {digits} of z{i + 1}: rounding them once changes the others"]
 
 
-def _basis(result: Result, width: int) -> str:
-    """The state of each variable, or how many are in which, if that is too long for a line."""
-    line = f"basis = ({', '.join(result.basis)})"
-    if len(line) <= width:
-        return line
-    counts = Counter(result.basis)
-    return f"basis: {', '.join(f'{counts[state]} {state}' for state in STATES if counts[state])}"
+def _basis(result: Result, width: int) -> list[str]:
+    """The state of each variable, or how many are in which, if that is too long for a line; none without bounds."""
+    states = result.states
+    if states is None or len(line := f"basis = ({', '.join(states)})") <= width:
+        return [] if states is None else [line]
+    counts = Counter(states)
+    return [f"basis: {', '.join(f'{counts[state]} {state}' for state in STATES if counts[state])}"]
 
 
 def short_vector(result: Result, width: int) -> str:

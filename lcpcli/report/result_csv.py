@@ -31,7 +31,7 @@ def answers_text(results: Sequence[Result], compared: bool) -> str:
     """Columns component, z, w (fractions where these are proved) and, if a problem has bounds, state; of results that
     are compared, problem and method before them. Behind them the names of components, if there are any, and of programs
     and games what each component is."""
-    mixed = any(result.problem.is_mixed for result in results)
+    mixed = any(result.problem.bounds for result in results)
     programs, games = (any(isinstance(result.problem.origin, kind) for result in results) for kind in (Program, Game))
     named = games or any(any(result.problem.names) for result in results)
     first = [*["problem", "method"] * compared, *COLUMNS, *[STATE] * mixed]

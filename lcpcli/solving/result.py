@@ -222,6 +222,11 @@ class Result:
         return states_of(self.problem, self.z, w)
 
     @property
+    def states(self) -> list[str] | None:
+        """The basis, of a problem with bounds; None for an LCP, where z says it."""
+        return self.basis if self.problem.is_mixed else None
+
+    @property
     def residual(self) -> float:
         return self.point.residual
 
