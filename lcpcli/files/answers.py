@@ -18,7 +18,7 @@ from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
-from lcpcli.files.contents import decode
+from lcpcli.files.contents import decode, within
 from lcpcli.files.csv_format import NUMERIC, is_comment, is_number
 from lcpcli.files.json_format import load
 from lcpcli.files.log import record_of
@@ -74,10 +74,7 @@ def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
 def _of_listed(field: str, held: Any, lengths: Lengths) -> Candidate:
     """The candidate in one of several solutions."""
     strategies = held.get("equilibrium") if isinstance(held, dict) else None
-    try:
-        return _of_held(held if strategies is None else strategies, lengths)
-    except ProblemError as error:
-        raise error.inside(field) from None
+    return within(field, _of_held, held if strategies is None else strategies, lengths)
 
 
 def _of_held(held: Any, lengths: Lengths) -> Candidate:
@@ -128,14 +125,7 @@ def _entries(field: str, values: Any) -> list[Fraction]:
         if not isinstance(value, (Fraction, str)):
             hint = f"give a number, or a fraction as a string {FROM_0}"
             raise ProblemError(f"{field}[{i}]", f"is {kind(value)}", hint)
-    return [x if isinstance(x, Fraction) else _ratio(f"{field}[{i}]", x) for i, x in enumerate(values)]
-
-
-def _ratio(place: str, text: str) -> Fraction:
-    try:
-        return ratio(text)
-    except ProblemError as error:
-        raise error.inside(place) from None
+    return [x if isinstance(x, Fraction) else within(f"{field}[{i}]", ratio, x) for i, x in enumerate(values)]
 
 
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
@@ -183,11 +173,8 @@ def _answers(content: bytes) -> list[Candidate]:
         return [_table(header or _columns(rows), _first_run(header, rows))]
     if len(header) > 1 and "z" in header:
         return [_table(header, rows)]
-    return [
-        Candidate(
-            "solution", [_ratio(f"line {k}, column {j}", x) for k, row in rows for j, x in enumerate(row, 1) if x]
-        )
-    ]
+    cells = [(f"line {k}, column {j}", cell) for k, row in rows for j, cell in enumerate(row, 1) if cell]
+    return [Candidate("solution", [within(at, ratio, cell) for at, cell in cells])]
 
 
 def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
@@ -210,7 +197,7 @@ def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
     player, strategy, value = (names.index(name) for name in ("player", "strategy", "probability"))
     own = [[each for each in rows if (each[1][player] == "row") == first] for first in (True, False)]
     ordered = [_ordered(part, strategy) for part in own]
-    values = [_ratio(f"line {k}, column {value + 1}", row[value]) for part in ordered for k, row in part]
+    values = [within(f"line {k}, column {value + 1}", ratio, row[value]) for part in ordered for k, row in part]
     return Candidate("solution", values, rows=len(ordered[0]))
 
 
@@ -268,7 +255,7 @@ def _table(names: Sequence[str], rows: Rows) -> Candidate:
     if "component" in names:
         rows = _ordered(rows, names.index("component"))
     places = [names.index(name) for name in ("z", "w") if name in names]
-    z, *w = [[_ratio(f"line {k}, column {j + 1}", row[j]) for k, row in rows] for j in places]
+    z, *w = [[within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows] for j in places]
     return Candidate("solution", z, w=w[0] if w else None)
 
 

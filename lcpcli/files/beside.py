@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import OptionError, ProblemError, kind, quoted
-from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place
+from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import OF_ARRAYS, form_of, load
 from lcpcli.files.reading import LINE, vector_in
@@ -61,10 +61,7 @@ def bounded(
     problem = _with_bounds(problem, {name: given[name] for name in BOUNDS if given[name] is not None}, fetch, doubles)
     if given["infinity"] is None:
         return problem
-    try:
-        return far_bounds.with_infinity(problem, given["infinity"])
-    except ProblemError as error:
-        raise error.inside("--infinity") from None
+    return within("--infinity", far_bounds.with_infinity, problem, given["infinity"])
 
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
@@ -161,10 +158,8 @@ def _end(name: str, number: str, exact: bool) -> Any:
     try:
         if "inf" in number.casefold() or number.casefold() == "nan":
             return float(number)
-        value = ratio(number)
+        value = within(f"--{name}", ratio, number)
         return value if exact else float(value)
-    except ProblemError as error:
-        raise error.inside(f"--{name}") from None
     except OverflowError:
         raise ProblemError(f"--{name}", f"has {number}", "give a finite number in double precision, or none") from None
 
@@ -180,10 +175,10 @@ def typed_vector(field: str, typed: list[str], n: int) -> Vector:
 
 
 def _value(field: str, number: str) -> float:
+    if "/" in number:
+        return float(rounded([within(field, ratio, number)])[0])
     try:
-        return float(rounded([ratio(number)])[0]) if "/" in number else float(number)
-    except ProblemError as error:
-        raise error.inside(field) from None
+        return float(number)
     except ValueError:
         raise ProblemError(field, f"has {quoted(number)}, not a number", "write 1,-2,0.5") from None
 

@@ -107,10 +107,15 @@ def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch |
 
 def blaming(path: str, parse: Callable[[], T]) -> T:
     """The result of parse; a ProblemError raised by it is made to name the file."""
+    return within(place(path), parse)
+
+
+def within(where: str, parse: Callable[..., T], *given: Any) -> T:
+    """The result of parse for what is given; a ProblemError raised by it is made to say where that is."""
     try:
-        return parse()
+        return parse(*given)
     except ProblemError as error:
-        raise error.inside(place(path)) from None
+        raise error.inside(where) from None
 
 
 def content_of(path: str, expected: str) -> bytes:

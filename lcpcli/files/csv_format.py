@@ -22,7 +22,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, misread, quoted
 from lcpcli.files.contents import decode
-from lcpcli.files.fields import BOUNDS, OTHER_NAMES
+from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
 from lcpcli.linalg import matrices
 from lcpcli.rational.numbers import RATIO, decimal
 
@@ -61,8 +61,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
             hint += UNNAMED * (columns == n + 2 and bool(header))
         raise ProblemError("", f"has {count(n, 'row')} of {count(columns, 'column')}", hint)
     if not places:
-        table = np.array(rows)
-        return {"M": np.ascontiguousarray(table[:, :n])} | ({"q": table[:, n].copy()} if columns > n else {})
+        return of_table(np.array(rows))
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
     if len(M[0]) != n:
         wanted = f"give M as many columns, beside {' and '.join(places)}"
@@ -116,14 +115,15 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     if indexed or not (absent or any(is_number(entry) or NUMERIC.match(entry) for entry in first)):
         header = [name.strip() for name in first[indexed:]]
         places = {} if all_bounds else _places(top, header)
-        if not (places or all_bounds):
-            _refuse_misplaced_q(top, first)
+        if "q" in header[:-1] and not (places or all_bounds):
+            place = f"line {top}, column {header.index('q') + indexed + 1}"
+            raise ProblemError(place, "is headed q, which must be the last column", "reorder the columns")
         del below[0]
     bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
     commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(below) :])
     rows = [
         [
-            (bound if all_bounds or i in bounds else value)(entry, number, i, commas, number_of)
+            _value(entry, number, i, commas, number_of, all_bounds or i in bounds)
             for i, entry in enumerate(row[indexed:], 1 + indexed)
         ]
         for number, row in below
@@ -139,11 +139,11 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
 
 def _places(line: int, names: list[str]) -> dict[str, int]:
     """The columns of q, lower and upper in a header that names a bound; else none."""
-    meant = [OTHER_NAMES.get(name.casefold(), name) for name in names[-3:]]
-    for name, other in zip(names[-3:], meant, strict=True):
-        if name not in BOUNDS and other in BOUNDS and "q" in names:
-            place = f"line {line}, column {len(names) - 3 + names[-3:].index(name) + 1}"
-            raise ProblemError(place, f"is headed {quoted(name)}", f"call it {other}, if it holds bounds of z")
+    for column, name in list(enumerate(names, 1))[-3:]:
+        meant = OTHER_NAMES.get(name.casefold(), name)
+        if name not in BOUNDS and meant in BOUNDS and "q" in names:
+            place = f"line {line}, column {column}"
+            raise ProblemError(place, f"is headed {quoted(name)}", f"call it {meant}, if it holds bounds of z")
     if not set(names) & set(BOUNDS):
         return {}
     for name in ("q", *BOUNDS):
@@ -182,14 +182,6 @@ def _numbering(rows: list[list[Any]]) -> str:
     return ""
 
 
-def _refuse_misplaced_q(line: int, header: list[str]) -> None:
-    """A header is skipped, unless it puts q in a column other than the last."""
-    names = [name.strip() for name in header]
-    if "q" in names[:-1]:
-        place = f"line {line}, column {names.index('q') + 1}"
-        raise ProblemError(place, "is headed q, which must be the last column", "reorder the columns")
-
-
 def _fields(number: int, line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         line, delimiter = " ".join(line.split()), " "
@@ -207,26 +199,8 @@ def is_name(entry: str) -> bool:
     return bool(NAME.match(entry.strip())) and not is_number(entry) and not is_absent(entry)
 
 
-def value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any]) -> Any:
-    if number_of is str and RATIO.fullmatch(own := entry.strip()):
-        if not own.rpartition("/")[2].strip("0"):
-            raise ProblemError(f"line {line}, column {column}", f"is {quoted(own)}, a division by 0", "give a number")
-        return own
-    return number_of(_numeric(entry, line, column, commas))
-
-
 def is_absent(entry: str) -> bool:
     return entry.strip().casefold() in ("", "none", "null")
-
-
-def bound(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any]) -> Any:
-    """A bound, None if the cell is empty or names an absent one."""
-    text = entry.strip().casefold()
-    if is_absent(entry):
-        return None
-    if text.lstrip("+-") in ("inf", "infinity"):
-        return float(text)
-    return value(entry, line, column, commas, number_of)
 
 
 def is_number(entry: str) -> bool:
@@ -237,21 +211,32 @@ def is_number(entry: str) -> bool:
     return "_" not in entry
 
 
-def _numeric(entry: str, line: int, column: int, commas: bool) -> str:
-    """The entry, checked to be a finite number, with a decimal point.
+def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
+    """The number in a cell, of a text also a fraction; a bound may be absent, None, or infinite.
 
     commas : whether the decimal mark of the file is a comma.
     """
+    if is_bound and is_absent(entry):
+        return None
+    if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):
+        return float(entry)
+    is_ratio = number_of is str and RATIO.fullmatch(entry.strip())
+    if is_ratio and entry.rpartition("/")[2].strip(" \t0"):
+        return entry.strip()
     number = entry.replace(",", ".", 1) if commas else entry
-    mixed = commas and "." in entry
-    if is_number(number) and math.isfinite(float(number)) and not mixed:
-        return number
-    place = f"line {line}, column {column}"
-    if not entry.strip():
-        raise ProblemError(place, "is empty", "give a number")
-    if mixed:
+    is_mixed = commas and "." in entry
+    if is_number(number) and math.isfinite(float(number)) and not is_mixed:
+        return number_of(number)
+    text, hint = quoted(entry.strip()), "give a number"
+    if is_ratio:
+        fault = f"is {text}, a division by 0"
+    elif not entry.strip():
+        fault = "is empty"
+    elif is_mixed:
+        fault = f"is {quoted(entry)} in a file with decimal commas"
         hint = "use one decimal mark and no thousands separators"
-        raise ProblemError(place, f"is {quoted(entry)} in a file with decimal commas", hint)
-    if is_number(number):
-        raise ProblemError(place, f"is {quoted(entry.strip())}", "give a finite number in double precision")
-    raise ProblemError(place, *misread(entry, f"is {quoted(entry)}, not a number"))
+    elif is_number(number):
+        fault, hint = f"is {text}", "give a finite number in double precision"
+    else:
+        fault, hint = misread(entry, f"is {quoted(entry)}, not a number")
+    raise ProblemError(f"line {line}, column {column}", fault, hint)

@@ -136,6 +136,13 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
     return Problem(solutions=fields.get("solution", ()), **held)
 
 
+def of_table(table: Any) -> dict[str, Any]:
+    """M and q in an array of n rows and n + 1 columns, or M in one of any other shape."""
+    if table.ndim != 2 or table.shape[1] != table.shape[0] + 1:
+        return {"M": table}
+    return {"M": table[:, :-1].copy(), "q": table[:, -1].copy()}
+
+
 def _program(held: Mapping[str, Any]) -> Problem:
     for key in held:
         if key in OF_OTHERS:

@@ -122,7 +122,9 @@ def form_of(path: str, content: bytes) -> str:
     """
     ending = Path(uncompressed(path)).suffix.casefold()
     if content.startswith(ZIP) and ending != ".npz":
-        return _of_archive(content)
+        if b".npy" not in content:
+            _refuse(SPREADSHEET if b"xl/" in content or b"opendocument.spreadsheet" in content else PACKED)
+        return "npz_format"
     if not (content.startswith(GZIP) and ending in COMPRESSIBLE):
         _refuse(next((advice for mark, advice in FOREIGN_BEGINNINGS.items() if content.startswith(mark)), None))
     form = next(
@@ -145,13 +147,6 @@ def is_result(content: bytes) -> bool:
 def uncompressed(path: str) -> str:
     """The name of a file without the suffix of a compression that is read."""
     return path[:-3] if path.casefold().endswith(COMPRESSED) else path
-
-
-def _of_archive(content: bytes) -> str:
-    """The format of a ZIP archive, by the names in it: NPZ, if it is read at all."""
-    if b".npy" not in content:
-        _refuse(SPREADSHEET if b"xl/" in content or b"opendocument.spreadsheet" in content else PACKED)
-    return "npz_format"
 
 
 def _refuse(advice: tuple[str, str] | None) -> None:

@@ -39,7 +39,7 @@ class _Reader:
     """The tokens of a file, taken one after another: texts in quotes, braces, and words."""
 
     def __init__(self, text: str) -> None:
-        self._text = text
+        self._content = text
         self._tokens = [(match[0], match.start()) for match in TOKEN.finditer(text)]
         self._next = 0
 
@@ -47,12 +47,12 @@ class _Reader:
         if [self._take() for _ in range(2)] != ["NFG", "1"]:
             raise self._error("is not the beginning of a game", "a file begins with NFG 1 R")
         self._take()  # R or D: how numbers are meant, which their digits tell
-        title = self._text_token("the title")
+        title = self._text("the title")
         self._refuse_other_players(len(self._texts("the names of the players")))
         m, k, names = self._strategies()
         if self._peek()[:1] == '"':
             self._take()  # a comment
-        cells = self._outcomes(m * k) if self._peek() == "{" else self._payoffs(m * k)
+        cells = self._cells(m * k)
         if self._next < len(self._tokens):
             raise self._error(f"is more than the payoffs of {m} x {k} strategies", "remove it", self._take())
         A, B = ([[_payoff(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
@@ -76,13 +76,12 @@ class _Reader:
         named = [[] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in names]
         return counts[0], counts[1], named
 
-    def _payoffs(self, cells: int) -> list[Sequence[Fraction]]:
-        values = [self._fraction() for _ in range(2 * cells)]
-        return [values[2 * cell : 2 * cell + 2] for cell in range(cells)]
-
-    def _outcomes(self, cells: int) -> list[Sequence[Fraction]]:
-        self._expect("{", "the outcomes")
-        outcomes: list[Sequence[Fraction]] = [(Fraction(0), Fraction(0))]
+    def _cells(self, count: int) -> list[tuple[Fraction, Fraction]]:
+        """The payoffs of both players, of so many pairs of strategies."""
+        if self._peek() != "{":
+            return [(self._fraction(), self._fraction()) for _ in range(count)]
+        self._take()
+        outcomes = [(Fraction(0), Fraction(0))]
         while self._peek() == "{":
             self._take()
             if self._peek()[:1] == '"':
@@ -91,7 +90,7 @@ class _Reader:
             self._expect("}", "the end of an outcome")
         self._expect("}", "the end of the outcomes")
         chosen = []
-        for _ in range(cells):
+        for _ in range(count):
             number = self._whole("the number of an outcome")
             if number >= len(outcomes):
                 raise self._error(f"is outcome {number} of {len(outcomes) - 1}", "name one that is given")
@@ -102,21 +101,21 @@ class _Reader:
         self._expect("{", what)
         found = []
         while self._peek() != "}":
-            found.append(self._text_token(what))
+            found.append(self._text(what))
         self._take()
         return found
 
-    def _text_token(self, what: str) -> str:
-        token = self._take()
-        if len(token) < 2 or token[0] != '"':
-            raise self._error(f"has {quoted(token)} in place of {what}", "put texts in quotes")
-        return re.sub(r"\\(.)", r"\1", token[1:-1])
+    def _text(self, what: str) -> str:
+        return re.sub(r"\\(.)", r"\1", self._matching(r'"(?s:.)*"', what, "put texts in quotes")[1:-1])
 
     def _whole(self, what: str) -> int:
+        return int(self._matching(r"[0-9]{1,9}", what, "give an integer"))
+
+    def _matching(self, pattern: str, what: str, hint: str) -> str:
         token = self._take()
-        if not (token.isascii() and token.isdigit()) or len(token) > 9:
-            raise self._error(f"has {quoted(token)} in place of {what}", "give an integer")
-        return int(token)
+        if not re.fullmatch(pattern, token):
+            raise self._error(f"has {quoted(token)} in place of {what}", hint)
+        return token
 
     def _fraction(self) -> Fraction:
         token = self._take()
@@ -148,7 +147,7 @@ class _Reader:
 
     def _error(self, fault: str, hint: str, token: str = "") -> ProblemError:
         """An error in the line of the last token."""
-        line = self._text.count("\n", 0, self._tokens[self._next - 1][1]) + 1
+        line = self._content.count("\n", 0, self._tokens[self._next - 1][1]) + 1
         return ProblemError(f"line {line}", f"{quoted(token)} {fault}" if token else fault, hint)
 
 

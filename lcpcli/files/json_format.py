@@ -194,15 +194,13 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         return json.dumps(value, ensure_ascii=False)
     if value.ndim == 2:
         return "[\n    " + ",\n    ".join(_text(row, number) for row in value) + "\n  ]"
+    if value.dtype == object:
+        return "[" + ", ".join(map(_payoff_text, value)) + "]"
     return "[" + ", ".join(map(number, value.tolist())) + "]"
 
 
-def number_text(exact: Exact, x: float | Fraction) -> str:
-    """What a double stands for, null if it is infinite; or a payoff, one that is no decimal as a text."""
-    if isinstance(x, Fraction):
-        from lcpcli.rational.numbers import decimal, places, text
-
-        return json.dumps(text(x)) if places(x) is None else decimal(x)
+def number_text(exact: Exact, x: float) -> str:
+    """What a double stands for; null if it is infinite."""
     if x in exact:
         from lcpcli.rational.numbers import decimal
 
@@ -215,3 +213,10 @@ def repeated(rows: Indices, cols: Indices) -> int | None:
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
     return int(order[again[0] + 1]) if again.size else None
+
+
+def _payoff_text(x: Fraction) -> str:
+    """A payoff as a decimal, or as a text if it is none."""
+    from lcpcli.rational.numbers import decimal, places, text
+
+    return json.dumps(text(x)) if places(x) is None else decimal(x)

@@ -77,20 +77,16 @@ class Log:
                 self._file.seek(-len(END), 2)
                 self._file.write(COMPLETE)
                 self._file.flush()
-            if has_replaced:
-                self._rewrite()
+            if has_replaced:  # only the last record of each number is kept; nothing can be added any more
+                from tempfile import TemporaryFile
 
-    def _rewrite(self) -> None:
-        """Replace the file by one with the last record of each number; nothing can be added any more."""
-        from tempfile import TemporaryFile
-
-        self._file.seek(0)
-        last = {_number(line, at): at for at, line in enumerate(self._file, 1)}
-        self._file.seek(0)
-        with TemporaryFile(dir=Path(self._path).resolve().parent) as kept:
-            kept.writelines(line for at, line in enumerate(self._file, 1) if last[_number(line, at)] == at)
-            kept.seek(0)
-            write_whole(self._path, kept)
+                self._file.seek(0)
+                last = {_number(line, at): at for at, line in enumerate(self._file, 1)}
+                self._file.seek(0)
+                with TemporaryFile(dir=Path(self._path).resolve().parent) as kept:
+                    kept.writelines(line for at, line in enumerate(self._file, 1) if last[_number(line, at)] == at)
+                    kept.seek(0)
+                    write_whole(self._path, kept)
 
 
 @contextmanager

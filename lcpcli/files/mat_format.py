@@ -39,9 +39,13 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     if "M" not in variables and kind_of(known):
         return of_arrays(known)
     if "M" not in variables:
-        raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {_names(variables)}")
-    _refuse_misnamed_bounds(variables)
+        shown = ", ".join([*variables][:MOST_NAMED]) + ", ..." * (len(variables) > MOST_NAMED) or "no variables"
+        raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
     n = math.prod(variables["q"].shape) if "q" in variables else -1
+    for name, values in variables.items():  # that have the size of bounds, and a name that others give them
+        if name not in KEYS and is_for_bounds(name) and math.prod(values.shape) in (1, n, 2 * n):
+            fault = "may hold bounds of z, which are called lower and upper"
+            raise ProblemError(name, fault, "rename it, or leave it out")
     if "names" in variables and len(texts(variables["names"]) or ()) != n:
         del variables["names"]  # of something else in the workspace
     several = variables.get("solution")
@@ -68,15 +72,6 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
     file = io.BytesIO()
     savemat(file, variables, oned_as="column")
     return {"": file.getvalue()}
-
-
-def _refuse_misnamed_bounds(variables: dict[str, Any]) -> None:
-    """Refuse a variable next to M and q that has the size of bounds, and a name that others give them."""
-    n = math.prod(variables["q"].shape) if "q" in variables else -1
-    for name, values in variables.items():
-        if name not in KEYS and is_for_bounds(name) and math.prod(values.shape) in (1, n, 2 * n):
-            fault = "may hold bounds of z, which are called lower and upper"
-            raise ProblemError(name, fault, "rename it, or leave it out")
 
 
 def _variables(content: bytes) -> dict[str, Any]:
@@ -138,8 +133,3 @@ def _array(name: str, value: Any) -> Any:
         refuse_beyond_memory(name, value.shape)
         value = value.toarray()
     return value if is_sparse(value) or is_matrix else flat(np.asarray(value))
-
-
-def _names(variables: dict[str, Any]) -> str:
-    shown = [*variables][:MOST_NAMED]
-    return ", ".join(shown) + ", ..." * (len(variables) > len(shown)) or "no variables"

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.lib import format as npy
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.contents import refuse_beyond_memory
-from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, TEXTS, kind_of
+from lcpcli.files.contents import refuse_beyond_memory, within
+from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, TEXTS, kind_of, of_table
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 
@@ -28,13 +28,6 @@ OF_NAMES = ("rows", "columns", "names")
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
     """M and q of an array of n rows and n + 1 columns, or M of one of any other shape."""
     return of_table(_array(content))
-
-
-def of_table(table: Any) -> dict[str, Any]:
-    """M and q of a table of n rows and n + 1 columns, or M of any other."""
-    if table.ndim != 2 or table.shape[1] != table.shape[0] + 1:
-        return {"M": table}
-    return {"M": np.ascontiguousarray(table[:, :-1]), "q": np.ascontiguousarray(table[:, -1])}
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
@@ -120,7 +113,9 @@ def _plain(key: str, array: Any) -> Any:
     if key in (*TEXTS, "verdict", "sense"):
         return text(key, array)
     if key == "origin":
-        return _origin(text(key, array))
+        from lcpcli.files.json_format import load
+
+        return within(key, load, text(key, array))
     if is_sparse(array) or key == "M":
         return array
     if key in MATRICES:
@@ -151,12 +146,3 @@ def text(key: str, array: Any) -> str:
         raise ProblemError(key, f"is an array of {array.dtype.name}", "give a text")
     held = array.item()
     return held.decode("utf-8", "replace") if isinstance(held, bytes) else str(held)
-
-
-def _origin(written: str) -> Any:
-    from lcpcli.files.json_format import load
-
-    try:
-        return load(written)
-    except ProblemError as error:
-        raise error.inside("origin") from None

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.files.contents import within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.npy_format import checked, named, of_arrays, text
 from lcpcli.linalg.matrices import is_sparse
@@ -92,10 +93,7 @@ def _with_sparse(arrays: dict[str, Any]) -> dict[str, Any]:
     for key in MATRICES:
         parts = {part: held.pop(f"{key}.{part}") for part in (*COMPRESSED, "shape") if f"{key}.{part}" in held}
         if parts:
-            try:
-                held[key] = _matrix(parts)
-            except ProblemError as error:
-                raise error.inside(key) from None
+            held[key] = within(key, _matrix, parts)
     return held
 
 
