@@ -88,9 +88,9 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> State
         if low is not None and data.lower[k] == data.upper[k]:
             states.append((FIXED,) * (value == low))
             continue
-        own = (LOWER,) * (value == low and w >= 0)
+        own = (LOWER,) * (w >= 0 and value == low)
         own += (BASIC,) * (w == 0 and (low is None or value >= low) and (high is None or value <= high))
-        states.append(own + (UPPER,) * (value == high and w <= 0))
+        states.append(own + (UPPER,) * (w <= 0 and high is not None and value == high))
     return tuple(states)
 
 
@@ -99,12 +99,15 @@ def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, c
 
     `check` is called before each vertex and may raise: there are as many as combinations of theirs.
     """
-    zero = Fraction(0)
+    zero: list[Any] = [Fraction(0)] * n
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
         check()
-        z = {i: value for indices, part in parts for i, value in zip(indices, part, strict=True)}
-        return tuple(z.get(i, zero) for i in range(n))
+        z = list(zero)
+        for indices, part in parts:
+            for i, value in zip(indices, part, strict=True):
+                z[i] = value
+        return tuple(z)
 
     pairs = list(zip(places, pieces, strict=True))
     return Piece(

@@ -72,7 +72,9 @@ class Dictionary:
                 return False
             self.rows.pop(form, None)
         if form in self.cobasic:
-            self._drop(self.cobasic.index(form))
+            k = self.cobasic.index(form)
+            del self.cobasic[k]
+            self.rows = {basic: row[: k + 1] + row[k + 2 :] for basic, row in self.rows.items()}
         return True
 
     def require(self, form: int) -> bool:
@@ -219,9 +221,3 @@ class Dictionary:
             if slope > 0 or (slope and form not in self.signed):
                 moves.append((form if bland else -abs(slope), k, 1 if slope > 0 else -1))
         return min(moves)[1:] if moves else None
-
-    def _drop(self, k: int) -> None:
-        """Take out a column, whose form is 0 from now on."""
-        del self.cobasic[k]
-        for form, row in self.rows.items():
-            self.rows[form] = row[: k + 1] + row[k + 2 :]
