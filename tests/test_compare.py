@@ -123,3 +123,13 @@ def test_disturbance_is_the_same_each_time_and_of_the_size_asked_for() -> None:
     z = problem.solutions[0]
     distance = np.abs(start - (z - problem.w(z)) / 2).max()
     assert 1e-4 < distance < 1e-2
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_files_none_of_which_can_be_read_are_told_in_lines_in_every_format(form: str, lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "bad.json"
+    file.write_text("[")
+    outcome = lcp("compare", str(file), str(file), "--format", form)
+    assert outcome.code == 2
+    assert [line.split(":")[0] for line in outcome.err.splitlines()] == ["lcp", "lcp"]
+    assert len(outcome.out.splitlines()) == 2 * (form == "json")
