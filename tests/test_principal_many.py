@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli.linalg import principal_many
+from lcpcli.linalg import factors, principal_many
 
 
 def test_each_submatrix_is_factorized_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -39,13 +39,13 @@ def test_sets_of_most_indices_are_solved_for_by_their_complements() -> None:
     sets = generator.random((m, n)) < np.linspace(0, 1.1, m)[:, np.newaxis]
     assert sets[-1].all()
     B = generator.standard_normal((m, n))
-    inverse = principal_many.well_conditioned_inverse(M)
+    inverse = factors.well_conditioned_inverse(M)
     assert inverse is not None
     ours, plain = principal_many.solve_principal(M, sets, B, inverse), principal_many.solve_principal(M, sets, B)
     assert np.allclose(ours, plain, rtol=0, atol=1e-12)
     assert np.array_equal(ours != 0, sets)
-    assert principal_many.well_conditioned_inverse(M * np.geomspace(1, 1e9, n)) is None
-    assert principal_many.well_conditioned_inverse(np.zeros((2, 2))) is None
+    assert factors.well_conditioned_inverse(M * np.geomspace(1, 1e9, n)) is None
+    assert factors.well_conditioned_inverse(np.zeros((2, 2))) is None
 
 
 def test_singular_submatrices_spoil_no_others() -> None:
