@@ -25,22 +25,18 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
     if inverse is not None:
         large = np.count_nonzero(sets, axis=1) > LARGE * sets.shape[1]
         if large.any():
-            return _by_complements(M, sets, B, inverse, large)
+            X = np.empty(B.shape)
+            X[~large] = solve_principal(M, sets[~large], B[~large])
+            all_of_it = np.where(sets[large], B[large], 0.0) @ inverse.T
+            outside = solve_principal(inverse, ~sets[large], all_of_it)
+            X[large] = np.where(sets[large], all_of_it - outside @ inverse.T, 0.0)
+            return X
     X = np.zeros(B.shape)
     for indices, rows in _batches(sets):
         columns = M.T.take(indices, axis=0).transpose(0, 2, 1)  # first, which takes half the time of all at once
         blocks = columns[np.arange(indices.shape[0])[:, np.newaxis], indices]
         places = rows[:, :, np.newaxis], indices[:, np.newaxis, :]
         X[places] = _solved(blocks, B[places].transpose(0, 2, 1)).transpose(0, 2, 1)
-    return X
-
-
-def _by_complements(M: Matrix, sets: Mask, B: Vector, inverse: Matrix, large: Mask) -> Vector:
-    X = np.empty(B.shape)
-    X[~large] = solve_principal(M, sets[~large], B[~large])
-    all_of_it = np.where(sets[large], B[large], 0.0) @ inverse.T
-    outside = solve_principal(inverse, ~sets[large], all_of_it)
-    X[large] = np.where(sets[large], all_of_it - outside @ inverse.T, 0.0)
     return X
 
 

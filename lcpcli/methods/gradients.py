@@ -25,21 +25,10 @@ MOST_STEPS = 40  # no more products than a few factorizations cost
 
 
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
-    """z' = mid(l, u, z - t D^-1 (M z + q)) with D = diag(M) and Barzilai and Borwein's step sizes t in turn.
+    """z' = mid(l, u, z - t D^-1 (M z + q)) with D = diag(M) and Barzilai and Borwein's step sizes t in turn, M dense.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns, M dense.
-    x0 : starting point, shape (n,).
-
-    Yields
-    ------
-    Iterate : every BLOCK steps, x = (z - D^-1 w) / 2, which stands for the states that are likely.
-
-    Returns
-    -------
-    Finished : the active set has settled. Stalled : it has not in MOST_STEPS. Breakdown : a diagonal entry of M is not
-        positive, or the iteration diverges.
+    Yields x = (z - D^-1 w) / 2 every BLOCK steps, which stands for the states that are likely. Finished : these have
+    settled. Stalled : not in MOST_STEPS. Breakdown : a diagonal entry of M is not positive, or the iteration diverges.
     """
     box, diagonal = problem.box, problem.M.diagonal()
     if not diagonal.min() > 0:

@@ -14,14 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.shifted_systems import Systems
 from lcpcli.methods.interior_scaling import Scaled
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Matrix, Vector
 
 LEAST_SIGMA = 1e-6
 CORRECTORS, WORTH, ASPIRED = 2, 0.01, 0.3  # Gondzio's: at most, the least gain in step length, the gain aimed at
@@ -55,6 +55,8 @@ class Steps:
         self._index = np.concatenate((problem.low, problem.high))
         self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
         self._bound = np.concatenate((problem.lower[problem.low], problem.upper[problem.high]))
+        _, low, high = np.intersect1d(problem.low, problem.high, return_indices=True)
+        self._partners = low, high + problem.low.size  # the places of both bounds of each variable with two
         self._measured: tuple[Point, tuple[Vector, Vector]] | None = None
 
     @np.errstate(all="ignore")
@@ -163,16 +165,10 @@ class Steps:
     def _absorbing(self, ratio: Vector) -> Vector:
         """Minus the sign of those bounds whose multipliers take what a system leaves over: the nearer one, if near."""
         other = np.zeros(ratio.size)
-        both = self._partners
-        other[both[0]], other[both[1]] = ratio[both[1]], ratio[both[0]]
+        low, high = self._partners
+        other[low], other[high] = ratio[high], ratio[low]
         nearer = (ratio > other) | ((ratio == other) & (self._sign > 0))
         return np.where((ratio > 1.0) & nearer, -self._sign, 0.0)
-
-    @cached_property
-    def _partners(self) -> tuple[Indices, Indices]:
-        """The places of the lower and of the upper bound of each variable with both."""
-        _, low, high = np.intersect1d(self.problem.low, self.problem.high, return_indices=True)
-        return low, high + self.problem.low.size
 
 
 def longest(at: Point, along: Point) -> float:

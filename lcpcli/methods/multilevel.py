@@ -8,14 +8,14 @@ Scientific Computing 34 (2012) C123-C152, section 3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix, Solve, sparse_lu
 from lcpcli.linalg.krylov import identity
+from lcpcli.linalg.matrices import plus_diagonal
 from lcpcli.typing import Indices, Matrix, Vector
 
 COARSEST = 500  # n up to which a matrix is factorized
@@ -27,14 +27,8 @@ RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation ha
 REUSE_CHANGE = 0.03  # of an index set: how far it may differ from that for which a preconditioner was built
 
 
-@dataclass(frozen=True)
-class Level:
-    """A matrix A (n, n), the prolongation P (n, m) from the next coarser level, P', and the weights of Jacobi (n,)."""
-
-    A: Matrix
-    P: Matrix
-    restriction: Matrix
-    weights: Vector
+Level: TypeAlias = tuple[Matrix, Matrix, Matrix, Vector]
+"""A matrix A (n, n), the prolongation P (n, m) from the next coarser level, P', and the weights of Jacobi (n,)."""
 
 
 class Hierarchy:
@@ -79,9 +73,12 @@ class Hierarchy:
             weights = _jacobi(block)
             P = _smoothed(full[indices] if k == 0 else full, block, weights)
             restriction = P.T.tocsr()
-            levels.append(Level(block, P, restriction, weights))
+            levels.append((block, P, restriction, weights))
             block = restriction @ (block @ P)
-        coarse = _coarse_solver(block)
+        diagonal = block.diagonal()
+        size = diagonal.max(initial=0.0) or 1.0
+        floor = np.where(diagonal <= 1e-14 * size, size, 1e-14 * size)
+        coarse = sparse_lu(symmetric=True)(plus_diagonal(block, floor)).solve
         return lambda b: _v_cycle(levels, coarse, b)
 
 
@@ -122,24 +119,14 @@ class Preconditioners:
 def _v_cycle(levels: list[Level], coarse: Solve, b: Vector) -> Vector:
     if not levels:
         return coarse(b)
-    level = levels[0]
-    x = level.weights * b
+    A, P, restriction, weights = levels[0]
+    x = weights * b
     for _ in range(SWEEPS - 1):
-        x += level.weights * (b - level.A @ x)
-    x += level.P @ _v_cycle(levels[1:], coarse, level.restriction @ (b - level.A @ x))
+        x += weights * (b - A @ x)
+    x += P @ _v_cycle(levels[1:], coarse, restriction @ (b - A @ x))
     for _ in range(SWEEPS):
-        x += level.weights * (b - level.A @ x)
+        x += weights * (b - A @ x)
     return x
-
-
-def _coarse_solver(A: Matrix) -> Solve:
-    from scipy.sparse import diags_array
-
-    diagonal = A.diagonal()
-    size = diagonal.max(initial=0.0) or 1.0
-    floor = np.where(diagonal <= 1e-14 * size, size, 1e-14 * size)
-    solve: Solve = sparse_lu(symmetric=True)((A + diags_array(floor)).tocsr()).solve
-    return solve
 
 
 def _jacobi(A: Matrix) -> Vector:

@@ -97,11 +97,8 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
 def from_states(problem: Problem, x0: Vector) -> Stage:
     """Block pivoting from states that are nearly right, while most steps leave at most FAST of the violations.
 
-    The states of a solution take one factorization, even where many components are 0 but for rounding.
-
-    Returns
-    -------
-    Finished : no sign is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
+    The states of a solution take one factorization, even where many components are 0 but for rounding. Finished : no
+    sign is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
     """
     solutions, before = BasicSolutions(problem), problem.n
     slow = SLOW_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW
@@ -121,22 +118,14 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:
-    """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it.
+    """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it: with step
+    "finish" and no sign violated beyond rounding, and Finished; else as the stage.
 
     An attempt is made when P is nearly unchanged for STABLE_ITERATES iterates, and when the stage ends; it continues
     pivoting while the number of violations decreases. All attempts together take no longer than the iterations so far,
     as far as earlier pivoting steps predict; only the attempt at the end of the stage has no time limit.
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
-
-    Yields
-    ------
-    Iterate : those of the stage; finally, if an attempt succeeds, the basic solution, with step "finish". There x is
-        (z - w) / 2, and no sign is violated beyond rounding.
-
-    Returns
-    -------
-    Finished if an attempt succeeded, else how the stage ended.
     """
     finisher, iterated = _Finisher(problem, clock), 0.0
     last = None if x0 is None else Iterate(x0, None, "", 0)

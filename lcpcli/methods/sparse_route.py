@@ -51,20 +51,10 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     iteration with omega from the spectrum and Anderson acceleration, which finds the active set with one factorization,
     and `finish`.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns, M sparse.
-    x0 : starting point, shape (n,).
+    It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part.
+
     krylov_only : whether to end after the first part, as where others are better: with zeros on the diagonal, as for
         contact, or a narrow band.
-
-    Yields
-    ------
-    Iterate : in the problem's own units; `method` names the part of the route.
-
-    Returns
-    -------
-    As the last part. It is meant for positive definite and H-matrices; it may fail for other M.
     """
     R, C = _units(problem.M, problem.q)
     units = in_units(problem, R, C)
@@ -118,20 +108,9 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
     is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors and one
     submatrix of memory.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns, M sparse.
-    x0 : starting point, shape (n,).
-
-    Yields
-    ------
-    Iterate : x = (z - w) / 2 for each pivoting step. Evaluations are products with M.
-
-    Returns
-    -------
-    Finished : the residual is zero. Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not
-        positive, a solve takes more than PATIENCE products per digit, or pivoting cycles; M is too ill-conditioned for
-        this method, or not a P-matrix.
+    Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
+    Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
+    PATIENCE products per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
     """
     return _iterates(_Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0)))
 

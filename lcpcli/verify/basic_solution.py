@@ -76,8 +76,13 @@ class Safeguard:
         spent = self._waiting < 1
         self._waiting, self.left = self._waiting + spent, self.left - spent
         self.single = (self.single | spent) & others
-        if np.any(self.single):
-            wrong[(wrong.cumsum(axis=-1) > 1) & np.expand_dims(self.single, -1)] = False
+        if wrong.ndim == 2:
+            rows = self.single.nonzero()[0]
+            first = wrong[rows].argmax(axis=1)
+            wrong[rows] = False
+            wrong[rows, first] = True
+        elif self.single:
+            wrong[wrong.nonzero()[0][1:]] = False
 
     def keep(self, rows: Indices) -> None:
         """Go on with these of m problems."""
