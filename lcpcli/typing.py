@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from fractions import Fraction
 
-    from numpy.typing import ArrayLike
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
-Vector: TypeAlias = NDArray[np.float64]
-Indices: TypeAlias = NDArray[np.intp]
-Mask: TypeAlias = NDArray[np.bool_]
+Vector: TypeAlias = "NDArray[np.float64]"
+Indices: TypeAlias = "NDArray[np.intp]"
+Mask: TypeAlias = "NDArray[np.bool_]"
 Matrix: TypeAlias = Any  # a dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations
 VectorLike: TypeAlias = "ArrayLike | Sequence[float | Fraction]"
 BoundLike: TypeAlias = "ArrayLike | Fraction | Sequence[float | Fraction | None] | None"

@@ -205,7 +205,7 @@ RAYS: dict[str, tuple[Problem, list[float]]] = {
     "infinite": (TEXTBOOK, [math.inf, 0]),
     "length": (TEXTBOOK, [1, 0, 0]),
     "overflow": (Problem(1e300 * IDENTITY, [-1, -1]), [1e300, 1]),
-    "mixed": (mixed(np.zeros((2, 2)), [-1, -1], BOX, BELOW), [0, 1]),
+    "beyond a bound": (mixed(np.zeros((2, 2)), [-1, -1], BOX, BELOW), [1, 0]),
     "many unknowns": (MANY, [1.0] * 30),
 }
 

@@ -83,21 +83,18 @@ FORMAT = '''
 
 import numpy as np
 
-from lcpcli.model.problem import Problem
-from lcpcli.rational.problem import parts_of
+
+def fields(content, number=float):
+    diagonal, q = ([number(text) for text in line.split()] for line in content.decode().splitlines())
+    return {"M": np.diag(diagonal), "q": q}
 
 
-def parse(content):
-    diagonal, q = (list(map(float, line.split())) for line in content.decode().splitlines())
-    return Problem(np.diag(diagonal), q)
+def values(field, content, number=float):
+    return fields(content, number)[field]
 
 
-def parse_exact(content):
-    return parts_of(parse(content))
-
-
-def render(problem):
-    lines = (problem.M.diagonal(), problem.q)
+def render(fields, exact):
+    lines = (fields["M"].diagonal(), fields["q"])
     return {"": "\\n".join(" ".join(map(str, line)) for line in lines).encode()}
 '''
 PEER = '''
@@ -148,7 +145,7 @@ def test_family(package: Path, lcp: Run) -> None:
 
 def test_problem_format(package: Path, lcp: Run) -> None:
     (package / "files" / "toy_format.py").write_text(FORMAT)
-    register(package / "files" / "formats.py", "FORMATS", '".toy": "toy"')
+    register(package / "files" / "formats.py", "FORMATS", '".toy": "toy_format"')
     lcp("make", "diagonal", "-n", "3", "--set", "decades=0", "-o", "problem.toy")
     assert (package.parent / "problem.toy").read_text() == "1.0 1.0 1.0\n-1.0 1.0 -1.0"
     assert json.loads(lcp("solve", "problem.toy", "--format", "json"))["z"] == [1.0, 0.0, 1.0]

@@ -10,7 +10,7 @@ difference that is computed. A factorization that fails gives a v, and the sign 
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -29,7 +29,7 @@ RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly
 WIDEST = 400  # binary exponents: matrices with entries further from 1 are left undecided
 UNSEEN = "neither a v with v'Mv < 0 nor a proof that there is none was found"
 
-Proof = tuple[bool, Vector | None]
+Proof: TypeAlias = "tuple[bool, Vector | None]"
 """Whether S is proved to be positive definite; if not, a v, shape (n,), that may have v'Sv <= 0, or None."""
 
 

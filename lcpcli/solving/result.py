@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_bound import Bound
 
-
 DIGITS_SECONDS = 1.0  # beyond those of the run, in which its digits are to be known
 
 
@@ -68,8 +67,8 @@ class Status(Enum):
 
     def told(self, problem: Problem, reason: str) -> str:
         """The sentence for a problem and a reason, "" if there is none."""
-        says = problem.box.wording.without if self is Status.INFEASIBLE else self.value
-        return f"{says}: {reason}" if reason else says
+        statement = problem.box.wording.without if self is Status.INFEASIBLE else self.value
+        return f"{statement}: {reason}" if reason else statement
 
     @property
     def exit_code(self) -> int:
@@ -115,8 +114,7 @@ class Result:
     interrupted : whether Ctrl-C ended it, although z may turn out to be a solution. It is False where a callback did,
         for which `status.word` is "interrupted".
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
-    trace : the rows kept, or None if not requested.
-    curve : a second trace, for figures and milestones; None if not requested.
+    trace, curve : the rows kept, and a second trace, for figures and milestones; each None if not requested.
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
     spread : how many times as long as here the median of the repetitions took; None if there were none.
     route : the methods that took part, in order.
@@ -129,8 +127,7 @@ class Result:
     suggestions : what to try next if the problem is not solved; `advice` has it as one line.
     answer : what it means for the program or the game that the problem comes from, a `Minimum` or an `Equilibrium` of
         `lcpcli.solving.answer`; None if from neither.
-    verified : whether a claim to have solved the problem holds when the residual is recomputed from the original
-        data; None if there is no such claim, or if not requested.
+    verified : whether a claim to have solved it holds when the residual is recomputed; None if there is none.
     others : whether the problem has other solutions too; None if that is not known, or if not requested.
     exactly_solvable : whether the problem has an exact solution, with its numbers as they are written; None likewise.
 
@@ -184,8 +181,7 @@ class Result:
         return result_html(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """The result as the object that `lcp solve --format json` writes, of numbers, texts, lists and None alone;
-        `advice` is in the words of Python."""
+        """The object that `lcp solve --format json` writes, plain; `advice` is in the words of Python."""
         from lcpcli.report.json_lines import data
 
         return {**data(self), "advice": self.advice or None}

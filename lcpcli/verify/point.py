@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from lcpcli.linalg.doubles import are_moderate, least, size
+from lcpcli.linalg.doubles import are_moderate, is_finite, least, size
 from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
@@ -101,7 +101,8 @@ class Point:
     def __init__(self, criterion: Criterion, z: Vector, is_admissible: bool = True) -> None:
         self.criterion, self.z = criterion.for_point(z), z
         self._inside = self.criterion.inside(z)
-        self._beyond = None if is_admissible else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
+        known = is_admissible and is_finite(z)
+        self._beyond = None if known else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
         self._solves: bool | None = None
         self._plain: Rows | None = None
 
