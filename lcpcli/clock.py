@@ -18,15 +18,20 @@ LOADERS = (SourceFileLoader, SourcelessFileLoader, ExtensionFileLoader)
 
 
 class _Imports:
-    """All imports from the first one of this module on, whoever needs them: the clock stands still in them.
+    """All imports from the first reading of the clock on, whoever needs them: the clock stands still in them.
 
     It stands first in sys.meta_path, where it finds what the finders behind it do, and times them and the loading of
     modules from files. So it counts also what scipy, for instance, puts off until it is called.
     """
 
     def __init__(self) -> None:
-        self.seconds = 0.0
+        self.seconds, self.watches = 0.0, False
         self.depth, self.began = 0, 0.0  # of the import that is under way, perhaps in another thread
+
+    def watch(self) -> None:
+        """Count imports from now on."""
+        self.watches = True
+        sys.meta_path.insert(0, self)
 
     def __enter__(self) -> None:
         if not self.depth:
@@ -61,11 +66,12 @@ class _Imports:
 
 
 imports = _Imports()
-sys.meta_path.insert(0, imports)
 
 
 def seconds() -> float:
     """Seconds since an arbitrary moment, without those that imports have taken."""
+    if not imports.watches:
+        imports.watch()
     return (imports.began if imports.depth else time.perf_counter()) - imports.seconds
 
 
