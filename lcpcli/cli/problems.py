@@ -185,9 +185,12 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
     """The problem without those of its known solutions that are wrong, and lines that say so, or that it is shipped."""
     from lcpcli.files import contents
     from lcpcli.files.contents import place
-    from lcpcli.verify.known import without_wrong_solutions
 
-    vetted, faults = without_wrong_solutions(problem)
+    vetted, faults = problem, list[str]()
+    if problem.solutions:
+        from lcpcli.verify.known import without_wrong_solutions
+
+        vetted, faults = without_wrong_solutions(problem)
     if Path(file).suffix and contents.shipped_file(file):  # perhaps a file of the user was meant
         faults.insert(0, "no such file; the problem that ships under this name is read")
     return vetted, [f"{place(file)}: {fault}" for fault in faults]

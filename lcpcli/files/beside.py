@@ -20,7 +20,6 @@ from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, par
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import OF_ARRAYS, form_of, load
 from lcpcli.files.reading import LINE, vector_in
-from lcpcli.model import far_bounds
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.start import STATES, states_of, x_of_states
 from lcpcli.rational.numbers import fraction, ratio, rounded
@@ -61,13 +60,19 @@ def bounded(
     problem = _with_bounds(problem, {name: given[name] for name in BOUNDS if given[name] is not None}, fetch, doubles)
     if given["infinity"] is None:
         return problem
-    return within("--infinity", far_bounds.with_infinity, problem, given["infinity"])
+    from lcpcli.model.far_bounds import with_infinity
+
+    return within("--infinity", with_infinity, problem, given["infinity"])
 
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
     """Return the line that tells users of bounds which may stand for none; "" where there are no such bounds, or where
     --infinity says what they mean."""
-    return far_bounds.remark(problem) if given["infinity"] is None else ""
+    if given["infinity"] is not None or not problem.may_have_far_bounds:
+        return ""
+    from lcpcli.model.far_bounds import remark
+
+    return remark(problem)
 
 
 def _with_bounds(problem: Problem, given: Mapping[str, str], fetch: Fetch, doubles: Doubles | None) -> Problem:

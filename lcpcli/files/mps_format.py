@@ -31,7 +31,7 @@ from lcpcli.files.mps_lines import (
 )
 from lcpcli.files.mps_lines import render as render
 from lcpcli.linalg.doubles import EPS
-from lcpcli.model.arrays import NO_BOUND
+from lcpcli.model.box import NO_BOUND
 from lcpcli.rational.numbers import Doubles
 from lcpcli.typing import Matrix, Vector
 

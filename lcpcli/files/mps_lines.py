@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.json_format import number_text
-from lcpcli.model.arrays import NO_BOUND
+from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import decimal, fraction, shortest_decimal
 from lcpcli.typing import Vector

@@ -17,7 +17,6 @@ from lcpcli.files.contents import STANDARD_INPUT, Fetch, blaming, content_of, pl
 from lcpcli.files.fields import BOUNDS, kind_of, made
 from lcpcli.files.formats import NO_VECTORS, OF_ARRAYS, form_of, is_result, load, uncompressed
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.far_bounds import with_infinity
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
@@ -48,6 +47,14 @@ def read(
     """
     name = os.fspath(path)
     problem = problem_of(name, None if q_path is None else os.fspath(q_path), content_of)
+    return _with_infinity(problem, infinity, name)
+
+
+def _with_infinity(problem: Problem, infinity: float, name: str) -> Problem:
+    if infinity == math.inf:
+        return problem
+    from lcpcli.model.far_bounds import with_infinity
+
     return blaming(name, lambda: with_infinity(problem, infinity))
 
 
@@ -83,7 +90,7 @@ def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem
     held = held_in(paths[0], content_of)
     used = paths[: 1 if isinstance(held, Problem) else 2]
     problem = _completed(held, paths[0], "".join(used[1:]) or None, content_of)
-    return blaming(paths[0], lambda: with_infinity(problem, infinity)), used
+    return _with_infinity(problem, infinity, paths[0]), used
 
 
 def problem_of(path: str, q_path: str | None, fetch: Fetch, number: Number = float) -> Problem:

@@ -17,7 +17,6 @@ from lcpcli.methods.newton import LEAST_INDEX_STEPS, block_pivoting, dense_route
 from lcpcli.methods.small import PIVOTS, exactly, small
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model import changes as scaled
-from lcpcli.model.far_bounds import Relaxed, relaxed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -62,12 +61,16 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
     search = partial(_search, deadline=interrupts.deadline(time_limit), states=states)
+    return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
+
+
+def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
+    """First without far bounds, if there are any, except for milp, then with them."""
+    from lcpcli.model.far_bounds import relaxed
+
     change = relaxed(problem)
-    return _from_start(problem, x0, search) if change is None else _relaxed_first(problem, change, x0, search)
-
-
-def _relaxed_first(problem: Problem, change: Relaxed, x0: Vector, search: Search) -> Stage:
-    """First without far bounds, except for milp, then with them."""
+    if change is None:
+        return (yield from _from_start(problem, x0, search))
     first = _from_start(change.problem, change.start(x0), partial(search, milp=False))
     turns = Turns(x0)
     ending = yield from turns.take("", in_given_variables(change, first))

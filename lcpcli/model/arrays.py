@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable, Sequence
 from numbers import Rational
 from typing import Any
@@ -12,14 +13,33 @@ import numpy as np
 from lcpcli.errors import REAL, ProblemError, count, kind, misread
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.matrices import is_sparse, row_maxima
-from lcpcli.model.array_likes import plain
-from lcpcli.options import INFINITY
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 NUMBERS, ROWS, ROW = "a list of numbers", "a list of rows of numbers", "a row, a list of numbers"
 TO_DENSE = "give a dense array, as by toarray()"
-NO_BOUND = 1e20  # the size from which on a bound is none, by the convention of MPS files and of OSQP
+TEXTS = (str, bytes, bytearray)
+
+
+def plain(field: str, values: Any, expected: str) -> Any:
+    """The array or the list of what numpy calls array-like, and of pandas, whose labels are not used; arrays of objects
+    as lists; anything else unchanged. ProblemError for what stands for a matrix without having its entries."""
+    if isinstance(values, np.ndarray):
+        as_list = values.dtype == object and values.ndim and not isinstance(values, np.ma.MaskedArray)
+        return values.tolist() if as_list else values
+    if isinstance(values, (list, tuple, *TEXTS)) or is_sparse(values):
+        return values
+    if hasattr(values, "matvec"):
+        hint = "give its matrix, dense or sparse, since entries are needed; M @ numpy.eye(n) has those of M"
+        raise ProblemError(field, f"is {kind(values)}, a linear operator", hint)
+    try:
+        if hasattr(values, "to_numpy"):
+            return plain(field, np.asarray(values.to_numpy()), expected)
+        if hasattr(values, "__array__") or isinstance(values, (memoryview, array)):
+            return plain(field, np.asarray(values), expected)
+        return list(values) if isinstance(values, Sequence) else values
+    except Exception:
+        raise ProblemError(field, f"is {kind(values)}, and gives no array", f"give {expected}") from None
 
 
 def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
@@ -27,8 +47,8 @@ def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown"
     ProblemError. An array of a single row or column counts as a vector."""
     values = plain(field, values, NUMBERS)
     if isinstance(values, (list, tuple)):
-        _refuse_other_than_numbers(field, values)
-    v = _flat(_as_floats(field, values))
+        refuse_other_than_numbers(field, values)
+    v = flat(as_floats(field, values))
     if v.ndim != 1:
         raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a flat list of numbers")
     if n is not None and v.size != n:
@@ -65,14 +85,6 @@ def _is_writeable(array: Any) -> bool:
     return False
 
 
-def as_bounds(lower: Any, upper: Any, n: int, infinity: float = math.inf) -> tuple[Vector, Vector] | None:
-    """l and u, each of shape (n,), or None if they are those of an LCP, 0 and infinity; else a ProblemError."""
-    if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
-        return None
-    low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
-    return None if not low.any() and (high == math.inf).all() else (own(low, lower), own(high, upper))
-
-
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     """Values as an array of shape (n, k) of real numbers of any type, one vector in each column, or a ProblemError."""
     per_column = "give one vector in each column, shape (n, k)"
@@ -81,9 +93,9 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
         if any(isinstance(row, (list, tuple)) or np.ndim(row) for row in values):
             values = _listed_rows(field, values)
         else:
-            _refuse_other_than_numbers(field, values)
+            refuse_other_than_numbers(field, values)
     known = isinstance(values, np.ndarray) and not np.ma.is_masked(values) and values.dtype.kind in "fiu"
-    columns: Vector = np.asarray(values) if known else _as_floats(field, values, ROWS)
+    columns: Vector = np.asarray(values) if known else as_floats(field, values, ROWS)
     if columns.ndim == 1:
         raise ProblemError(field, "has 1 dimension", f"{per_column}; for a single one, np.reshape({field}, (-1, 1))")
     if columns.ndim != 2:
@@ -91,72 +103,6 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     if finite and columns.size and not (math.isfinite(columns.max()) and math.isfinite(columns.min())):
         _refuse_infinite(field, columns)
     return columns
-
-
-def has_columns(field: str, bound: Any) -> bool:
-    """Whether a bound has rows, and is no array of a single column, which counts as a vector."""
-    given = plain(field, bound, NUMBERS)
-    if isinstance(given, (list, tuple)):
-        return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in given)
-    return np.ndim(given) > 1 and np.shape(given)[1] != 1
-
-
-def as_intervals(
-    fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown", infinity: float = math.inf
-) -> tuple[Vector, Vector]:
-    """Lower and upper bounds, for each of n things of a kind, infinite for none; or a ProblemError for their fields.
-
-    infinity : the size from which on a bound is infinite.
-    """
-    below, above = fields
-    ends = as_bound(below, lower, n, of, -math.inf), as_bound(above, upper, n, of, math.inf)
-    low, high = (with_infinity(end, infinity) for end in ends)
-    for field, end, wrong, fault, none in (
-        (below, ends[0], low == math.inf, "is infinite", "-inf"),
-        (above, ends[1], high == -math.inf, "is minus infinity", "inf"),
-    ):
-        if wrong.any():
-            i = int(np.argmax(wrong))
-            size = "" if math.isinf(end[i]) else f", as it is {end[i]:g} and infinity begins at {infinity:g}"
-            raise ProblemError(f"{field}[{i}]", f"{fault}{size}", f"give a number, or {none} for none {FROM_0}")
-    crossed = low > high
-    if crossed.any():
-        i = int(np.argmax(crossed))
-        fault = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
-        raise ProblemError(f"{below}[{i}]", fault, f"make every lower bound at most the upper one {FROM_0}")
-    return low, high
-
-
-def with_infinity(bound: Vector, infinity: float) -> Vector:
-    """A bound with infinite entries in place of those of at least that size."""
-    if infinity == math.inf:
-        return bound
-    INFINITY.check(infinity)
-    return np.where(np.abs(bound) >= infinity, np.copysign(np.inf, bound), bound)
-
-
-def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
-    """A bound, of shape (n,): a number for all, or one each, possibly infinite; None stands for an absent one."""
-    if values is None:
-        return np.full(n, absent)
-    expected = "a number, or a list of numbers"
-    if isinstance(values, (bool, np.bool_, str)):
-        raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
-    values = values if isinstance(values, (int, float)) else plain(field, values, expected)
-    if isinstance(values, (int, float, Rational)) or _is_number_in_array(values):
-        with np.errstate(over="ignore"):
-            values = np.full(n, _as_floats(field, [values])[0])
-    if isinstance(values, (list, tuple)):
-        values = [absent if value is None else value for value in values]
-        _refuse_other_than_numbers(field, values)
-    v = _flat(_as_floats(field, values, expected))
-    if v.ndim != 1:
-        raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", "give a number, or a flat list of numbers")
-    if v.size != n:
-        raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
-    if (wrong := np.flatnonzero(np.isnan(v))).size:
-        raise ProblemError(f"{field}[{wrong[0]}]", "is not a number", f"give inf for no bound {FROM_0}")
-    return v
 
 
 def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, Vector]:
@@ -183,7 +129,7 @@ def _as_rows(field: str, values: Any) -> Matrix:
     values = plain(field, values, ROWS)
     if isinstance(values, (list, tuple)):
         values = _listed_rows(field, values)
-    M: Matrix = values if is_sparse(values) else _as_floats(field, values, ROWS)
+    M: Matrix = values if is_sparse(values) else as_floats(field, values, ROWS)
     if M.shape and not M.shape[0]:
         raise ProblemError(field, "is empty", f"give {ROWS}")
     if M.ndim != 2:
@@ -215,12 +161,12 @@ def _as_sparse(field: str, M: Any) -> Matrix:
     return compressed
 
 
-def _flat(v: Vector) -> Vector:
+def flat(v: Vector) -> Vector:
     """A single row or column as a vector; anything else unchanged."""
     return v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
 
 
-def _as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
+def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
     """The numbers of an array, or of a list that has been checked."""
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         raise ProblemError(field, "has masked entries", "fill them, or leave them out")
@@ -256,7 +202,7 @@ def _listed_rows(field: str, rows: Sequence[Any]) -> list[Any]:
             lengths = f"has {count(len(row), 'entry')} where {field}[0] has {len(listed[0])}"
             raise ProblemError(f"{field}[{i}]", lengths, f"make all rows the same length {FROM_0}")
         if not isinstance(row, np.ndarray):
-            _refuse_other_than_numbers(f"{field}[{i}]", row)
+            refuse_other_than_numbers(f"{field}[{i}]", row)
     return listed
 
 
@@ -272,18 +218,18 @@ def _row(field: str, values: Any) -> Any:
     return as_vector(field, row)
 
 
-def _is_number_in_array(value: Any) -> bool:
+def is_number_in_array(value: Any) -> bool:
     """Whether it is an array of no dimensions with a real number."""
     return isinstance(value, np.ndarray) and not value.ndim and value.dtype.kind in "fiu"
 
 
-def _refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
+def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
     if {type(v) for v in values} <= {int, float}:
         return
     for i, v in enumerate(values):
         if isinstance(v, (int, float, np.integer, np.floating, Rational)) and not isinstance(v, bool):
             continue
-        if not _is_number_in_array(v):
+        if not is_number_in_array(v):
             text = str(v) if isinstance(v, (str, complex)) else ""
             named = f"of type {type(v).__name__}" if kind(v) == "a number" else kind(v)
             fault, hint = misread(text, f"is {named}")

@@ -16,6 +16,7 @@ import numpy as np
 from lcpcli.linalg.doubles import LARGEST, largest
 from lcpcli.typing import Indices, Mask, Vector
 
+NO_BOUND = 1e20  # the size from which on a bound is none, by the convention of MPS files and of OSQP
 LARGEST_X = LARGEST / 2  # |x| up to which z and w are finite
 
 
@@ -104,6 +105,11 @@ class Box:
     def _has_upper(self) -> bool:
         """Whether there is an upper bound; if not, no state is "at the upper bound"."""
         return bool(np.isfinite(self.upper).any())
+
+    @cached_property
+    def is_far(self) -> bool:
+        """Whether a finite bound is so large that it may stand for none."""
+        return any(((np.abs(ends) >= NO_BOUND) & np.isfinite(ends)).any() for ends in (self.lower, self.upper))
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
         """The box with other bounds; those of a linear complementarity problem stay."""

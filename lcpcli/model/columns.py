@@ -13,9 +13,10 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import FAR, are_moderate, is_finite
 from lcpcli.linalg.factors import SMALL, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
-from lcpcli.model.array_likes import by_label
-from lcpcli.model.arrays import FROM_0, as_bound, as_columns, as_intervals, has_columns, own, with_infinity
+from lcpcli.model.arrays import FROM_0, as_columns, own
+from lcpcli.model.bounds import as_bound, as_intervals, has_columns, with_infinity
 from lcpcli.model.box import Box
+from lcpcli.model.labels import by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import Indices, Mask, Matrix, Vector

@@ -7,13 +7,13 @@ are solutions.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lcpcli.errors import count
-from lcpcli.model.arrays import NO_BOUND, as_intervals
+from lcpcli.model.bounds import as_intervals
+from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
 from lcpcli.typing import Mask, Vector
@@ -26,8 +26,6 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
     Raises ProblemError where a lower bound is that large, or an upper one minus that.
     """
-    if infinity == math.inf:
-        return problem
     origin, before, kept = problem.origin, conditions_of(problem), np.arange(problem.n)
     if isinstance(origin, Program):
         program = origin.program(before)

@@ -16,20 +16,18 @@ from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.doubles import FAR, size, sizes
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.linalg.units import Units, units
-from lcpcli.model.array_likes import plain
-from lcpcli.model.arrays import as_bounds, as_square, as_vector, own_matrix
+from lcpcli.model.arrays import as_square, as_vector, own_matrix, plain
 from lcpcli.model.box import ORTHANT, Box
-from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
     from lcpcli.model.origins import Origin
     from lcpcli.model.program import Conditions
+    from lcpcli.model.reference_point import Reference
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
 SOLUTIONS = "a list of solutions, each a list of numbers"
-SMALL_INTEGER = 2**20
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -41,6 +39,7 @@ class Problem:
     (In some programs the sign of w is the opposite one.) It is validated on construction: all numbers but bounds are
     finite, all lengths agree, and l <= u.
 
+    n : the number of unknowns.
     M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix
         or array. Kept dense or in compressed sparse rows, as are all arrays in memory of its own that is read-only:
         what happens to yours later changes nothing. Only arrays that are read-only already are not copied.
@@ -91,6 +90,7 @@ class Problem:
     largest: float = declared(init=False, repr=False)
     sizes_of_q: tuple[float, float] = declared(init=False, repr=False)
     is_moderate: bool = declared(init=False, repr=False)
+    n: int = declared(init=False, repr=False)
 
     def __init__(
         self,
@@ -111,7 +111,7 @@ class Problem:
         names: Sequence[str] = (),
     ) -> None:
         if hasattr(M, "columns"):
-            from lcpcli.model.array_likes import by_label
+            from lcpcli.model.labels import by_label
 
             solutions = [by_label(M, solution=solution)[0] for solution in plain("solutions", solutions, SOLUTIONS)]
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
@@ -123,12 +123,13 @@ class Problem:
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
-        bounds = as_bounds(lower, upper, n, infinity)
+        bounds = _bounds(lower, upper, n, infinity)
         least_row, largest_entry = sizes(row_maxima)
         least_q, largest_q = sizes(vector_q)
         self.__dict__.update(  # as it is frozen
             M=own_matrix(matrix, M),
             q=vector_q,
+            n=n,
             name=name,
             x0=None if x0 is None else as_vector("x0", x0, n),
             x1=None if x1 is None else as_vector("x1", x1, n),
@@ -172,11 +173,6 @@ class Problem:
         """The bounds by their names, if there are others than z >= 0."""
         return {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
 
-    @property
-    def n(self) -> int:
-        """Number of unknowns."""
-        return int(self.q.size)
-
     def named(self, name: str) -> Problem:
         """The same problem by that name."""
         other = copy(self)
@@ -198,11 +194,21 @@ class Problem:
         return signs(self.M)
 
     @property
+    def start(self) -> Vector:
+        """Where a run starts unless it is told to start elsewhere."""
+        return np.zeros(self.n) if self.x0 is None else self.x0
+
+    @property
+    def may_have_far_bounds(self) -> bool:
+        """Whether its numbers are such that `far_bounds` is to be asked whether some stand for no bounds."""
+        return self.box.is_far or self.origin is not None
+
+    @property
     def has_small_integers(self) -> bool:
         """Whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""
         numbers = [self.M.data if is_sparse(self.M) else self.M, self.q]
         numbers += [bound[np.isfinite(bound)] for bound in self.box.vectors(self.n)]
-        return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= SMALL_INTEGER for v in numbers)
+        return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= 2**20 for v in numbers)
 
     @cached_property
     def units(self) -> Units:
@@ -211,6 +217,8 @@ class Problem:
 
     @cached_property
     def _reference(self) -> Reference:
+        from lcpcli.model.reference_point import reference
+
         return reference(self.M, self.q, self.box)
 
     @cached_property
@@ -258,6 +266,15 @@ def as_problem(given: Any) -> Problem:
     if not isinstance(given, Problem):
         raise ProblemError("problem", f"is {kind(given)}", "make it by Problem(M, q), or by read(path) from a file")
     return given
+
+
+def _bounds(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tuple[Vector, Vector] | None:
+    """As by `bounds.as_bounds`, which those of an LCP do not need."""
+    if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
+        return None
+    from lcpcli.model.bounds import as_bounds
+
+    return as_bounds(lower, upper, n, infinity)
 
 
 def _solutions(solutions: Any, n: int) -> tuple[Vector, ...]:

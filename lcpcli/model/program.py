@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.arrays import as_intervals
+from lcpcli.model.bounds import as_intervals
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")

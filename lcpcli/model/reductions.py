@@ -10,8 +10,10 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.matrices import compressed, is_sparse, stack
-from lcpcli.model.array_likes import payoffs_by_label, program_by_label, texts
-from lcpcli.model.arrays import FROM_0, NO_BOUND, as_intervals, as_matrix, as_square, as_vector
+from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
+from lcpcli.model.bounds import as_intervals
+from lcpcli.model.box import NO_BOUND
+from lcpcli.model.labels import payoffs_by_label, program_by_label, texts
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of

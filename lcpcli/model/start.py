@@ -18,7 +18,7 @@ STATES = ("lower", "basic", "upper")
 def starting_point(
     problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Sequence[str] | None = None
 ) -> Vector:
-    """x0, or the x of z0 and w = M z0 + q, or of states, or the problem's own starting point, or the origin."""
+    """The given one of x0, of the x of z0 and w = M z0 + q, and of that of states."""
     given = [name for name, value in (("basis", basis), ("z0", z0), ("x0", x0)) if value is not None]
     if len(given) > 1:
         raise ParameterError(given[0], f"gives the starting point, and so does {given[-1]}", "leave one out")
@@ -27,9 +27,7 @@ def starting_point(
     if z0 is not None:
         z = as_vector("z0", z0, problem.n)
         return as_vector("M z0 + q", problem.box.x_of(z, problem.w(z)))
-    if x0 is not None:
-        return as_vector("x0", x0, problem.n)
-    return np.zeros(problem.n) if problem.x0 is None else problem.x0
+    return as_vector("x0", x0, problem.n)
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -20,7 +20,6 @@ from lcpcli.methods.stages import Stage, Transformation, begin, in_given_variabl
 from lcpcli.model import changes as scaled
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.model.start import starting_point
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
@@ -68,11 +67,9 @@ def run(
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     additions = _additions(method, scale=scale, finish=finish)
-    _complete(chosen, method, problem, limits, displaced=not (x0 is z0 is basis is None))
-    for name, given in (("x0", x0), ("z0", z0), ("basis", basis)):
-        if given is not None and not methods.declared(method).uses_start:
-            raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
-    start = starting_point(problem, x0, z0, basis)
+    displaced = not (x0 is z0 is basis is None)
+    _complete(chosen, method, problem, limits, displaced)
+    start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if displaced else problem.start
     observer = None if observe is None else Observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
     in_force = methods.options_in_force(method, changes[-1].problem if changes else problem, chosen)
@@ -90,6 +87,15 @@ def run(
         loop.interrupted = True
         result = loop.result(in_force | additions, Status.INTERRUPTED, "")
     return concluded([result])[0] if conclude else result
+
+
+def _start(problem: Problem, method: str, given: dict[str, Any]) -> Vector:
+    from lcpcli.model.start import starting_point
+
+    for name, value in given.items():
+        if value is not None and not methods.declared(method).uses_start:
+            raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
+    return starting_point(problem, **given)
 
 
 def _additions(method: str, **wanted: bool) -> dict[str, bool]:

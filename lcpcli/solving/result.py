@@ -12,7 +12,6 @@ import numpy as np
 
 from lcpcli.clock import Lap
 from lcpcli.model.problem import Problem
-from lcpcli.model.start import states_of
 from lcpcli.options import Limits
 from lcpcli.solving.answer import NO_SUGGESTIONS, Suggestions, in_python, word_of
 from lcpcli.solving.trace import Trace
@@ -214,6 +213,8 @@ class Result:
 
     @property
     def basis(self) -> list[str]:
+        from lcpcli.model.start import states_of
+
         w = np.zeros(self.z.size) if self.solved else self.w  # of a solution, w between the bounds is rounding of 0
         return states_of(self.problem, self.z, w)
 
