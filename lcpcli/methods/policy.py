@@ -60,7 +60,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     -------
     NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
     """
-    search = partial(_search, deadline=interrupts.deadline(time_limit), states=states)
+    search = partial(_search, time_limit=time_limit, states=states)
     return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
 
 
@@ -83,9 +83,9 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
     return (small if problem.n <= measure.FEW else stages.from_reference)(problem, x0, search)
 
 
-def _search(problem: Problem, turns: Turns, deadline: float, states: bool, milp: bool = True) -> Stage:
+def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
     """The methods in turn, from the start in `turns`; states is as in `auto`, milp whether that is the last one."""
-    x0, criterion = turns.last.x, Criterion(problem)
+    x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
         x0 = np.zeros(problem.n)

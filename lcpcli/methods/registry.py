@@ -211,10 +211,13 @@ def check(name: str, chosen: Mapping[str, Any]) -> None:
         if rejected not in OPTIONS:
             raise OptionError(rejected, "is not an option of any method", f"the options are {', '.join(known)}")
         raise ParameterError(rejected, f"has no effect with the method {name}", "leave it out")
-    options.check(declared(name).options, chosen)
+    if declared(name).options:
+        options.check(declared(name).options, chosen)
 
 
-def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> dict[str, Any]:
+def options_in_force(
+    name: str, problem: Problem, chosen: Mapping[str, Any], time_limit: float = math.inf
+) -> dict[str, Any]:
     """All of a method's parameters with their values: chosen, default, or derived from the problem.
 
     Raises OptionError as `check` does, whether or not the method will have anything to do.
@@ -227,4 +230,4 @@ def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> 
         if value is None and option.derived:
             value = getattr(import_module(load(name).__module__), option.derived)(problem)
         values[option.name] = value
-    return values | ({"time_limit": chosen.get("time_limit", math.inf)} if method.timed else {})
+    return values | ({"time_limit": chosen.get("time_limit", time_limit)} if method.timed else {})

@@ -66,13 +66,17 @@ def run(
     limits = limits or DEFAULTS
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
-    additions = _additions(method, scale=scale, finish=finish)
     displaced = not (x0 is z0 is basis is None)
-    _complete(chosen, method, problem, limits, displaced)
     start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if displaced else problem.start
+    additions = _additions(method, scale=scale, finish=finish)
     observer = None if observe is None else Observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
-    in_force = methods.options_in_force(method, changes[-1].problem if changes else problem, chosen)
+    if problem.x1 is not None and not displaced and "x1" in methods.declared(method).vectors:
+        chosen.setdefault("x1", problem.x1)
+    if chosen.get("x1") is not None:
+        chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
+    inner = changes[-1].problem if changes else problem
+    in_force = methods.options_in_force(method, inner, chosen, limits.time_limit)
     own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
     stage = partial(_stage, method, problem, changes, start, own, clock if finish else None)
     stopwatch.count("setup")
@@ -105,18 +109,6 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
         if not methods.declared(method).iterates:
             raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     return additions
-
-
-def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Limits, displaced: bool) -> None:
-    """Add options that the method takes and that were not given: the time limit, and the problem's own x1 unless
-    another start replaces the problem's."""
-    declared = methods.declared(method)
-    if "x1" in declared.vectors and problem.x1 is not None and not displaced:
-        chosen.setdefault("x1", problem.x1)
-    if declared.timed:
-        chosen.setdefault("time_limit", limits.time_limit)
-    if chosen.get("x1") is not None:
-        chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
 
 
 def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Transformation]:

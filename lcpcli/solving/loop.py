@@ -62,20 +62,14 @@ class Loop:
         x0: Vector,
         callback: Callback | None = None,
     ) -> None:
-        self.problem, self.method, self.limits, self.stopwatch, self.observer = (
-            problem,
-            method,
-            limits,
-            stopwatch,
-            observer,
-        )
+        self.problem, self.method, self.limits, self.stopwatch = problem, method, limits, stopwatch
         self.traces = [trace for trace in traces if trace is not None]
-        self.kept, self.callback = traces, callback
+        self.kept, self.observer, self.callback = traces, observer, callback
         self.criterion = Criterion(problem, limits.tol)
         if problem.reference_z is not None and self.criterion.reference_solves:
             x0 = problem.box.x_of(problem.reference_point, problem.q_ref)
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
-        self.last = self.best = x0 if in_range(x0) else np.clip(x0, -LARGEST_X, LARGEST_X)
+        self.last = self.best = x0
         self.best_bound = self.first_bound = math.inf
         self.extra, self.interrupted = 0, False
         self.route: list[str] = []
@@ -128,6 +122,8 @@ class Loop:
             self.last = iterate.x
             if self.traces:
                 self._keep(iterate)
+        elif not self.k:
+            self.last = self.best = np.clip(iterate.x, -LARGEST_X, LARGEST_X)
         if bound < self.best_bound:
             self.best_bound, self.best = bound, iterate.x
         if not self.first_bound < math.inf:

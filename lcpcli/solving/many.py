@@ -192,7 +192,7 @@ class _Solved:
             "parts": self.share,
             "limits": limits,
         }
-        self._options = methods.options_in_force(AUTO, block.like, {"time_limit": limits.time_limit})
+        self._options = methods.options_in_force(AUTO, block.like, {}, limits.time_limit)
 
     def result(self, i: int) -> Result | None:
         """That of row i, if it is solved: by the bounds for the block, or else by those of its point alone."""
@@ -279,6 +279,6 @@ def _near(
         evaluations=steps,
         parts=stopwatch.parts,
         limits=limits,
-        options=methods.options_in_force(AUTO, problem, {"time_limit": limits.time_limit}),
+        options=methods.options_in_force(AUTO, problem, {}, limits.time_limit),
         route=("newton",),
     )
