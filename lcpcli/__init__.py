@@ -62,31 +62,25 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_HOMES = {
-    "Interrupted": "errors",
-    "Problem": "model.problem",
-    "Result": "solving.result",
-    "Status": "solving.result",
-    "Trace": "solving.trace",
-    "TraceRow": "solving.trace",
-    "add_to_qpsolvers": "solving.programs",
-    "check": "solving.checking",
-    "error_bound": "verify.error_bound",
-    "exact": "solving.proof",
-    "from_game": "model.reductions",
-    "from_osqp": "model.reductions",
-    "from_qp": "model.reductions",
-    "from_qpsolvers": "model.reductions",
-    "inspect": "inspection.inspection",
-    "plot": "report.plotting",
-    "read": "files.reading",
-    "run": "solving.call",
-    "solutions": "enumeration.search",
-    "solve": "solving.call",
-    "solve_many": "solving.many",
-    "solve_qp": "solving.programs",
-    "write": "files.writing",
+_MODULES = {
+    "enumeration.search": ["solutions"],
+    "errors": ["Interrupted"],
+    "files.reading": ["read"],
+    "files.writing": ["write"],
+    "inspection.inspection": ["inspect"],
+    "model.problem": ["Problem"],
+    "model.reductions": ["from_game", "from_osqp", "from_qp", "from_qpsolvers"],
+    "report.plotting": ["plot"],
+    "solving.call": ["run", "solve"],
+    "solving.checking": ["check"],
+    "solving.many": ["solve_many"],
+    "solving.programs": ["add_to_qpsolvers", "solve_qp"],
+    "solving.proof": ["exact"],
+    "solving.result": ["Result", "Status"],
+    "solving.trace": ["Trace", "TraceRow"],
+    "verify.error_bound": ["error_bound"],
 }
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
 __all__ = [
     "Interrupted",
