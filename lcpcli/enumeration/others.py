@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
 
+from lcpcli.interrupts import alarm, deadline
 from lcpcli.model.program import Program
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from lcpcli.model.problem import Problem
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.typing import Vector
@@ -47,9 +50,9 @@ def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
 
 
 def _searched(z: Vector, data: ExactProblem) -> Findings:
+    if data.n <= SMALL and (only := _by_theorem(z, data)) is not None:
+        return Findings(others=False if _agree(only, z) else None, solvable=True)
     from lcpcli.enumeration.search import solutions
-    from lcpcli.linalg.doubles import size
-    from lcpcli.rational.numbers import rounded
 
     search = solutions(data, time_limit=SECONDS_SMALL if data.n <= SMALL else SECONDS)
     pieces = list(islice(search, 2))
@@ -57,6 +60,23 @@ def _searched(z: Vector, data: ExactProblem) -> Findings:
         return Findings(others=True, solvable=True)
     if not pieces:
         return Findings(solvable=False if search.complete else None)
-    only = rounded(pieces[0].vertices[0])
-    agrees = size(only - z) <= AGREEMENT * max(size(only), size(z))
-    return Findings(others=False if search.complete and agrees else None, solvable=True)
+    is_only = search.complete and _agree(pieces[0].vertices[0], z)
+    return Findings(others=False if is_only else None, solvable=True)
+
+
+def _by_theorem(z: Vector, data: ExactProblem) -> list[Fraction] | None:
+    """The exact solution near z, if a theorem says that there is no other one."""
+    from lcpcli.enumeration.theorems import POINT, shape
+    from lcpcli.verify.exact_solution import from_point
+
+    end = deadline(SECONDS_SMALL)
+    return from_point(data, z, end) if shape(data, alarm(end)) == POINT else None
+
+
+def _agree(exact: Sequence[Fraction], z: Vector) -> bool:
+    """Whether two points are the same as they are printed."""
+    from lcpcli.linalg.doubles import size
+    from lcpcli.rational.numbers import rounded
+
+    values = rounded(exact)
+    return size(values - z) <= AGREEMENT * max(size(values), size(z))

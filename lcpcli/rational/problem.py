@@ -61,7 +61,7 @@ class ExactProblem:
         upper: Bounds | None = None,
     ) -> None:
         assert q is not None
-        self.problem = problem
+        self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
         own = [_in_integers(row, value) for row, value in zip(M, q, strict=True)]
@@ -85,11 +85,6 @@ class ExactProblem:
     def of_decimals(cls, problem: Problem) -> ExactProblem:
         """The problem with the shortest decimal of each double: as written, up to 15 digits."""
         return cls(problem, *decimal_parts_of(problem))
-
-    @property
-    def n(self) -> int:
-        """Number of unknowns."""
-        return len(self.constants)
 
     def w(self, z: Sequence[Fraction]) -> list[Fraction]:
         """w = M z + q."""

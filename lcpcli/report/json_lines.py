@@ -63,8 +63,8 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
         "trace": rows,
     }
-    record = {key: plain(own[key] if key in own else getattr(result, key)) for key in KEYS.split()}
-    return record | dict(source.mark or {})
+    record = {key: own[key] if key in own else getattr(result, key) for key in KEYS.split()}
+    return plain(record) | dict(source.mark or {})
 
 
 def names(problem: Problem) -> list[str] | None:
