@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import numbers
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from lcpcli.errors import ParameterError
@@ -35,6 +35,7 @@ class Option:
     auto : whether the word "auto" stands for a value derived from the problem.
     derived : the function (problem) -> value, in the method's module, for a default that depends on the problem.
     above : the option of the same method whose value this one must exceed; "" if there is none.
+    flag : the name on the command line.
     """
 
     name: str
@@ -46,6 +47,10 @@ class Option:
     auto: bool = False
     derived: str = ""
     above: str = ""
+    flag: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        vars(self)["flag"] = flag(self.name)  # as it is frozen
 
     @property
     def value(self) -> float:

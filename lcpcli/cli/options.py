@@ -146,7 +146,7 @@ def numeric(heading: str, declared: Option) -> Declaration:
     if declared.default is not None:
         default = f"; default {f'{declared.default:g}' if declared.default < math.inf else 'no limit'}"
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
-    return option(heading, flag(declared.name), declared.name, type=kind, help=meaning)
+    return option(heading, declared.flag, declared.name, type=kind, help=meaning)
 
 
 def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
@@ -179,6 +179,9 @@ def quiet_option(meaning: str = "Print nothing; the exit code reports the outcom
     return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
 
 
+METHOD = MethodChoice()
+
+
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
     """The declaration of a repeatable --method, for a purpose, and of --sweep; see `chosen_variants`."""
     one = f"A method to {purpose}, from the list below, with options of its own as in shi:p=10,k-star=5; repeatable."
@@ -190,7 +193,7 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
             "methods",
             metavar="NAME[:OPTION=VALUE,...]",
             multiple=True,
-            type=MethodChoice(),
+            type=METHOD,
             help=f"{one}  [default: {', '.join(default)}]",
         ),
         option(heading, SWEEP, metavar="OPTION=VALUE,...", multiple=True, help=f"{every}  [default: none]"),

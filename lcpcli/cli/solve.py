@@ -9,8 +9,8 @@ import click
 
 from lcpcli.cli.command import EXITS, Command, argument, option
 from lcpcli.cli.options import (
+    METHOD,
     PROBLEM,
-    MethodChoice,
     chosen_variants,
     file_option,
     numeric,
@@ -52,7 +52,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
     "Method",
     "--method",
     metavar="NAME",
-    type=MethodChoice(),
+    type=METHOD,
     default="auto",
     show_default=True,
     help="Solution method, one of those listed below.",

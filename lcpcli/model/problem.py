@@ -124,8 +124,7 @@ class Problem:
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
         bounds = _bounds(lower, upper, n, infinity)
-        least_row, largest_entry = sizes(row_maxima)
-        least_q, largest_q = sizes(vector_q)
+        (least_row, largest_entry), (least_q, largest_q) = sizes(row_maxima), sizes(vector_q)
         self.__dict__.update(  # as it is frozen
             M=own_matrix(matrix, M),
             q=vector_q,
@@ -170,7 +169,7 @@ class Problem:
 
     @property
     def bounds(self) -> dict[str, Vector]:
-        """The bounds by their names, if there are others than z >= 0."""
+        """The bounds by their names, if it is mixed."""
         return {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
 
     def named(self, name: str) -> Problem:
@@ -200,7 +199,7 @@ class Problem:
 
     @property
     def may_have_far_bounds(self) -> bool:
-        """Whether its numbers are such that `far_bounds` is to be asked whether some stand for no bounds."""
+        """Whether `far_bounds` is to be asked."""
         return self.box.is_far or self.origin is not None
 
     @property

@@ -7,7 +7,7 @@ the same, and sums of products need no gcd.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
@@ -30,9 +30,10 @@ from lcpcli.rational.numbers import (
 )
 from lcpcli.typing import Indices, Matrix, Vector
 
-Row = TypeVar("Row")
+Item = TypeVar("Item")
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
 Bounds = list[Fraction | None]  # None for no bound
+CHECKED_EVERY = 16  # rows, or entries, of which each takes a few milliseconds at most
 
 
 class ExactParts(NamedTuple):
@@ -64,7 +65,7 @@ class ExactProblem:
         self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
-        own = [_in_integers(row, value) for row, value in zip(M, q, strict=True)]
+        own = [_in_integers(row, value) for row, value in zip(_in_time(M), q, strict=True)]
         self.rows = [row for row, _, _ in own]
         self.constants = [constant for _, constant, _ in own]
         self.scales = [scale for _, _, scale in own]
@@ -90,8 +91,8 @@ class ExactProblem:
         """w = M z + q."""
         Z, d = over_one_denominator(z)
         return [
-            Fraction(sum(a * Z[j] for j, a in _in_time(row).items()) + constant * d, scale * d)
-            for row, constant, scale in zip(self.rows, self.constants, self.scales, strict=True)
+            Fraction(sum(a * Z[j] for j, a in row.items()) + constant * d, scale * d)
+            for row, constant, scale in zip(_in_time(self.rows), self.constants, self.scales, strict=True)
         ]
 
     def sizes(self, z: Sequence[Fraction]) -> list[Fraction]:
@@ -114,9 +115,9 @@ class ExactProblem:
         """M'y and q'y."""
         V, d = over_one_denominator([value / scale for value, scale in zip(y, self.scales, strict=True)])
         sums = [0] * self.n
-        for row, factor in zip(self.rows, V, strict=True):
+        for row, factor in zip(_in_time(self.rows), V, strict=True):
             if factor:
-                for j, a in _in_time(row).items():
+                for j, a in row.items():
                     sums[j] += a * factor
         return [Fraction(value, d) for value in sums], Fraction(dot(self.constants, V), d)
 
@@ -156,15 +157,17 @@ class ExactProblem:
 
 def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int, int], int, int]:
     """The row and the constant times the least integer that makes them whole, and that."""
-    scale = math.lcm(constant.denominator, *(entry.denominator for entry in _in_time(row).values()))
+    scale = math.lcm(constant.denominator, *(entry.denominator for entry in row.values()))
     whole = {j: entry.numerator * (scale // entry.denominator) for j, entry in row.items()}
     return whole, constant.numerator * (scale // constant.denominator), scale
 
 
-def _in_time(row: Row) -> Row:
-    """The row, unless the time is up: work on all of many entries takes seconds."""
-    check()
-    return row
+def _in_time(items: Iterable[Item]) -> Iterator[Item]:
+    """The rows, or the entries, one after another until the time is up: work on all of many takes seconds."""
+    for k, item in enumerate(items):
+        if k % CHECKED_EVERY == 0:
+            check()
+        yield item
 
 
 def number_of(value: Any) -> Fraction:
@@ -175,12 +178,12 @@ def number_of(value: Any) -> Fraction:
 def rows_of(M: Matrix, number: Callable[[Any], Fraction] = number_of) -> Rows:
     """The rows of a dense or sparse matrix as rational numbers: by default exactly its own."""
     if not is_sparse(M):
-        return [_in_time({j: number(a) for j, a in enumerate(row) if a}) for row in M.tolist()]
+        return [{j: number(a) for j, a in enumerate(row) if a} for row in _in_time(M.tolist())]
     rows: Rows = [{} for _ in range(M.shape[0])]
     coo = M.tocoo()
-    for i, j, a in zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True):
+    for i, j, a in _in_time(zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True)):
         if a:
-            rows[i][j] = _in_time(rows[i]).get(j, 0) + number(a)
+            rows[i][j] = rows[i].get(j, 0) + number(a)
     return rows
 
 

@@ -64,7 +64,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "trace": rows,
     }
     record = {key: own[key] if key in own else getattr(result, key) for key in KEYS.split()}
-    return plain(record) | dict(source.mark or {})
+    return {**plain(record), **(source.mark or {})}
 
 
 def names(problem: Problem) -> list[str] | None:

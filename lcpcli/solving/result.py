@@ -121,8 +121,6 @@ class Result:
     exact : what has been proved exactly, or None if not requested.
     bound : what is proved about |z - z*|_inf, with an infinite value if nothing is; None if not requested.
 
-    Conclusions from these, by `driver.concluded`:
-
     suggestions : what to try next if the problem is not solved; `advice` has it as one line.
     answer : what it means for the program or the game that the problem comes from, a `Minimum` or an `Equilibrium` of
         `lcpcli.solving.answer`; None if from neither.
@@ -221,7 +219,7 @@ class Result:
     @property
     def states(self) -> list[str] | None:
         """The basis, of a problem with bounds; None for an LCP, where z says it."""
-        return self.basis if self.problem.is_mixed else None
+        return self.basis if self.problem.bounds else None
 
     @property
     def residual(self) -> float:
