@@ -62,10 +62,10 @@ def scaled_dominance(M: Matrix, check: Check) -> Verdict:
         return _excluded(v)
     if e.size > EXACT:
         return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
-    order = linear.first_nonpositive(numbers.integers(matrices.dense(C)), check)
-    if order is None:
+    first = linear.definiteness(numbers.integers(matrices.dense(C)), check)
+    indices = first.zero or first.negative
+    if indices is None:
         return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")
-    indices = tuple(range(order))
     return Verdict(NO, f"the minor {index_set(indices)} of its comparison matrix is not positive", indices)
 
 

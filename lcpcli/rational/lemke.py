@@ -56,10 +56,6 @@ class IntegerTableau:
         """The value of a form."""
         return Fraction(self._here.value(form), int(self._here.divisor))
 
-    def z(self) -> list[Fraction]:
-        """The values of z."""
-        return [self.value_of(self.n + i) for i in range(self.n)]
-
     def x(self) -> Vector:
         """(z - w) / 2, rounded; 0 for a pair of which neither is basic."""
         return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
@@ -67,12 +63,12 @@ class IntegerTableau:
     def direction(self) -> Vector:
         """How z changes along the ray, of shape (n,), in integers as far as doubles hold them."""
         assert self.ray is not None
-        return _in_doubles(self._here.direction(self._column(self.ray), range(self.n, 2 * self.n)))
+        return rounded_direction(self._here.direction(self._column(self.ray), range(self.n, 2 * self.n)))
 
     def multipliers(self) -> Vector:
         """The coefficients of w in the row of z_0, which is basic, the same way."""
         entries = dict(zip(self._here.cobasic, self._here.rows[2 * self.n][1:], strict=True))
-        return _in_doubles([entries.get(i, 0) for i in range(self.n)])
+        return rounded_direction(primitive([entries.get(i, 0) for i in range(self.n)]))
 
 
 def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
@@ -87,8 +83,4 @@ def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
         for _ in tableau.path():
             if clock.seconds() >= deadline:
                 return None
-    return tableau.z() if tableau.ray is None else None
-
-
-def _in_doubles(values: Sequence[int]) -> Vector:
-    return rounded_direction([Fraction(value) for value in primitive(values)])
+    return [tableau.value_of(data.n + i) for i in range(data.n)] if tableau.ray is None else None

@@ -162,8 +162,9 @@ def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -
 
 def is_short(A: Sequence[Sequence[int]]) -> bool:
     """Whether A, of at least one row, is small enough to be solved exactly."""
-    bits = max((abs(value).bit_length() for row in A for value in row), default=0)
-    return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * bits <= MOST_BITS
+    from lcpcli.rational import linear
+
+    return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * linear.bits(A) <= MOST_BITS
 
 
 def _largest() -> int:
