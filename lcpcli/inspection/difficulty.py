@@ -80,11 +80,6 @@ class Factorization:
         return self.factor_nonzeros / self.nonzeros if self.factor_nonzeros and self.nonzeros else None
 
 
-def nonzeros(M: Matrix) -> int:
-    """The number of nonzero entries of M."""
-    return int(np.count_nonzero(M.data if is_sparse(M) else M))
-
-
 def spread(M: Matrix) -> Spread:
     """The spread of M."""
     used = [sizes[sizes > 0] for sizes in (matrices.row_maxima(M), matrices.column_maxima(M))]
@@ -151,7 +146,7 @@ def factorization(problem: Problem, seconds: float) -> Factorization | None:
     if not np.less(problem.lower, problem.upper).any():
         return Factorization(0, note="not needed: all variables are fixed")
     own = scaled(problem)
-    found = [Factorization(nonzeros(own.M))]
+    found = [Factorization(int(np.count_nonzero(own.M.data)))]
     try:
         with within(seconds):
             note = _measure(own, found)

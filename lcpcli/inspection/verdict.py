@@ -89,10 +89,6 @@ class Context:
         """Whether M is known to belong to all of these classes."""
         return all(name in self.verdicts and self.verdicts[name].word == YES for name in names)
 
-    def no(self, name: str) -> bool:
-        """Whether M is known not to belong to the class."""
-        return name in self.verdicts and self.verdicts[name].word == NO
-
     def implied(self, *names: str) -> Verdict | None:
         """Yes, by the first of these smaller classes that M is known to belong to."""
         return next((Verdict(YES, f"it is {CALLED[name]}") for name in names if self.yes(name)), None)

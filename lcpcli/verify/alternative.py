@@ -82,14 +82,17 @@ class System:
     def candidates(self, first: Optimum | None) -> Iterator[Vector]:
         """Yield vectors that may be proofs, the likeliest first: those of `least_total`, if it has any, those of the
         least violation, as the y of systems that almost have a solution are large, and those with margins."""
+        for y in self._multipliers(first):
+            yield from simplest(y)
+            yield y
+
+    def _multipliers(self, first: Optimum | None) -> Iterator[Vector]:
         if first is not None:
-            yield from _with_itself(self._y(first))
-        least = self._least_violation()
-        if least is not None:
-            yield from _with_itself(least.y)
-        strict = None if first is None else self._largest_margins()
-        if strict is not None:
-            yield from _with_itself(self._y(strict))
+            yield self._y(first)
+        if (least := self._least_violation()) is not None:
+            yield least.y
+        if first is not None and (strict := self._largest_margins()) is not None:
+            yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
         """The minimum of b'y + u'v - l'v' from -1 on, with A'y = v - v' for v and v' >= 0, where v_j = 0 if u_j is
@@ -132,9 +135,7 @@ class System:
         on Computing 3 (1991) 157-168: the elastic program.
         """
         low, high = self.rows.low, self.rows.high
-        elastic = stack(
-            [[self._A, unit_vectors(self._A, self._positive), -unit_vectors(self._A, self._negative)]],
-        )
+        elastic = stack([[self._A, unit_vectors(self._A, self._positive), -unit_vectors(self._A, self._negative)]])
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
         ends = np.where(high, -np.inf, -self._b), np.where(low, np.inf, -self._b)
         bounds = np.append(self._columns.lower, zero), np.append(self._columns.upper, zero + np.inf)
@@ -151,18 +152,10 @@ def simplest(y: Vector) -> Iterator[Vector]:
         yield np.rint(snapped / np.abs(snapped[snapped != 0]).min())
 
 
-def _with_itself(y: Vector) -> Iterator[Vector]:
-    yield from simplest(y)
-    yield y
-
-
 def unit_vectors(A: Matrix, indices: Indices) -> Matrix:
     """The columns with these indices of the identity of as many rows as A, sparse if A is."""
-    shape, places = (A.shape[0], indices.size), np.arange(indices.size)
     if is_sparse(A):
-        from scipy.sparse import csr_array
+        from scipy.sparse import eye_array
 
-        return csr_array((np.ones(indices.size), (indices, places)), shape=shape)
-    columns = np.zeros(shape)
-    columns[indices, places] = 1.0
-    return columns
+        return eye_array(A.shape[0], format="csr")[:, indices]
+    return np.eye(A.shape[0])[:, indices]

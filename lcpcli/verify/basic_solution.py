@@ -182,14 +182,9 @@ class BasicSolutions:
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
         violations = problem.box.violations(found.z, found.w, found.basis)[rows]
-        violated[rows] = violations > violation_by_rounding(problem, found.z, found.basis, rows)
+        terms = ROW_ROUNDING * (absolute_product(problem.M[rows], np.abs(found.z)) + np.abs(problem.q[rows]))
+        violated[rows] = violations > in_units_of_state(terms, problem.row_maxima[rows], found.basis.basic[rows])
         return violated
-
-
-def violation_by_rounding(problem: Problem, z: Vector, basis: Basis, rows: Indices) -> Vector:
-    """How far rounding errors alone may take the signs of these rows of a basic solution: w_i, or z_i if basic."""
-    terms = ROW_ROUNDING * (absolute_product(problem.M[rows], np.abs(z)) + np.abs(problem.q[rows]))
-    return in_units_of_state(terms, problem.row_maxima[rows], basis.basic[rows])
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:

@@ -115,7 +115,9 @@ def verified(
         verification = verify(values)
         message = f"{verification.message}; as strategies, {own.statement(small)}"
         return replace(verification, message=message, strategies=own)
-    by_row, by_column = game.parts(_costs(problem, [*x, *y], data))
+    both = np.concatenate((x, y))
+    costs = problem.M @ both if data is None else np.array(data.w(both.tolist()), dtype=object) + 1  # as q = -1
+    by_row, by_column = game.parts(costs)
     z = np.concatenate((x / min(by_column), y / min(by_row)))
     if data is None and not np.isfinite(z).all():
         raise ProblemError("z", "of these strategies exceeds the double-precision range", "scale the payoffs")
@@ -129,10 +131,3 @@ def verified(
 
 def _are_probabilities(values: Any) -> bool:
     return bool(min(values) >= 0 and abs(values.sum() - 1) <= SUM)
-
-
-def _costs(problem: Problem, strategies: list[Any], data: ExactProblem | None) -> Any:
-    """What each strategy costs against those of the other player: M times them."""
-    if data is None:
-        return problem.M @ np.array(strategies)
-    return np.array(data.w(strategies), dtype=object) + 1  # as q = -1

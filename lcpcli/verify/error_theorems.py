@@ -257,7 +257,7 @@ def least_eigenvalue(S: Matrix) -> float | None:
         shift = estimate - 2 * lost
         if not shift > lost:
             return None
-        interruptibly(lambda: np.linalg.cholesky(S - shift * np.eye(n)))
+        interruptibly(lambda: np.linalg.cholesky(matrices.plus_diagonal(S, -shift)))
     except np.linalg.LinAlgError:
         return None
     return float(shift - lost) * (1 - 4 * EPS)

@@ -87,7 +87,7 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
     exact = [Fraction(value) for value in y[support].tolist()]
     if _holds(A, b, bounds, support, exact, certain):
         return True
-    found = corrected(A, support, exact, active)
+    found = _corrected(A, support, exact, active)
     if found is None or not _has_signs(np.array(found[1]), box, found[0]):
         return False
     return _holds(A, b, bounds, *found)
@@ -112,7 +112,7 @@ def _holds(
     bounds: Sides,
     support: Indices,
     y: Sequence[Fraction],
-    certain: Mask | None = None,
+    certain: Mask | bool = False,
 ) -> bool:
     """Whether the rational y on a support, with the right signs, is a proof, in exact arithmetic.
 
@@ -124,7 +124,9 @@ def _holds(
 
     rows, (multiple, _) = A[support], numbers.over_one_denominator(y)
     total = numbers.product(b[support], multiple)
-    for j in _columns(rows, certain):
+    used = np.zeros(rows.shape[1], dtype=bool)
+    used[rows.indices if matrices.is_sparse(rows) else rows.any(axis=0)] = True
+    for j in np.flatnonzero(used & np.logical_not(certain)).tolist():
         value = numbers.product(matrices.dense(rows[:, [j]])[:, 0], multiple)
         if (value > 0 and not bounds.high[j]) or (value < 0 and not bounds.low[j]):
             return False
@@ -133,17 +135,9 @@ def _holds(
     return total < 0
 
 
-def _columns(rows: Matrix, certain: Mask | None) -> list[int]:
-    """The columns with an entry, without those that are certain."""
-    used = np.zeros(rows.shape[1], dtype=bool)
-    used[rows.indices if matrices.is_sparse(rows) else rows.any(axis=0)] = True
-    if certain is not None:
-        used &= ~certain
-    columns: list[int] = np.flatnonzero(used).tolist()
-    return columns
-
-
-def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -> tuple[Indices, list[Fraction]] | None:
+def _corrected(
+    A: Matrix, support: Indices, y: list[Fraction], active: Indices
+) -> tuple[Indices, list[Fraction]] | None:
     """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
     from lcpcli.rational import linear, numbers
 

@@ -92,19 +92,17 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))
 
 
-def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
-    """Whether z is a solution up to rounding of its last digits: by rational arithmetic, or of a point to tol."""
-    return is_rounded_solution(problem, z) or rounds_solution(problem, z, tol)
-
-
 @np.errstate(over="ignore", invalid="ignore")
-def rounds_solution(problem: Problem, z: Vector, tol: float) -> bool:
-    """Whether z, of shape (n,), is within its last digits of a point with a relative residual of at most tol.
+def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
+    """Whether z is a solution up to its last digits: as `is_rounded_solution`, or of a point with a relative residual
+    of at most tol.
 
     That point is held as the reference point and a difference from it that is no larger than z, so that it has more
-    digits than z: with bounds far from 0, z in doubles may have a larger residual, wherever it is. False if there is
-    none, or if the reference point is 0.
+    digits than z: with bounds far from 0, z in doubles may have a larger residual, wherever it is. There is none if the
+    reference point is 0.
     """
+    if is_rounded_solution(problem, z):
+        return True
     there = problem.reference_z
     if there is None or not problem.is_moderate:
         return False

@@ -54,7 +54,10 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
         return None
     units = changes.scale(problem)
     A = matrices.dense(units.problem.M[P][:, P])
-    inverse = _exact_inverse(A) if P.size <= MOST_EXACT else _floating_inverse(A)
+    if P.size <= MOST_EXACT:
+        inverse = _exact_inverse(A)
+    else:
+        inverse = np.linalg.inv(A) if np.linalg.cond(A, 1) < LARGEST_CONDITION else None
     return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
 
 
@@ -62,13 +65,3 @@ def _exact_inverse(A: Matrix) -> Matrix | None:
     whole, unit = over_one_denominator([Fraction(value) for value in A.ravel().tolist()])
     found = linear.inverse([whole[top : top + A.shape[0]] for top in range(0, len(whole), A.shape[0])])
     return None if found is None else np.array([rounded(unit * value for value in row) for row in found])
-
-
-def _floating_inverse(A: Matrix) -> Matrix | None:
-    """The inverse in doubles; None if it has no correct digits."""
-    try:
-        inverse = np.linalg.inv(A)
-    except np.linalg.LinAlgError:
-        return None
-    condition = np.linalg.norm(A, 1) * np.linalg.norm(inverse, 1)
-    return inverse if condition < LARGEST_CONDITION else None

@@ -168,24 +168,24 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
     )
 
 
-def verify_farkas(problem: Problem, y: list[Fraction]) -> Verification:
-    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0, for the doubles M and q.
+def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool) -> Verification:
+    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if there are any, else for the
+    doubles of the problem.
 
-    It is accepted as it is, or rounded to doubles by `certificate.proves_infeasible`.
+    For doubles it is accepted as it is, or rounded by `certificate.proves_infeasible`; for exact data as it is, or
+    corrected if it is known to be rounded.
     """
-    if proves_infeasible(problem, rounded(y)):
-        return _farkas_verification(problem, "", exact=False)
-    return _farkas_verification(problem, _failed_condition(ExactProblem.of_floats(problem), y), exact=False)
+    exact, doubles = data is not None, rounded(y)
+    if data is None:
+        failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)
+    else:
+        problem, failure = data.problem, _failed_condition(data, y)
+        if failure and is_rounded:
+            from lcpcli.verify.exact_farkas import exact_proof
 
-
-def verify_farkas_exactly(data: ExactProblem, y: list[Fraction], is_rounded: bool) -> Verification:
-    """Verify such a proof for the exact data; one that is known to be rounded may be corrected."""
-    failure = _failed_condition(data, y)
-    if failure and is_rounded:
-        from lcpcli.verify.exact_farkas import exact_proof
-
-        failure = failure if exact_proof(data, rounded(y)) is None else ""
-    return _farkas_verification(data.problem, failure, exact=True)
+            failure = failure if exact_proof(data, doubles) is None else ""
+    message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
+    return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
 
 
 def _w_mismatch(w: list[Fraction], given: list[Fraction] | None) -> str:
@@ -194,11 +194,6 @@ def _w_mismatch(w: list[Fraction], given: list[Fraction] | None) -> str:
     if given is None or i is None:
         return ""
     return f"the given w is not Mz + q: component {i + 1} is {brief(w[i])}, not {brief(given[i])}"
-
-
-def _farkas_verification(problem: Problem, failure: str, exact: bool) -> Verification:
-    message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
-    return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
 
 
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
