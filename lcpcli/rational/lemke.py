@@ -76,7 +76,7 @@ def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
 
     The covering vector is e for the integer rows.
     """
-    if data.n > MOST_UNKNOWNS or data.problem.is_mixed:
+    if data.n > MOST_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
     if min(data.constants) < 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -70,11 +71,9 @@ def has_no_solution(problem: Problem) -> bool | None:
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.rational.tree import first_solution
 
-    deadline = interrupts.deadline(SECONDS)
-    try:
-        return first_solution(ExactProblem.of_floats(problem), alarm(deadline)) is None
-    except TimeIsUp:
-        return None
+    with suppress(TimeIsUp):
+        return first_solution(ExactProblem.of_floats(problem), alarm(interrupts.deadline(SECONDS))) is None
+    return None
 
 
 @np.errstate(all="ignore")

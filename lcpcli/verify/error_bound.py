@@ -82,11 +82,9 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     if sizes(np.concatenate(problem.box.vectors(problem.n)))[0] < SMALLEST_ENTRY:
         return None  # products with distances from the bounds may underflow
     known = theorems(problem)
-    if not known:
-        return None
-    y = _neighbour(problem, given)
-    claims = [_claim(problem, known, given, point) for point in (given, y) if point is not None]
-    return min((claim for claim in claims if claim is not None), key=lambda claim: claim.value, default=None)
+    points = [given, _neighbour(problem, given)] if known else []
+    claims = [_claim(problem, known, given, point) for point in points if point is not None]
+    return min(filter(None, claims), key=lambda claim: claim.value, default=None)
 
 
 def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:

@@ -153,8 +153,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
         if not 0 < ratios.max() < np.inf or ratios.min() > 1:
             return None
         u *= 0.5 * (1 + ratios)
-        u /= u.max()
-        u = np.maximum(u, SMALLEST_NORMAL)
+        u = np.maximum(u / u.max(), SMALLEST_NORMAL)
     try:
         solve = solver(matrices.comparison(M))
     except SingularMatrix:
@@ -198,8 +197,8 @@ def definite_theorems(problem: Problem) -> dict[str, Theorem]:
     scales = {DEFINITE: np.ones(problem.n)}
     if not matrices.is_symmetric(M):
         scales[f"{DEFINITE} after row scaling"] = _symmetrising(M)
-    found = {source: _definite_theorem(M, T, problem.box) for source, T in scales.items()}
-    return {source: theorem for source, theorem in found.items() if theorem is not None}
+    found = ((source, _definite_theorem(M, T, problem.box)) for source, T in scales.items())
+    return {source: theorem for source, theorem in found if theorem is not None}
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:

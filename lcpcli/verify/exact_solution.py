@@ -43,7 +43,7 @@ def from_point(
     """
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, deadline, most)
-        tries_vertex = not data.problem.is_mixed and np.count_nonzero(basis.basic) <= most
+        tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis.basic) <= most
         if found is None and tries_vertex and clock.seconds() < deadline:
             found = _at_vertex(data, basis.basic, deadline)
         if found is not None:
@@ -71,9 +71,9 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
 def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -> list[Fraction] | None:
     fewest, box = data.n + 1, data.problem.box
     for _ in range(MOST_STEPS):
-        if np.count_nonzero(basis.basic) > most or clock.seconds() >= deadline:
-            return None
         active = np.flatnonzero(basis.basic)
+        if active.size > most or clock.seconds() >= deadline:
+            return None
         z = _solved(data, active, active, _at_bounds(data, basis), deadline)
         if z is None:
             return None
@@ -121,10 +121,7 @@ def _solved(
 
 def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] | None:
     """A vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then itself exactly."""
-    active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
-    if not active.size:
-        return None
-    problem = data.problem
+    active, inactive, problem = np.flatnonzero(P), np.flatnonzero(~P), data.problem
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
         columns, q = matrices.scaled(problem.M, R, C)[:, active], R * problem.q
@@ -171,13 +168,11 @@ def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, bo
     found = linear.solve([[row[k] for k in free] for row in system], [-dot(row, [*at_bounds, d]) for row in system])
     if found.x is None:
         return None
-    values = [Fraction(value, d) for value in at_bounds]
-    for k, value in zip(free, found.x, strict=True):
-        values[k] = value / d
+    solved = dict(zip(free, found.x, strict=True))
+    values = [solved.get(k, value) / Fraction(d) for k, value in enumerate(at_bounds)]
     Z, common = over_one_denominator(values)
-    z = [Fraction(0)] * q.size
-    for i, value in zip(used.tolist(), values, strict=True):
-        z[i] = value
+    own = dict(zip(used.tolist(), values, strict=True))
+    z = [own.get(i, Fraction(0)) for i in range(q.size)]
     multiples = (Fraction(dot(row, [*Z, common])) for row in rows)  # of w, which have its signs
     solves = not any(map(gap, z, multiples, *map(bounds_of, box.vectors(q.size))))
     return ExactBasis(z, not found.null_space, solves)

@@ -103,31 +103,28 @@ class Point:
         self._inside = self.criterion.inside(z)
         self._beyond = None if is_admissible else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
         self._solves: bool | None = None
-        self._plain: Rows | None = None
 
     @classmethod
     def of_solution(cls, criterion: Criterion, z: Vector, block: Rows, i: int) -> Point:
         """A point that is known to solve the problem; its w and terms are those of point i of a block."""
         point = cls.__new__(cls)
         point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
-        point._plain, point._place = None, (block, i)
+        point._place = block, i
         return point
 
-    def _plain_rows(self) -> Rows:
-        if self._plain is None and self._place is not None:
+    @cached_property
+    def _plain(self) -> Rows:
+        if self._place is not None:
             block, i = self._place
-            self._plain = block.part(i)
-        elif self._plain is None:
-            self._plain = self.criterion.measure.rows(self._inside)
-            if self.criterion.sums_exactly:
-                self._plain = self._plain._replace(error=np.full(self.z.size, np.inf))
-        return self._plain
+            return block.part(i)
+        rows = self.criterion.measure.rows(self._inside)
+        return rows._replace(error=np.full(self.z.size, np.inf)) if self.criterion.sums_exactly else rows
 
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
     def _rows(self) -> Rows:
         """The same, with sums that are rounded only once where that matters."""
-        plain, criterion, z = self._plain_rows(), self.criterion, self._inside
+        plain, criterion, z = self._plain, self.criterion, self._inside
         doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(plain.w) | criterion.sums_exactly
         rows = np.flatnonzero(doubtful)
         if not rows.size:
@@ -154,10 +151,9 @@ class Point:
             return criterion.reference_solves
         with np.errstate(over="ignore", invalid="ignore"):
             if self._beyond is None:
-                rows = self._plain_rows()
-                if criterion.measure.surely_solves(self._inside, rows, criterion.tol):
+                if criterion.measure.surely_solves(self._inside, self._plain, criterion.tol):
                     return True
-                if criterion.measure.surely_fails(self._inside, rows, criterion.tol):
+                if criterion.measure.surely_fails(self._inside, self._plain, criterion.tol):
                     return False
             return self.relative_residual <= max(criterion.tol, ROUNDING)
 
@@ -165,7 +161,7 @@ class Point:
     @np.errstate(over="ignore", invalid="ignore")
     def size(self) -> float:
         """As in `Measure.size`."""
-        return self.criterion.measure.size(self._inside, self._plain_rows())
+        return self.criterion.measure.size(self._inside, self._plain)
 
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
@@ -187,7 +183,7 @@ class Point:
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
-        moved = Point(criterion, criterion.given(measure.on_bounds(self._inside, self._plain_rows().w)))
+        moved = Point(criterion, criterion.given(measure.on_bounds(self._inside, self._plain.w)))
         z, rows = moved._inside, moved._rows
         largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
         return max(largest, float(measure.distance(self._inside, z)))
@@ -212,7 +208,7 @@ class Point:
     def nearly_solves(self) -> bool:
         """Whether no violation is large, as by `Measure.is_near`: the point is then worth a closer look."""
         moved = self.criterion.problem.from_reference(self.z).any()
-        return bool(moved and self.criterion.measure.is_near(self._inside, self._plain_rows()))
+        return bool(moved and self.criterion.measure.is_near(self._inside, self._plain))
 
     @np.errstate(over="ignore", invalid="ignore")
     def alternatives(self) -> Iterator[Point]:

@@ -146,21 +146,21 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
     w = data.w(z)
     each = data.gaps(z, w)
     violating = sorted((i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i]))
-    failure = _w_mismatch(w, given_w)
+    different = ((i, *both) for i, both in enumerate(zip(w, given_w or w, strict=False), 1) if both[0] != both[1])
+    wrong = next((f"component {i} is {brief(own)}, not {brief(given)}" for i, own, given in different), "")
+    failure = f"the given w is not Mz + q: {wrong}" * bool(wrong)
     if violating:
         failure = f"z is not an exact solution: {count(len(violating), 'component')} fail{'s' * (len(violating) == 1)}"
     doubles = rounded(z)
-    residual = abs(each[violating[0]]) if violating else Fraction(0)
+    relative = Point(Criterion(data.problem), doubles, is_admissible=False).relative_residual if violating else 0.0
     return Verification(
         data.problem,
         "solution",
         exact=True,
         accepted=not failure,
         message=failure or f"z is an exact solution: {data.problem.box.wording.solved}",
-        residual=float(rounded([residual])[0]),
-        relative_residual=Point(Criterion(data.problem), doubles, is_admissible=False).relative_residual
-        if violating
-        else 0.0,
+        residual=float(np.abs(rounded(each[i] for i in violating[:1])).max(initial=0.0)),
+        relative_residual=relative,
         error=data.problem.error(doubles),
         backward_error=_exact_backward_error(data, z, w),
         violations=[_violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]],
@@ -188,17 +188,9 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
     return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
 
 
-def _w_mismatch(w: list[Fraction], given: list[Fraction] | None) -> str:
-    """Where the given w differs from w; "" if nowhere."""
-    i = None if given is None else next((i for i, value in enumerate(w) if given[i] != value), None)
-    if given is None or i is None:
-        return ""
-    return f"the given w is not Mz + q: component {i + 1} is {brief(w[i])}, not {brief(given[i])}"
-
-
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
     """The first condition that a proof violates; "" if none."""
-    if data.problem.is_mixed:
+    if not data.problem.box.is_orthant:
         return "" if data.refuted_by(y) else "for some z within the bounds, y'w may be positive or has no sign"
     i = min(range(data.n), key=lambda i: y[i])
     if y[i] < 0:
@@ -211,12 +203,11 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
 
 
 def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Number]:
-    if problem.is_mixed:
-        kind = "w < 0" if w < 0 else "w > 0"
-        kind = "z < lower" if z < problem.box.lower[i] else "z > upper" if z > problem.box.upper[i] else kind
-        return Violation(i, kind, z, w)
-    negative = ", ".join(f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0)
-    return Violation(i, negative or "z w > 0", z, w)
+    if problem.box.is_orthant:
+        negative = ", ".join(f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0)
+        return Violation(i, negative or "z w > 0", z, w)
+    low, high, kind = problem.box.lower[i], problem.box.upper[i], "w < 0" if w < 0 else "w > 0"
+    return Violation(i, "z < lower" if z < low else "z > upper" if z > high else kind, z, w)
 
 
 def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
@@ -228,10 +219,10 @@ def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
 
 
 def _exact_backward_error(data: ExactProblem, z: list[Fraction], w: list[Fraction]) -> float:
-    largest = Fraction(0)
+    changes = [Fraction(0)]
     for a, b, s, low, high in zip(z, w, data.sizes(z), data.lower, data.upper, strict=True):
         if (low is not None and a < low) or (high is not None and a > high):
             return math.inf
         change = max(-b if a != high else 0, b if a != low else 0)
-        largest = max(largest, change / s if change > 0 else largest)
-    return float(largest)
+        changes.append(change / s if change > 0 else Fraction(0))
+    return float(max(changes))
