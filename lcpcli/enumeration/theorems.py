@@ -112,13 +112,11 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
-    """d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite; None if none is
-    found. `check` is called before each step and may raise.
+    """d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite, so that M is a
+    P-matrix (G. W. Cross, Linear Algebra and its Applications 20 (1978) 253-263); None if none is found.
 
-    Then all principal minors of M are positive (G. W. Cross, Three types of matrix stability, Linear Algebra and its
-    Applications 20 (1978) 253-263). d is sought by cutting planes (J. E. Kelley, The cutting-plane method for solving
-    convex programs, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors v that have been found
-    wanting, at the middle between the last d and the best one for these.
+    d is sought by cutting planes (J. E. Kelley, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors
+    v that have been found wanting, at the middle between the last d and the best one for these.
     """
     n, diagonal = len(M), M.diagonal()
     unit = M / diagonal[:, None]

@@ -21,9 +21,7 @@ MOST_UNKNOWNS = 60  # n up to which `solve` is tried: seconds at worst
 
 
 class IntegerTableau:
-    """A basic solution of w = M z + e z_0 + q for integers M and q, the rows of M by their columns.
-
-    The forms are numbered: w_i is i, z_i is n + i, z_0 is 2 n.
+    """A basic solution of w = M z + e z_0 + q for integers M, q, with the forms w_i = i, z_i = n + i and z_0 = 2 n.
 
     ray : the form that grows without bound, if the path has ended on a ray; else None.
     """
@@ -72,10 +70,7 @@ class IntegerTableau:
 
 
 def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
-    """The solution at the end of the path from z = 0; None on a ray, for large n, with bounds, or after the deadline.
-
-    The covering vector is e for the integer rows.
-    """
+    """The solution at the end of the path; None on a ray, for large n, with bounds, or after the deadline."""
     if data.n > MOST_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau = IntegerTableau(data.rows, data.constants)

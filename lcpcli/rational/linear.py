@@ -89,11 +89,10 @@ def duration(A: Rows) -> float:
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
-    """A solution x of A x = b, with 0 for unknowns whose columns depend on earlier ones; None if none is found.
+    """A solution x of A x = b as by `solve`; None if none is found.
 
-    For integers A of shape (m, n) and b of length m. By FLINT, a large system is solved as a nonsingular part of it
-    that has its rank modulo a prime. The other equations are not checked: they hold if A x = b has a solution, unless
-    the prime divides a minor, which is unlikely.
+    By FLINT, a large system is solved as a nonsingular part of it that has its rank modulo a prime. The other equations
+    are not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
     """
     flint = library() if A and min(len(A), len(A[0])) > SMALL else None
     if flint is None:
@@ -174,10 +173,8 @@ def eliminated(A: Rows, previous: int) -> Rows:
 
 
 def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
-    """Whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by pivot.
-
-    `check` is called before each pivot and may raise.
-    """
+    """Whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by pivot, each
+    after a call of `check`, which may raise."""
     labels, previous = list(range(len(A))), 1
     chosen: list[int] = []
     zero: tuple[int, ...] | None = None

@@ -35,8 +35,7 @@ T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
-    """The rational number of a decimal text; ProblemError if it is not a number, or its exponent is too large. Raises
-    TimeIsUp too, as a file may have millions of them."""
+    """The rational number of a decimal text; ProblemError if it is none, or its exponent is too large; TimeIsUp too."""
     check()
     try:
         if "_" in text:
@@ -195,11 +194,8 @@ def shortest_decimal(value: float) -> Fraction:
 
 @dataclass(frozen=True)
 class Written(Generic[T]):
-    """What was read.
-
-    rounded : with the nearest doubles. own : with a double of its own for each number. exact : what those doubles stand
-    for that stand for anything else than their shortest decimals.
-    """
+    """What was read: rounded to the nearest doubles; with a double of its own for each number; and what those of these
+    doubles stand for that do not stand for their shortest decimals."""
 
     rounded: T
     own: T

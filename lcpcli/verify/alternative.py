@@ -30,11 +30,8 @@ class Alternative(NamedTuple):
 
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
-    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs; A should be equilibrated.
-
-    A of shape (m, n), dense or sparse, b of shape (m,); if they are not finite, nothing is established. Each LP may
-    take half of the seconds.
-    """
+    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the seconds
+    each; A should be equilibrated, and finite, or nothing is established."""
     system = System(A, b, ORTHANT, seconds)
     if not system.is_finite:
         return Alternative(None, None)
@@ -59,8 +56,8 @@ class System:
     """A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, where b and the bounds are divided by a
     power of two: its multipliers y. Each LP takes at most half of the seconds.
 
-    In the LPs for y, A'y = v - v' with v, v' >= 0 that cost what the bounds say, as HiGHS then takes the fewest steps;
-    for a dense A, whose identity would be as large, inequalities stand in their place where a bound is 0.
+    In the LPs for y, A'y = v - v' with v, v' >= 0 that cost what the bounds say; for a dense A, whose identity would be
+    as large, inequalities stand in their place where a bound is 0.
     """
 
     def __init__(self, A: Matrix, b: Vector, box: Box, seconds: float) -> None:
@@ -95,12 +92,8 @@ class System:
             yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
-        """The minimum of b'y + u'v - l'v' from -1 on, with A'y = v - v' for v and v' >= 0, where v_j = 0 if u_j is
-        infinite and v'_j = 0 if l_j is, over the y with the signs of multipliers.
-
-        It is -1 or 0, and if it is 0 its multipliers, of the columns of A and of the total, are minus a point of a
-        system with z >= 0.
-        """
+        """The minimum of b'y + u'v - l'v' from -1 on, over the y with the signs of multipliers, where v_j = 0 if u_j is
+        infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with z >= 0."""
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
     def _largest_margins(self) -> Optimum | None:
@@ -129,11 +122,8 @@ class System:
         return y
 
     def _least_violation(self) -> Optimum | None:
-        """The least sum of violations of the signs of A z + b, with multipliers of at most 1 in size.
-
-        J. W. Chinneck and E. W. Dravnieks, Locating minimal infeasible constraint sets in linear programs, ORSA Journal
-        on Computing 3 (1991) 157-168: the elastic program.
-        """
+        """The least sum of violations of the signs of A z + b, with multipliers of at most 1 in size: the elastic
+        program (J. W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168)."""
         low, high = self.rows.low, self.rows.high
         elastic = stack([[self._A, unit_vectors(self._A, self._positive), -unit_vectors(self._A, self._negative)]])
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])

@@ -58,7 +58,7 @@ class Safeguard:
     PATIENCE steps without that only the first one.
 
     left : how many more single exchanges may be made, negative once there were too many. single : whether the next
-    exchange is one. For m problems both are arrays of shape (m,), as the other numbers are, after the first step.
+    exchange is one. For m problems both are of shape (m,) after the first step.
     """
 
     def __init__(self, n: int, patience: float) -> None:
@@ -94,8 +94,8 @@ def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices |
     """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
     pivoting. Whoever changes `wrong` in between chooses what is exchanged, by a `Safeguard` for instance.
 
-    problem : has its bounds, `box`, and basic solutions, `at(basis)`; or those of m problems, of which `part(rows)` are
-        the ones whose rows are sent, to go on with these.
+    problem : has a `box` and basic solutions, `at(basis)`; or those of m problems, of which `part(rows)` are the ones
+        whose rows are sent.
     """
     while True:
         found = problem.at(basis)
@@ -106,10 +106,8 @@ def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices |
 
 
 class BasicSolutions:
-    """The basic solutions of a problem, one after another: factors are kept while they can be updated.
-
-    solver : of systems with M, if it has been used for another problem with the same M.
-    """
+    """The basic solutions of a problem, one after another, by a solver of systems with M that keeps its factors while
+    they can be updated, perhaps of another problem with the same M."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self._solver = problem, solver or PrincipalSolver(problem.M)

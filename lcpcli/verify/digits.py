@@ -27,10 +27,8 @@ NEGLIGIBLE = 1e-13  # of the largest component, as it is and in the units of M: 
 
 
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
-    """The number of digits of each z_i that the data determine, from 0 to MOST, shape (n,); all of a z_i at a bound.
-
-    z, w : a solution and M z + q. None if M_BB is singular, so that z is one of several, or too large.
-    """
+    """The number of digits of each z_i of a solution that the data determine, from 0 to MOST, shape (n,); all of a z_i
+    at a bound. None if M_BB is singular, so that z is one of several, or too large."""
     low, high = np.broadcast_to(problem.lower, z.shape), np.broadcast_to(problem.upper, z.shape)
     basic = np.flatnonzero((z != low) & (z != high))
     determined = np.full(z.size, float(MOST))

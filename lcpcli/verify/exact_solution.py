@@ -35,12 +35,8 @@ MOST_POSITIVE = 700  # components that are solved for exactly: a minute at worst
 def from_point(
     data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_POSITIVE
 ) -> list[Fraction] | None:
-    """The exact solution near an approximate z; None if none was found before the deadline.
-
-    z : shape (n,). The solution has the complementary basis of z or, if its signs are wrong, one near it.
-    deadline : by `clock.seconds`.
-    most : the largest number of components that are solved for.
-    """
+    """The exact solution with the complementary basis of an approximate z, shape (n,), or, if its signs are wrong, one
+    near it; None if none was found before the deadline. most : the largest number of components that are solved for."""
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, deadline, most)
         tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis.basic) <= most
@@ -157,8 +153,6 @@ def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, bo
     """The basic solution for finite M, q of shape (n, n) and (n,), as they are in doubles; None if there is none.
 
     basic : a mask of shape (n,). z_N : of shape (n,), 0 where basic.
-
-    The cost is k^3 operations for k basic variables, on numbers whose length grows with k.
     """
     used = np.flatnonzero(basic | (z_N != 0))
     at_bounds, d = over_one_denominator(fractions_of(np.broadcast_to(z_N, q.size)[used]))

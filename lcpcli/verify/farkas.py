@@ -114,10 +114,8 @@ def _holds(
     y: Sequence[Fraction],
     certain: Mask | bool = False,
 ) -> bool:
-    """Whether the rational y on a support, with the right signs, is a proof, in exact arithmetic.
-
-    certain : columns that certainly have the right sign and add nothing to the total.
-    """
+    """Whether the rational y on a support, with the right signs, is a proof, in exact arithmetic; certain : columns
+    that certainly have the right sign and add nothing to the total."""
     from fractions import Fraction
 
     from lcpcli.rational import numbers

@@ -70,12 +70,9 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
-    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic.
-
-    The exact basic solution z* of the states of z, for an LCP M_PP z*_P = -q_P with P = {z_i > 0}, solves the problem,
-    and no component of z differs from it by more than LAST_DIGITS of itself. So it is never true for a problem that has
-    no solution. It is false if more than `farkas.LARGEST_EXACT` are basic, or M_PP is singular.
-    """
+    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic solution
+    of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of itself. So it is
+    never true where there is no solution. It is false if more than `farkas.LARGEST_EXACT` are basic."""
     basis = problem.box.basis_of(z / 2)
     if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
         return False

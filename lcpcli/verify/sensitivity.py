@@ -1,10 +1,8 @@
 """How far a solution moves under relative changes of up to eps in every entry of M and q.
 
-With A = M_PP for P = {i : z_i > 0 or w_i = 0}, changes |dM| <= eps |M|, |dq| <= eps |q| move z_P by at most
-eps |A^-1| (|A| z_P + |q_P|) to first order (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM
-2002, section 7.2). No method that works on rounded data can be expected to do better, however small its residual.
-With bounds, P = {i : l_i < z_i < u_i or w_i = 0}, without fixed variables, and the terms are those of all of z, as z is
-not 0 at other bounds: (|M| |z| + |q|)_P.
+With A = M_PP for P = {i : l_i < z_i < u_i or w_i = 0}, without fixed variables, changes |dM| <= eps |M|, |dq| <= eps
+|q| move z_P by at most eps |A^-1| (|M| |z| + |q|)_P to first order (N. J. Higham, Accuracy and Stability of Numerical
+Algorithms, 2nd ed., SIAM 2002, section 7.2). No method that works on rounded data can be expected to do better.
 """
 
 from __future__ import annotations
@@ -28,11 +26,8 @@ LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def sensitivity(problem: Problem, z: Vector) -> float | None:
-    """The largest component of |A^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z.
-
-    Times eps, it is the error that may result from rounding the data alone. None if M_PP is singular or too large, or
-    too large for rational arithmetic and too ill-conditioned for doubles.
-    """
+    """The largest component of |A^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z; None if M_PP is
+    singular or too large, or too large for rational arithmetic and too ill-conditioned for doubles."""
     w = problem.w(z)
     terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     box = problem.box

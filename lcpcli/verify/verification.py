@@ -169,12 +169,8 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
 
 
 def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool) -> Verification:
-    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if there are any, else for the
-    doubles of the problem.
-
-    For doubles it is accepted as it is, or rounded by `certificate.proves_infeasible`; for exact data as it is, or
-    corrected if it is known to be rounded.
-    """
+    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if there are any, as it is, or
+    corrected if it is known to be rounded; else for the doubles of the problem, as it is or rounded."""
     exact, doubles = data is not None, rounded(y)
     if data is None:
         failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)
