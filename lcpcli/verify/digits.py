@@ -67,13 +67,10 @@ def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | 
     changes = ROUNDING * np.sqrt((M.power(2) if is_sparse(M) else M**2) @ z**2 + q**2)
     try:
         solve = PrincipalSolver(problem.M).at(basic)
-        moves = solve(np.column_stack((w[basic], changes[:, np.newaxis] * _random_signs(basic.size))))
+        # signs that look random but are the same each time
+        signs = np.sign(np.sin(np.outer((np.arange(basic.size) + 1.0) ** 2, np.arange(SAMPLES) + 1.234)))
+        moves = solve(np.column_stack((w[basic], changes[:, np.newaxis] * signs)))
     except (SingularMatrix, ValueError):
         return None
     errors = np.abs(moves[:, 0]) + MEDIAN * np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))
     return errors if np.isfinite(errors).all() else None
-
-
-def _random_signs(k: int) -> Vector:
-    """Signs that look random but are the same each time, shape (k, SAMPLES), without the import of a generator."""
-    return np.sign(np.sin(np.outer((np.arange(k) + 1.0) ** 2, np.arange(SAMPLES) + 1.234)))

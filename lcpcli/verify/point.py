@@ -18,8 +18,8 @@ from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
 class Criterion:
     """What a point must satisfy to count as a solution: its relative residual, that of `measure`, is at most tol.
 
-    A problem with numbers so large or small that products overflow or underflow is measured in other units, powers of
-    two, which changes nothing but that. If none are found, or z is out of range in them, all sums are exact instead.
+    A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
+    If none are found, or z is out of range in them, all sums are exact instead.
     """
 
     def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
@@ -78,11 +78,8 @@ class Criterion:
 
     @np.errstate(all="ignore")
     def bound(self, F: Vector) -> float:
-        """The size of F(x) = M z - w' + q, with the z and w' of x, relative to the caps at the reference point.
-
-        min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise; with bounds too,
-        as t -> mid(l, u, t) is nonexpansive. So a small F suggests that z is worth measuring.
-        """
+        """The size of F(x) = M z - w' + q, with the z and w' of x, relative to the caps at the reference point: where
+        it is small, so is the natural residual of z, as t -> mid(l, u, t) is nonexpansive."""
         return size(F / self._caps) if np.count_nonzero(F) else 0.0
 
 

@@ -16,7 +16,7 @@ from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.rational import linear
-from lcpcli.rational.numbers import over_one_denominator, rounded
+from lcpcli.rational.numbers import in_integers, rounded
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_INVERTED = 400  # the size of P up to which the inverse is formed
@@ -50,13 +50,10 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     units = changes.scale(problem)
     A = matrices.dense(units.problem.M[P][:, P])
     if P.size <= MOST_EXACT:
-        inverse = _exact_inverse(A)
+        whole, power = in_integers(A.ravel())
+        found = linear.inverse(np.array(whole, dtype=object).reshape(A.shape).tolist())
+        unit = Fraction(2) ** -power
+        inverse = None if found is None else np.array([rounded(unit * value for value in row) for row in found])
     else:
         inverse = np.linalg.inv(A) if np.linalg.cond(A, 1) < LARGEST_CONDITION else None
     return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
-
-
-def _exact_inverse(A: Matrix) -> Matrix | None:
-    whole, unit = over_one_denominator([Fraction(value) for value in A.ravel().tolist()])
-    found = linear.inverse([whole[top : top + A.shape[0]] for top in range(0, len(whole), A.shape[0])])
-    return None if found is None else np.array([rounded(unit * value for value in row) for row in found])
