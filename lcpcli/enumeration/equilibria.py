@@ -41,10 +41,8 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class NashSubset:
-    """A maximal Nash subset: all convex combinations of these strategies of each player, in any pairing.
-
-    rows, columns : the strategies. extreme : which extreme equilibria they pair up to, counted from 0.
-    """
+    """A maximal Nash subset: all convex combinations of these strategies of each player, in any pairing; and which
+    extreme equilibria they pair up to, counted from 0."""
 
     rows: tuple[Point, ...]
     columns: tuple[Point, ...]

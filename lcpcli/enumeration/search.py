@@ -196,12 +196,8 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
 
 
 class SolutionSet:
-    """The solutions that a search has found, in the order in which they are shown.
-
-    data : the problem. pieces, points : as in `Solutions`; of a game in the order of the equilibria. status : COMPLETE,
-    UNSOLVABLE or what ended the search. seconds : that it took. game : whose equilibria they are. The others are those
-    of the search.
-    """
+    """The solutions of a problem that a search has found, in the order in which they are shown: of a game in that of
+    the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search, which took so many seconds."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds

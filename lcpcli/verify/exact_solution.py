@@ -1,10 +1,8 @@
 """From a point near a solution to the exact solution of its complementary basis.
 
 With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs are checked. If P is not quite
-right, indices that violate them are flipped as in block principal pivoting or, where that does not help, one at a time,
-least index first: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its
-Applications 21 (1978) 207-215. Where M_PP is singular, an LP finds a vertex of the solutions with that set. With bounds
-the sets are the states of `basic_solution`, and no vertex is sought.
+right, indices that violate them are flipped as in the block principal pivoting of `basic_solution`. Where M_PP is
+singular, an LP finds a vertex of the solutions with that set; with bounds no vertex is sought.
 """
 
 from __future__ import annotations

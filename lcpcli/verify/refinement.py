@@ -1,9 +1,8 @@
 """Solutions that are correct to the last digit for ill-conditioned M: how to compute and how to recognize them.
 
 The system of a complementary basis is solved with iterative refinement, with residuals as if in twice the precision
-(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1): its solution is
-then correct to its last digits as long as the condition number is below about 1e15. Even so, rounding z may leave a
-residual that is not small. That such a z is the rounded solution is then proved in rational arithmetic, or not claimed.
+(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1). Even so, rounding z
+may leave a residual that is not small. That such a z is the rounded solution is proved in rational arithmetic.
 """
 
 from __future__ import annotations
@@ -30,11 +29,8 @@ LAST_DIGITS = 4 * EPS
 
 @np.errstate(over="ignore", invalid="ignore")
 def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
-    """The basic solution of a basis, correct to its last digits; z if that is not better.
-
-    problem, z : n unknowns, and an approximate solution of shape (n,).
-    basis : by default that of z when M is equilibrated.
-    """
+    """The basic solution of a basis, by default that of z when M is equilibrated, correct to its last digits; z, an
+    approximate solution of shape (n,), if that is not better."""
     units = changes.scale(problem)
     within = units.problem
     if basis is None:

@@ -1,12 +1,9 @@
 """How far a z is from being a solution, and whether a vector proves that there is none.
 
-The componentwise backward error of z is the smallest omega for which z solves an LCP with data M + dM, q + dq such that
-|dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value between w_i - omega s_i and w_i +
-omega s_i, where s = |M| |z| + |q|, each independently: this is the theorem of W. Oettli and W. Prager,
-Compatibility of approximate solution of linear equations with given error bounds for coefficients and right-hand sides,
-Numerische Mathematik 6 (1964) 405-409. Where z_i > 0 it has to become 0, where z_i = 0 it has to become nonnegative,
-and no change helps where z_i < 0. So omega is the largest of |w_i| / s_i, max(-w_i, 0) / s_i and infinity, in turn.
-Bounds are not changed: w_i has to become 0 between them, nonnegative at l_i and nonpositive at u_i.
+The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
+that |dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value up to omega s_i from w_i, where s
+= |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). It has to become 0 between the bounds,
+nonnegative at l_i and nonpositive at u_i; no change helps beyond them.
 """
 
 from __future__ import annotations
@@ -58,11 +55,10 @@ class Verification:
     kind : "solution" for a z, "farkas" for a vector y.
     exact : whether it was verified without rounding, on the decimals as written.
     accepted, message : whether the answer is accepted, and why, as a sentence.
-    residual, relative_residual, error : as in `result.Result`; None for a vector y; error None if no solution is
-        known.
-    backward_error : the componentwise backward error; infinity if a z_i is beyond its bounds, None for a vector y.
-    bound : what is proved about the distance to the solution, as by `error_bound`; None in exact
-        arithmetic, for a vector y, beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
+    residual, relative_residual, error : as in `result.Result`; None for a y; error None if no solution is known.
+    backward_error : the componentwise backward error; infinity if a z_i is beyond its bounds, None for a y.
+    bound : what is proved about the distance to the solution, as by `error_bound`; None in exact arithmetic, for a y,
+        beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
     strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.
     statement : of a program, what its x is, or what it violates; else "".
