@@ -189,10 +189,8 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
     those of the last one change last."""
     if not searches:
         yield ()
-        return
-    for piece in copy(searches[-1]):
-        for others in _combinations(searches[:-1]):
-            yield (*others, piece)
+    for piece in copy(searches[-1]) if searches else ():
+        yield from ((*others, piece) for others in _combinations(searches[:-1]))
 
 
 class SolutionSet:

@@ -1,10 +1,9 @@
 """Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M + M')v / 2.
 
 Small matrices are decided by exact elimination. For larger ones a factorization of S - c I, S = M + M', proves
-definiteness in spite of rounding: if Cholesky's runs to completion, and c exceeds a bound on its rounding error, S is
-positive definite (S. M. Rump, Verification of positive definiteness, BIT Numerical Mathematics 46 (2006) 433-452). The
-sparse case bounds the error of the factors in the same way: |S - c I - L U| <= gamma |L| |U|, and U = D L' up to a
-difference that is computed. A factorization that fails gives a v, and the sign of v'Mv is determined exactly.
+definiteness if it runs to completion, and c exceeds a bound on its rounding error (S. M. Rump, Verification of positive
+definiteness, BIT Numerical Mathematics 46 (2006) 433-452). In the sparse case |S - c I - L U| <= gamma |L| |U|, and U =
+D L' up to a difference that is computed. A factorization that fails gives a v, and v'Mv is determined exactly.
 """
 
 from __future__ import annotations

@@ -8,10 +8,9 @@ if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| + |q|)_i; for
 largest |M_ij| makes of it.
 
 Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
-and its Applications 21 (1978) 207-215. The safeguard, single exchanges of the least index once block exchanges do not
-advance: J. J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
-complementarity problems, Computers and Operations Research 21 (1994) 587-596, after K. G. Murty, Note on a Bard-type
-scheme for solving the complementarity problem, Opsearch 11 (1974) 123-130.
+and its Applications 21 (1978) 207-215. Single exchanges of the least index, once block exchanges do not advance: J. J.
+Júdice and F. M. Pires, Computers and Operations Research 21 (1994) 587-596, after K. G. Murty, Opsearch 11 (1974)
+123-130.
 """
 
 from __future__ import annotations
@@ -118,11 +117,8 @@ class BasicSolutions:
         return exchanging(self, basis)
 
     def at(self, basis: Basis) -> BasicSolution:
-        """Return the basic solution of a basis; SingularMatrix, with a clause for the user, if M_BB is singular or
-        numbers overflow.
-
-        If it is a solution, z is refined once by its residual w_B, unless that is already at rounding level.
-        """
+        """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; SingularMatrix,
+        with a clause for the user, if M_BB is singular or numbers overflow."""
         problem, indices = self._problem, basis.basic.nonzero()[0]
         z = problem.box.nonbasic(basis)
         start = product(problem.M, z) + problem.q if np.count_nonzero(z) else problem.q

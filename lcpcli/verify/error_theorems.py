@@ -30,9 +30,9 @@ every c, so that c may be rounded. lambda is verified by Cholesky's factorizatio
 completion only if no eigenvalue is below minus its rounding errors: S. M. Rump, Verification of positive definiteness,
 BIT Numerical Mathematics 46 (2006) 433-452.
 
-Rounding errors: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3: an inner
-product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the absolute values, in any order of
-summation. With the entries of M and z in the range required here, no product M_ij z_j underflows.
+Rounding errors: an inner product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the
+absolute values (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3). With the
+entries of M and z in the range required here, no product M_ij z_j underflows.
 """
 
 from __future__ import annotations

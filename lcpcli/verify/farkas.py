@@ -9,8 +9,8 @@ is, and y_i = 0 where w_i may have either sign. Then 0 <= y'(A z + b) <= b'y + s
 for any such z: if that is negative, there is none. For a problem, w_i >= 0 is asked for where only l_i is finite,
 w_i <= 0 where only u_i is, w_i = 0 where neither is; so a problem whose bounds are all finite always has a solution.
 
-A proof found in floats is accepted only after a check without rounding, as in D. Applegate, W. Cook, S. Dash and
-D. Espinoza, Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699.
+A proof found in floats is accepted only after a check without rounding (D. Applegate, W. Cook, S. Dash and D. Espinoza,
+Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699).
 """
 
 from __future__ import annotations
@@ -60,13 +60,11 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
 
     - y has its signs, and its exact total, b'y with the suprema, is negative;
     - the exact (A'y)_j is not positive where u_j is infinite, and not negative where l_j is. Floats alone show this
-      where the computed value is beyond a multiple of a bound on its rounding error, (m + 2) EPS |A|'|y| and underflow;
-      the other columns are summed in integers. A margin would not do instead: with A'y = delta > 0 there may be a
-      solution of size |b'y| / delta.
-    - If only that last test fails, by rounding of y (columns with A'y = 0, which possibly no y in floats satisfies),
-      the proof is y corrected in rational arithmetic: an exact solution of A'y = 0 in those columns, on the support of
-      y, has to pass all the tests. y itself is then that proof rounded. For at most LARGEST_EXACT of each, or
-      LARGEST_BY_FLINT.
+      where the computed value is beyond a bound on its rounding error; the other columns are summed in integers. A
+      margin would not do instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
+    - If only that last test fails, by rounding of y, the proof is y corrected in rational arithmetic: an exact solution
+      of A'y = 0 in those columns, on the support of y, has to pass all the tests. y itself is then that proof rounded.
+      For at most LARGEST_EXACT of each, or LARGEST_BY_FLINT.
     """
     if not (np.isfinite(y).all() and y.any() and _has_signs(y, box)):
         return False
