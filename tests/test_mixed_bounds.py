@@ -14,7 +14,7 @@ from numpy.random import Generator
 
 from lcpcli import Problem, error_bound, solve
 from lcpcli.verify import error_theorems
-from lcpcli.verify.sensitivity import sensitivity
+from lcpcli.verify.digits import sensitivity
 
 from . import exact
 from .test_bounds import FAMILIES, SIZES, error, others, perturbed

@@ -16,7 +16,7 @@ from lcpcli.bench.check import Checker
 from lcpcli.bench.record import Machine, Measurement, Record, Settings
 from lcpcli.bench.runs import run_method
 from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
-from lcpcli.verify.sensitivity import sensitivity
+from lcpcli.verify.digits import sensitivity
 
 CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
 

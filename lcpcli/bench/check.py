@@ -15,8 +15,8 @@ from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
 from lcpcli.report.wording import finite
 from lcpcli.typing import Vector
+from lcpcli.verify.digits import MOST_INVERTED, sensitivity
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.sensitivity import MOST_INVERTED, sensitivity
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
 LEAST_TERMS = 1e-6  # of the largest of the three: below that, terms are 0 but for rounding

@@ -41,10 +41,8 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class NashSubset:
-    """A maximal Nash subset: all convex combinations of these strategies of each player, in any pairing.
-
-    rows, columns : the strategies. extreme : which extreme equilibria they pair up to, counted from 0.
-    """
+    """A maximal Nash subset: all convex combinations of these strategies of each player, in any pairing; and which
+    extreme equilibria they pair up to, counted from 0."""
 
     rows: tuple[Point, ...]
     columns: tuple[Point, ...]
@@ -86,10 +84,8 @@ class Players:
                 self._found[z] = self._equilibrium(z)
 
     def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
-        """Some pieces whose vertices were taken and these, in the order of their equilibria, which come last.
-
-        complete : whether they are proved to be all.
-        """
+        """Some pieces whose vertices were taken and these, in the order of their equilibria, which come last; complete
+        if they are proved to be all."""
         found = {z: self._found[z] for piece in pieces for z in piece.vertices}
         points = sorted(found, key=lambda z: (found[z].row, found[z].column), reverse=True)
         place = {z: k for k, z in enumerate(points)}
@@ -111,9 +107,8 @@ class Players:
         return Equilibrium(x, y, (by_row, by_column), self._index(rows, columns) if is_regular else None)
 
     def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
-        """L. S. Shapley, A note on the Lemke-Howson algorithm, Mathematical Programming Study 1 (1974) 175-189: the
-        sign of the determinants of the positive payoffs on the supports, and -1 for each but one strategy in these; 1
-        for a pure one."""
+        """The sign of the determinants of the positive payoffs on the supports, and -1 for each but one strategy in
+        these (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189); 1 for a pure one."""
         signs = [self._row.determinant(rows, columns) > 0, self._column.determinant(columns, rows) > 0]
         return 1 if (len(rows) % 2 == 1) == (signs[0] == signs[1]) else -1
 

@@ -24,11 +24,8 @@ AGREEMENT = 1e-7  # of the largest component: two points that are this close are
 
 
 class Findings(NamedTuple):
-    """What is proved for the numbers as written, each None if it is not found out.
-
-    others : whether there are other solutions than z; None too if the only one is not z, as far as z is printed.
-    solvable : whether there is an exact solution.
-    """
+    """Whether there are other solutions than z, and whether there is an exact one; None if that is not found out, or if
+    the only one is not z, as far as z is printed."""
 
     others: bool | None = None
     solvable: bool | None = None

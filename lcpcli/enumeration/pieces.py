@@ -95,10 +95,7 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> State
 
 
 def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
-    """The product of pieces of independent blocks, whose unknowns are at these places among n.
-
-    `check` is called before each vertex and may raise: there are as many as combinations of theirs.
-    """
+    """The product of pieces of independent blocks, whose unknowns are at these places among n; `check` may raise."""
     zero: list[Any] = [Fraction(0)] * n
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
@@ -208,11 +205,8 @@ def _listed(
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
-    """A maximal node that contains a node all of whose points are solutions, and the states that hold in it, as bits.
-
-    All nodes with the states that hold in a piece contain it, so that any leaf among them that does not lie in it is
-    larger.
-    """
+    """A maximal node that contains a node all of whose points are solutions, and the states that hold in it, as bits:
+    nodes with the states that hold in a piece contain it, so that any leaf that does not lie in it is larger."""
     while True:
         held = unknowns.held(node)
         larger = None

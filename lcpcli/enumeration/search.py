@@ -189,19 +189,13 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
     those of the last one change last."""
     if not searches:
         yield ()
-        return
-    for piece in copy(searches[-1]):
-        for others in _combinations(searches[:-1]):
-            yield (*others, piece)
+    for piece in copy(searches[-1]) if searches else ():
+        yield from ((*others, piece) for others in _combinations(searches[:-1]))
 
 
 class SolutionSet:
-    """The solutions that a search has found, in the order in which they are shown.
-
-    data : the problem. pieces, points : as in `Solutions`; of a game in the order of the equilibria. status : COMPLETE,
-    UNSOLVABLE or what ended the search. seconds : that it took. game : whose equilibria they are. The others are those
-    of the search.
-    """
+    """The solutions of a problem that a search has found, in the order in which they are shown: of a game in that of
+    the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search, which took so many seconds."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds

@@ -1,12 +1,10 @@
 """Problems whose solutions form at most one piece, mostly for every q, proved in exact arithmetic.
 
-If M is positive semidefinite, the solutions are a convex set, and any two of them are complementary to each other: they
-are one polyhedron. If all principal minors are positive, there is at most one (R. W. Cottle, J.-S. Pang and R. E.
-Stone, The Linear Complementarity Problem, SIAM 2009, sections 3.1 and 3.3; the same holds with bounds). The minors are
-positive if those of the strongly connected parts of M are, and these if, scaled, they are positive definite or
-diagonally dominant. If the payoffs of a game sum to a constant, each strategy of an equilibrium makes one with each of
-the other player, at the same payoffs (J. von Neumann, Zur Theorie der Gesellschaftsspiele, Mathematische Annalen 100
-(1928) 295-320): they are one polyhedron too.
+If M is positive semidefinite, the solutions are one polyhedron; if all principal minors are positive, there is at most
+one (R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, SIAM 2009, sections 3.1 and 3.3; the
+same holds with bounds). The minors are positive if those of the strongly connected parts of M are, and these if,
+scaled, they are positive definite or diagonally dominant. If the payoffs of a game sum to a constant, the equilibria
+are one polyhedron too (J. von Neumann, Mathematische Annalen 100 (1928) 295-320).
 """
 
 from __future__ import annotations
@@ -56,10 +54,8 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
 def _integers(data: ExactProblem) -> Rows:
     """M times one number."""
     common = math.lcm(*data.scales)
-    return [
-        [row.get(j, 0) * (common // scale) for j in range(data.n)]
-        for row, scale in zip(data.rows, data.scales, strict=True)
-    ]
+    multiples = [common // scale for scale in data.scales]
+    return [[row.get(j, 0) * k for j in range(data.n)] for row, k in zip(data.rows, multiples, strict=True)]
 
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
@@ -112,13 +108,11 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
-    """d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite; None if none is
-    found. `check` is called before each step and may raise.
+    """d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite, so that M is a
+    P-matrix (G. W. Cross, Linear Algebra and its Applications 20 (1978) 253-263); None if none is found.
 
-    Then all principal minors of M are positive (G. W. Cross, Three types of matrix stability, Linear Algebra and its
-    Applications 20 (1978) 253-263). d is sought by cutting planes (J. E. Kelley, The cutting-plane method for solving
-    convex programs, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors v that have been found
-    wanting, at the middle between the last d and the best one for these.
+    d is sought by cutting planes (J. E. Kelley, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors
+    v that have been found wanting, at the middle between the last d and the best one for these.
     """
     n, diagonal = len(M), M.diagonal()
     unit = M / diagonal[:, None]

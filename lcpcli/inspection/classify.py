@@ -96,12 +96,8 @@ CLASSES = {
 
 
 def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
-    """For each of CLASSES whether M, dense or sparse of shape (n, n) with finite entries, belongs to it.
-
-    seconds : after which no further expensive test is started; implications are still reported. A factorization in
-        progress is not interrupted.
-    last : the class after which to stop; "" for none.
-    """
+    """For each of CLASSES, or up to the last one given, whether M, dense or sparse of shape (n, n) with finite entries,
+    belongs to it. After so many seconds no further expensive test is started, but implications are still reported."""
     context = Context(M, alarm(clock.seconds() + seconds))
     for name, test in CLASSES.items():
         try:

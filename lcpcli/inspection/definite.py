@@ -1,10 +1,9 @@
 """Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M + M')v / 2.
 
 Small matrices are decided by exact elimination. For larger ones a factorization of S - c I, S = M + M', proves
-definiteness in spite of rounding: if Cholesky's runs to completion, and c exceeds a bound on its rounding error, S is
-positive definite (S. M. Rump, Verification of positive definiteness, BIT Numerical Mathematics 46 (2006) 433-452). The
-sparse case bounds the error of the factors in the same way: |S - c I - L U| <= gamma |L| |U|, and U = D L' up to a
-difference that is computed. A factorization that fails gives a v, and the sign of v'Mv is determined exactly.
+definiteness if it runs to completion, and c exceeds a bound on its rounding error (S. M. Rump, Verification of positive
+definiteness, BIT Numerical Mathematics 46 (2006) 433-452). In the sparse case |S - c I - L U| <= gamma |L| |U|, and U =
+D L' up to a difference that is computed. A factorization that fails gives a v, and v'Mv is determined exactly.
 """
 
 from __future__ import annotations
@@ -121,7 +120,12 @@ def _by_support(context: Context) -> Verdict | None:
     support = np.flatnonzero(abs(S).sum(axis=1))
     loose = support[S.diagonal()[support] == 0]
     if loose.size:
-        return _indefinite(context, S, int(loose[0]))
+        i, v = int(loose[0]), np.zeros(context.n)
+        row = matrices.dense(S[[i]])[0]
+        j = int(np.abs(row).argmax())
+        v[i], v[j] = -np.sign(row[j]) * (abs(context.diagonal[j]) / abs(row[j]) + 1.0), 1.0
+        found = f"v'Mv < 0 for v with entries {v[i]:.6g} at {i} and 1 at {j}"
+        return Verdict(NO, found, (i, j), v) if context.form_is_low(v, strict=False) else None
     if support.size < context.n:
         part = Context(context.M[support][:, support], context.check)
         if positive_definite(part).word == YES:
@@ -130,16 +134,6 @@ def _by_support(context: Context) -> Verdict | None:
     if _is_exact(context, S) and (signs(matrices.comparison(S), np.ones(context.n), context.check) >= 0).all():
         return Verdict(YES, "M + M' is weakly diagonally dominant with a nonnegative diagonal")
     return None
-
-
-def _indefinite(context: Context, S: Matrix, i: int) -> Verdict | None:
-    """No, by a v with two nonzero entries, for a row of M + M' with a zero on the diagonal and another entry."""
-    row = matrices.dense(S[[i]])[0]
-    j, v = int(np.abs(row).argmax()), np.zeros(context.n)
-    v[i], v[j] = -np.sign(row[j]) * (abs(context.diagonal[j]) / abs(row[j]) + 1.0), 1.0
-    if not context.form_is_low(v, strict=False):
-        return None
-    return Verdict(NO, f"v'Mv < 0 for v with entries {v[i]:.6g} at {i} and 1 at {j}", (i, j), v)
 
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
@@ -189,9 +183,8 @@ def _dense(A: Vector, rounding: float) -> Proof:
 
     n = A.shape[0]
     (potrf,) = get_lapack_funcs(("potrf",), (A,))
-    shifted = A.copy(order="F")
-    shifted.reshape(-1, order="F")[:: n + 1] -= 2 * (n + 4) * EPS * float(np.trace(A)) + rounding
-    if potrf(shifted, lower=True, overwrite_a=True)[1] == 0:
+    shift = 2 * (n + 4) * EPS * float(np.trace(A)) + rounding
+    if potrf(matrices.plus_diagonal(A, -shift, order="F"), lower=True, overwrite_a=True)[1] == 0:
         return True, None
     factor, info = potrf(A, lower=True)
     v = np.zeros(n)
@@ -203,18 +196,14 @@ def _dense(A: Vector, rounding: float) -> Proof:
 
 
 def _sparse(A: Matrix, rounding: float) -> Proof:
-    from scipy.sparse import eye_array
-
     n = A.shape[0]
-    shift = 2.0**-20
-    while shift > 2.0**-44:
+    for shift in (2.0**-20, 2.0**-32):
         try:
-            lu = factors.sparse_lu(symmetric=True)((A - shift * eye_array(n, format="csr")).tocsr())
+            lu = factors.sparse_lu(symmetric=True)(matrices.plus_diagonal(A, -shift))
         except factors.SingularMatrix:
             return False, None
         if factors.positive_pivots(lu):
             return _error(lu, n) + rounding + 4 * EPS < shift, None
-        shift *= 2.0**-12
     return False, _direction(lu, n)
 
 

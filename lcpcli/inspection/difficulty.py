@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,20 +25,16 @@ EIGEN = 500  # n up to which all eigenvalues are computed
 MOST = 5_000_000  # entries of L that are affordable where a band is not
 
 
-@dataclass(frozen=True)
-class Spread:
+class Spread(NamedTuple):
     """The range in decades of the largest entries of nonzero rows, and of nonzero columns."""
 
     rows: float
     columns: float
 
 
-@dataclass(frozen=True)
-class Spectrum:
-    """The smallest and the largest eigenvalue of a symmetric M, in units of M.
-
-    estimated : by a few steps of inverse and of power iteration, each accurate to a factor of about 3.
-    """
+class Spectrum(NamedTuple):
+    """The smallest and the largest eigenvalue of a symmetric M, in units of M; estimated ones, by a few steps of
+    inverse and of power iteration, are accurate to a factor of about 3."""
 
     smallest: float
     largest: float
@@ -46,10 +43,8 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class Cost:
-    """The storage of M in bytes, and the cost of its triangular factors in entries and operations.
-
-    bandwidth : of a sparse M after reordering; its factors lie within the band. None if dense.
-    """
+    """The storage of M in bytes, and the cost of its triangular factors in entries and operations; those of a sparse M
+    lie within the band of that width after reordering."""
 
     bytes: int
     bandwidth: int | None
@@ -61,9 +56,8 @@ class Cost:
 class Factorization:
     """That of M + D for a positive diagonal D and sparse M, without rows and columns of fixed variables.
 
-    nonzeros : of M. factor_nonzeros : of L and D, or of L and U; a unit diagonal does not count.
-    library : the faster one, SuperLU or QDLDL.
-    first, repeated : seconds with and without the search for an order of the pivots.
+    nonzeros : of M. factor_nonzeros : of L and D, or of L and U; a unit diagonal does not count. library : the faster
+    one, SuperLU or QDLDL. first, repeated : seconds with and without the search for an order of the pivots.
     note : what kept it from being complete; "" if nothing did.
     """
 
@@ -78,11 +72,6 @@ class Factorization:
     def ratio(self) -> float | None:
         """The nonzeros of the factors relative to those of M."""
         return self.factor_nonzeros / self.nonzeros if self.factor_nonzeros and self.nonzeros else None
-
-
-def nonzeros(M: Matrix) -> int:
-    """The number of nonzero entries of M."""
-    return int(np.count_nonzero(M.data if is_sparse(M) else M))
 
 
 def spread(M: Matrix) -> Spread:
@@ -151,7 +140,7 @@ def factorization(problem: Problem, seconds: float) -> Factorization | None:
     if not np.less(problem.lower, problem.upper).any():
         return Factorization(0, note="not needed: all variables are fixed")
     own = scaled(problem)
-    found = [Factorization(nonzeros(own.M))]
+    found = [Factorization(int(np.count_nonzero(own.M.data)))]
     try:
         with within(seconds):
             note = _measure(own, found)

@@ -16,7 +16,7 @@ from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdic
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
-from lcpcli.linalg.matrices import is_sparse, product
+from lcpcli.linalg.matrices import product
 from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import linear, numbers
 from lcpcli.typing import Matrix, Vector
@@ -35,13 +35,10 @@ def h_plus(context: Context) -> Verdict:
 
 def m_matrix(context: Context) -> Verdict:
     """Nonsingular M-matrix: a Z-matrix that is an H+-matrix."""
-    if context.yes("z_matrix", "h_plus"):
-        return Verdict(YES, "it is a Z-matrix and an H+-matrix")
-    if context.no("z_matrix"):
+    if not context.yes("z_matrix"):
         return Verdict(NO, "it is not a Z-matrix")
-    if context.no("h_plus"):
-        return Verdict(NO, "it is not an H+-matrix")
-    return Verdict(UNDECIDED, "whether it is an H+-matrix is not decided")
+    word, told = context.verdicts["h_plus"].word, "whether it is an H+-matrix is not decided"
+    return Verdict(word, {YES: "it is a Z-matrix and an H+-matrix", NO: "it is not an H+-matrix"}.get(word, told))
 
 
 def scaled_dominance(M: Matrix, check: Check) -> Verdict:
@@ -62,10 +59,10 @@ def scaled_dominance(M: Matrix, check: Check) -> Verdict:
         return _excluded(v)
     if e.size > EXACT:
         return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
-    order = linear.first_nonpositive(numbers.integers(matrices.dense(C)), check)
-    if order is None:
+    first = linear.definiteness(numbers.integers(matrices.dense(C)), check)
+    indices = first.zero or first.negative
+    if indices is None:
         return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")
-    indices = tuple(range(order))
     return Verdict(NO, f"the minor {index_set(indices)} of its comparison matrix is not positive", indices)
 
 
@@ -74,29 +71,17 @@ def _excluded(v: Vector) -> Verdict:
 
 
 def _scalings(C: Matrix, check: Check) -> Iterator[Vector]:
-    """Candidates for d: C d = D 1, or (C - SLACK D) d = D 1, with a margin for rounding if d varies widely.
-
-    D is the diagonal. Solved by a factorization if that is certainly affordable.
-    """
-    diagonal = C.diagonal()
-    everything = np.arange(diagonal.size)
-    direct = affordable(C)
+    """Candidates for d: C d = D 1 for the diagonal D, or, where d varies widely, (C - SLACK D) d = D 1."""
+    diagonal, direct = C.diagonal(), affordable(C)
     for slack in (0.0, SLACK):
         check()
-        A = _diagonal_reduced(C, slack) if slack else C
+        A = matrices.plus_diagonal(C, -slack * diagonal) if slack else C
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             try:
+                everything = np.arange(diagonal.size)
                 yield PrincipalSolver(A).solve(everything, diagonal) if direct else _krylov(A, diagonal, check)
             except factors.SingularMatrix:
                 continue
-
-
-def _diagonal_reduced(C: Matrix, slack: float) -> Matrix:
-    if is_sparse(C):
-        from scipy.sparse import diags_array
-
-        return (C - slack * diags_array(C.diagonal())).tocsr()
-    return C - slack * np.diag(C.diagonal())
 
 
 def _krylov(C: Matrix, diagonal: Vector, check: Check) -> Vector:

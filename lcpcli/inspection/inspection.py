@@ -101,7 +101,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     far = far_bounds.remark(problem)
     inspection = Inspection(
         problem=problem,
-        nonzeros=difficulty.nonzeros(problem.M),
+        nonzeros=int(np.count_nonzero(problem.M.data if is_sparse(problem.M) else problem.M)),
         classes=found,
         spread=difficulty.spread(problem.M),
         equilibrated_spread=difficulty.spread(scaled),
@@ -128,15 +128,15 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     M is a P-matrix if and only if there is exactly one for every q: H. Samelson, R. M. Thrall, O. Wesler, A partition
     theorem for Euclidean n-space, Proc. Amer. Math. Soc. 9 (1958) 805-807.
     """
-    box, mixed, unique = problem.box, problem.is_mixed, classes["p_matrix"].word == YES
+    box, kinds, unique = problem.box, problem.box.kinds, classes["p_matrix"].word == YES
     if not box.gaps(box.project(np.zeros(problem.n)), problem.q_ref).any():
-        nearest = "the z within the bounds nearest to 0" if mixed else "q >= 0: z = 0"
+        nearest = "the z within the bounds nearest to 0" if kinds else "q >= 0: z = 0"
         return f"{nearest} is a solution{', the unique one, as M is a P-matrix' * unique}"
     if unique:
-        every = "these and all other bounds and every q" if mixed else "this and every other q"
+        every = "these and all other bounds and every q" if kinds else "this and every other q"
         return f"there is exactly one solution, for {every}, as M is a P-matrix"
-    if mixed:
-        finite = not {"free", "lower bound", "upper bound"} & set(box.kinds)
+    if kinds:
+        finite = not {"free", "lower bound", "upper bound"} & kinds.keys()
         return "there is a solution, as all bounds are finite" * finite
     rows = np.flatnonzero((problem.q < 0) & ~((problem.M > 0).sum(axis=1) > 0))
     if not rows.size:

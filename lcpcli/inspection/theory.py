@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,8 +48,7 @@ FEWEST = 8  # iterates needed to determine a rate
 Classes = dict[str, Verdict]
 
 
-@dataclass(frozen=True)
-class Guarantee:
+class Guarantee(NamedTuple):
     """word : YES, NO or UNDECIDED, if the decisive classes are not decided. reason : why, as a clause."""
 
     word: str
@@ -57,31 +57,24 @@ class Guarantee:
 
 @dataclass(frozen=True)
 class Rate:
-    """One omega of the modulus iteration: the factor |T|_2, which bounds the reduction of the error per iteration.
-
-    iterations : upper bound for reducing the error by the default tolerance; None if the factor is not below 1.
-    Both are None if unknown.
-    """
+    """One omega of the modulus iteration: the factor |T|_2, which bounds the reduction of the error per iteration, and
+    so many iterations to reduce it by the default tolerance, None if the factor is not below 1 or not known."""
 
     omega: float
     factor: float | None
     iterations: int | None
 
 
-@dataclass(frozen=True)
-class Smoothing:
+class Smoothing(NamedTuple):
     """The default p of `shi`, in 1 / (units of z), and the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
 
     p: float
     error: float
 
 
-@dataclass(frozen=True)
-class Contraction:
-    """Convergence factors: the reduction of the error per iteration.
-
-    bound : |T|_2. local : the spectral radius of T S; None if some 2x*_i is at a bound, where the iteration has a kink.
-    """
+class Contraction(NamedTuple):
+    """The reduction of the error per iteration: at most |T|_2, and near the solution the spectral radius of T S; None
+    if some 2x*_i is at a bound, where the iteration has a kink."""
 
     bound: float
     local: float | None
@@ -94,9 +87,7 @@ def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
 
 def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
     kinds, largest = problem.box.kinds, float(problem.M.diagonal().max())
-    n = (
-        problem.n - kinds.get("fixed", 0) + kinds.get("boxed", 0) + ("free" in kinds)
-    )  # with bounds, of the standard form
+    n = problem.n - kinds.get("fixed", 0) + kinds.get("boxed", 0) + ("free" in kinds)  # of the standard form
     if method.max_unknowns is not None and n > method.max_unknowns:
         form = f", and the standard form has {n}" * (n != problem.n)
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns{form}")
@@ -136,10 +127,8 @@ def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
-    """As published, with omega = 1, and with `fixed_point.best_omega`, for which a symmetric M must be affordable.
-
-    ends : of a positive definite spectrum, if known; else the rate is known for small M.
-    """
+    """As published, with omega = 1, and with `fixed_point.best_omega`, for which a symmetric M must be affordable, by
+    the ends of a positive definite spectrum; if these are not known, the rate is known for small M."""
     omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
     return _rate(M, OMEGA.value, ends), _rate(M, omega, ends) if omega < math.inf else None
 
@@ -193,11 +182,8 @@ def _iteration_matrix(M: Matrix, omega: float) -> Vector:
 
 
 def measured(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
-    """The reduction of the error per iteration, by least squares on the logarithms of the errors.
-
-    From the first error below `largest` to the last one above `smallest`, to exclude the initial phase and rounding;
-    None for fewer than FEWEST iterates.
-    """
+    """The reduction of the error per iteration, by least squares on the logarithms of the errors, from the first one
+    below `largest` to the last one above `smallest`; None for fewer than FEWEST iterates."""
     below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
     above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)
     kept = [i for i in range(below, above + 1) if errors[i] > 0]

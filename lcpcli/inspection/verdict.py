@@ -89,10 +89,6 @@ class Context:
         """Whether M is known to belong to all of these classes."""
         return all(name in self.verdicts and self.verdicts[name].word == YES for name in names)
 
-    def no(self, name: str) -> bool:
-        """Whether M is known not to belong to the class."""
-        return name in self.verdicts and self.verdicts[name].word == NO
-
     def implied(self, *names: str) -> Verdict | None:
         """Yes, by the first of these smaller classes that M is known to belong to."""
         return next((Verdict(YES, f"it is {CALLED[name]}") for name in names if self.yes(name)), None)
@@ -166,11 +162,8 @@ class Context:
 
 
 def signs(A: Matrix, d: Vector, check: Check) -> Vector:
-    """The sign of every component of A d, -1, 0 or 1, exactly, for finite A of shape (n, n) and d of shape (n,).
-
-    In double precision where the rounding error cannot change it (it is zero for d = e and entries on a common grid),
-    else in exact arithmetic. `check` is called for each row of the latter.
-    """
+    """The sign of every component of A d, -1, 0 or 1, exactly, for finite A of shape (n, n) and d of shape (n,): in
+    doubles where rounding cannot change it, else, after a call of `check` for each row, in exact arithmetic."""
     n = d.size
     with np.errstate(over="ignore", invalid="ignore"):
         value = matrices.product(A, d)

@@ -21,9 +21,7 @@ MOST_UNKNOWNS = 60  # n up to which `solve` is tried: seconds at worst
 
 
 class IntegerTableau:
-    """A basic solution of w = M z + e z_0 + q for integers M and q, the rows of M by their columns.
-
-    The forms are numbered: w_i is i, z_i is n + i, z_0 is 2 n.
+    """A basic solution of w = M z + e z_0 + q for integers M, q, with the forms w_i = i, z_i = n + i and z_0 = 2 n.
 
     ray : the form that grows without bound, if the path has ended on a ray; else None.
     """
@@ -56,10 +54,6 @@ class IntegerTableau:
         """The value of a form."""
         return Fraction(self._here.value(form), int(self._here.divisor))
 
-    def z(self) -> list[Fraction]:
-        """The values of z."""
-        return [self.value_of(self.n + i) for i in range(self.n)]
-
     def x(self) -> Vector:
         """(z - w) / 2, rounded; 0 for a pair of which neither is basic."""
         return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
@@ -67,28 +61,21 @@ class IntegerTableau:
     def direction(self) -> Vector:
         """How z changes along the ray, of shape (n,), in integers as far as doubles hold them."""
         assert self.ray is not None
-        return _in_doubles(self._here.direction(self._column(self.ray), range(self.n, 2 * self.n)))
+        return rounded_direction(self._here.direction(self._column(self.ray), range(self.n, 2 * self.n)))
 
     def multipliers(self) -> Vector:
         """The coefficients of w in the row of z_0, which is basic, the same way."""
         entries = dict(zip(self._here.cobasic, self._here.rows[2 * self.n][1:], strict=True))
-        return _in_doubles([entries.get(i, 0) for i in range(self.n)])
+        return rounded_direction(primitive([entries.get(i, 0) for i in range(self.n)]))
 
 
 def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
-    """The solution at the end of the path from z = 0; None on a ray, for large n, with bounds, or after the deadline.
-
-    The covering vector is e for the integer rows.
-    """
-    if data.n > MOST_UNKNOWNS or data.problem.is_mixed:
+    """The solution at the end of the path; None on a ray, for large n, with bounds, or after the deadline."""
+    if data.n > MOST_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
     if min(data.constants) < 0:
         for _ in tableau.path():
             if clock.seconds() >= deadline:
                 return None
-    return tableau.z() if tableau.ray is None else None
-
-
-def _in_doubles(values: Sequence[int]) -> Vector:
-    return rounded_direction([Fraction(value) for value in primitive(values)])
+    return [tableau.value_of(data.n + i) for i in range(data.n)] if tableau.ray is None else None

@@ -71,28 +71,28 @@ def solve(A: Rows, b: Sequence[int]) -> Solutions:
 
     def of_column(j: int, sign: int) -> list[Fraction]:
         values = {k: Fraction(sign * row[j], divisor) for row, k in zip(rows, pivots, strict=False)}
+        values[j] = Fraction(1)
         return [values.get(k, Fraction(0)) for k in range(n)]
 
     x = None if any(row[n] for row in rows[len(pivots) :]) else of_column(n, 1)
-    null_space = []
-    for j in (j for j in range(n) if j not in pivots):
-        null_space.append(of_column(j, -1))
-        null_space[-1][j] = Fraction(1)
-    return Solutions(x, null_space)
+    return Solutions(x, [of_column(j, -1) for j in range(n) if j not in pivots])
+
+
+def bits(A: Rows) -> int:
+    """The bits of the longest number of A."""
+    return max((abs(value).bit_length() for row in A for value in row), default=0)
 
 
 def duration(A: Rows) -> float:
     """About how many seconds `solve` takes for a nonsingular A of many rows."""
-    bits = max((abs(value).bit_length() for row in A for value in row), default=0)
-    return SECONDS * bits * float(len(A)) ** 3
+    return SECONDS * bits(A) * float(len(A)) ** 3
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
-    """A solution x of A x = b, with 0 for unknowns whose columns depend on earlier ones; None if none is found.
+    """A solution x of A x = b as by `solve`; None if none is found.
 
-    For integers A of shape (m, n) and b of length m. By FLINT, a large system is solved as a nonsingular part of it
-    that has its rank modulo a prime. The other equations are not checked: they hold if A x = b has a solution, unless
-    the prime divides a minor, which is unlikely.
+    By FLINT, a large system is solved as a nonsingular part of it that has its rank modulo a prime. The other equations
+    are not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
     """
     flint = library() if A and min(len(A), len(A[0])) > SMALL else None
     if flint is None:
@@ -173,10 +173,8 @@ def eliminated(A: Rows, previous: int) -> Rows:
 
 
 def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
-    """Whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by pivot.
-
-    `check` is called before each pivot and may raise.
-    """
+    """Whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by pivot, each
+    after a call of `check`, which may raise."""
     labels, previous = list(range(len(A))), 1
     chosen: list[int] = []
     zero: tuple[int, ...] | None = None
@@ -195,13 +193,6 @@ def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
         A, previous = eliminated(A, previous), pivot
         chosen.append(label)
     return Definiteness(zero, None)
-
-
-def first_nonpositive(A: Rows, check: Callable[[], None]) -> int | None:
-    """The order of the first leading principal minor that is not positive; None if all are positive."""
-    found = definiteness(A, check)
-    indices = found.zero or found.negative
-    return len(indices) if indices else None
 
 
 def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple[int, ...], int]]:

@@ -20,8 +20,8 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import SMALLEST_NORMAL
-from lcpcli.typing import Indices, Vector
+from lcpcli.linalg.doubles import LARGEST, SMALLEST_NORMAL
+from lcpcli.typing import Vector
 
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
 LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded
@@ -30,14 +30,12 @@ MANTISSA = 53
 SUBNORMAL = 1074  # the smallest positive number is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
 SHORTEST = 15  # digits that every double has
-LARGEST = math.nextafter(math.inf, 0.0)
 
 T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
-    """The rational number of a decimal text; ProblemError if it is not a number, or its exponent is too large. Raises
-    TimeIsUp too, as a file may have millions of them."""
+    """The rational number of a decimal text; ProblemError if it is none, or its exponent is too large; TimeIsUp too."""
     check()
     try:
         if "_" in text:
@@ -96,21 +94,21 @@ def brief(value: Fraction) -> str:
     return text(value) if length * math.log10(2) <= MOST_DIGITS else f"~{_rounded(value):.7g}"
 
 
-def rounded(values: Iterable[Fraction]) -> Vector:
+def rounded(values: Iterable[Fraction | int]) -> Vector:
     """The nearest doubles; infinities beyond their range."""
     return np.array([_rounded(value) for value in values])
 
 
-def rounded_direction(values: Sequence[Fraction]) -> Vector:
+def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
     """A positive multiple in doubles: the numbers themselves if they are integers that doubles represent, else rounded
     after division by the largest."""
-    largest = max(map(abs, values)) or 1
+    largest = max(abs(Fraction(value)) for value in values) or 1
     if largest <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
         return rounded(values)
-    return rounded(value / largest for value in values)
+    return rounded(Fraction(value) / largest for value in values)
 
 
-def _rounded(value: Fraction) -> float:
+def _rounded(value: Fraction | int) -> float:
     try:
         return float(value)
     except OverflowError:
@@ -119,7 +117,7 @@ def _rounded(value: Fraction) -> float:
 
 def sign_of_product(a: Vector, y: Vector) -> int:
     """An integer with the sign of a'y, for finite floats a and y of shape (n,)."""
-    return _sum_of_products(a, y)[0]
+    return dot(in_integers(a)[0], in_integers(y)[0])
 
 
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
@@ -127,21 +125,12 @@ def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
 
     A subnormal result is rounded away from 0, so that only 0 becomes 0.
     """
-    total, power = _sum_of_products(np.append(a, constant), np.append(y, 1.0))
-    exact = Fraction(total << max(power, 0), 1 << max(-power, 0))
+    whole, power = in_integers(np.append(y, 1.0))
+    exact = Fraction(2) ** power * product(np.append(a, constant), whole)
     value = _rounded(exact)
     if abs(value) >= SMALLEST_NORMAL:
         return value
-    return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), 1 if total > 0 else -1)
-
-
-def _sum_of_products(a: Vector, y: Vector) -> tuple[int, int]:
-    """Integers s and e with a'y = s 2^e."""
-    (a_whole, a_power), (y_whole, y_power) = _mantissas(a), _mantissas(y)
-    powers = (a_power + y_power).tolist()
-    least = min(powers, default=0)
-    terms = zip(a_whole, y_whole, powers, strict=True)
-    return sum((i * j) << power - least for i, j, power in terms if i and j), least
+    return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), 1 if exact > 0 else -1)
 
 
 def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
@@ -170,16 +159,10 @@ def row_integers(A: Vector) -> list[list[int]]:
 
 def in_integers(values: Vector) -> tuple[list[int], int]:
     """Integers V and an exponent e with values = V 2^e, for finite floats of shape (n,)."""
-    whole, exponents = _mantissas(values)
-    powers = exponents.tolist()
+    fraction, exponent = np.frexp(values)
+    whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64).tolist(), (exponent - MANTISSA).tolist()
     least = min((power for value, power in zip(whole, powers, strict=True) if value), default=0)
     return [value << power - least if value else 0 for value, power in zip(whole, powers, strict=True)], least
-
-
-def _mantissas(values: Vector) -> tuple[list[int], Indices]:
-    """Integers i and exponents e with values = i 2^e."""
-    fraction, exponent = np.frexp(values)
-    return np.ldexp(fraction, MANTISSA).astype(np.int64).tolist(), exponent.astype(np.int64) - MANTISSA
 
 
 def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:
@@ -211,11 +194,8 @@ def shortest_decimal(value: float) -> Fraction:
 
 @dataclass(frozen=True)
 class Written(Generic[T]):
-    """What was read.
-
-    rounded : with the nearest doubles. own : with a double of its own for each number. exact : what those doubles stand
-    for that stand for anything else than their shortest decimals.
-    """
+    """What was read: rounded to the nearest doubles; with a double of its own for each number; and what those of these
+    doubles stand for that do not stand for their shortest decimals."""
 
     rounded: T
     own: T

@@ -47,11 +47,7 @@ class Generators(NamedTuple):
 
 def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) -> Generators | None:
     """The generators of a polyhedron from a feasible dictionary, as values of the forms, which tell points apart; None
-    if they take more than so many bases.
-
-    Parts of the dictionary that do not depend on each other are walked over one by one: the polyhedron is the product
-    of theirs.
-    """
+    if they take more than so many bases. The polyhedron is the product of those of independent parts."""
     start = start.copy()
     lines = _without_lines(start, forms)
     place = {form: i for i, form in enumerate(forms, 1)}
@@ -110,11 +106,8 @@ def _parts(whole: Dictionary) -> Iterator[Dictionary]:
 
 
 def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
-    """The bases at all vertices, each vertex at least once, with the columns of unbounded edges, counted from 1.
-
-    here : a feasible dictionary whose cobasic forms are signed. It is pivoted from basis to basis, depth first and back
-    again, so that no other one is kept.
-    """
+    """The bases at all vertices, each vertex at least once, with the columns of unbounded edges, counted from 1: those
+    of a feasible dictionary with signed cobasic forms, which is pivoted from basis to basis and back."""
     order = [form for form in here.rows if form in here.signed]
     basis = sum(1 << form for form in here.cobasic)
     seen = {basis}

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from fractions import Fraction
+from itertools import chain
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -103,8 +104,7 @@ class ExactProblem:
         return sizes.w(list(map(abs, z)))
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
-        """Whether z >= 0, w = M z + q >= 0 and z'w = 0; with bounds, l <= z <= u, w_i >= 0 where z_i < u_i and w_i <= 0
-        where z_i > l_i."""
+        """Whether z solves the problem."""
         return not any(self.gaps(z, self.w(z)))
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
@@ -122,8 +122,8 @@ class ExactProblem:
         return [Fraction(value, d) for value in sums], Fraction(dot(self.constants, V), d)
 
     def refuted_by(self, y: Sequence[Fraction]) -> bool:
-        """Whether y proves that no z >= 0 has M z + q >= 0: y >= 0, M'y <= 0, q'y < 0 (Farkas); or, with bounds, that
-        none has w with the signs that they ask for, as in `verify.farkas`."""
+        """Whether y proves that no z within the bounds has w with the signs that they ask for, as in `verify.farkas`;
+        for an LCP y >= 0, M'y <= 0, q'y < 0."""
         columns, total = self.with_transpose(y)
         for value, column, low, high in zip(y, columns, self.lower, self.upper, strict=True):
             if (value < 0 and low is not None) or (value > 0 and high is not None):
@@ -145,9 +145,8 @@ class ExactProblem:
 
     def in_integers(self) -> Problem | None:
         """The problem with its rows times `scales`, with the same solutions z; None if doubles cannot represent it."""
-        if any(abs(value) > LARGEST_INTEGER for row in self.rows for value in row.values()):
-            return None
-        if max(map(abs, self.constants)) > LARGEST_INTEGER:
+        numbers = chain(self.constants, *(row.values() for row in self.rows))
+        if any(abs(value) > LARGEST_INTEGER for value in numbers):
             return None
         if _bounds_of(self.problem, number_of) != [self.lower, self.upper]:
             return None
@@ -238,9 +237,9 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
         return np.array([[row.get(j, 0) for j in range(len(rows))] for row in rows], dtype=float)
     from scipy.sparse import csr_array
 
-    entries = [(float(a), i, j) for i, row in enumerate(rows) for j, a in row.items()]
-    values, i, j = zip(*entries, strict=True) if entries else ((), (), ())
-    return csr_array((values, (i, j)), shape=M.shape)
+    values = [float(a) for row in rows for a in row.values()]
+    places = [i for i, row in enumerate(rows) for _ in row], [j for row in rows for j in row]
+    return csr_array((values, places), shape=M.shape)
 
 
 def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:

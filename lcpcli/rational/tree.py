@@ -243,10 +243,11 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
         if narrow is not None:
             pending += [node] * narrow
             continue
+        open_.sort(key=lambda k: ((bits & unknowns.masks[k]).bit_count(), -k))  # fewest nodes where solutions are many
         k = (
             max(violated, key=lambda k: unknowns.violation(node, k))
             if violated
-            else next((k for k in _in_order(unknowns, open_, bits) if not _is_settled(unknowns, node, k)), None)
+            else next((k for k in open_ if not _is_settled(unknowns, node, k)), None)
         )
         if k is None:
             yield node
@@ -267,12 +268,6 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
         if any(other != bit and unknowns.holds(child, other) for other in children):
             del children[bit]
     return list(children.values())
-
-
-def _in_order(unknowns: Unknowns, open_: Sequence[int], bits: int) -> list[int]:
-    """Unknowns in the order that takes the fewest nodes in games with many equilibria: first those that have one state
-    at the point, of these the last ones."""
-    return sorted(open_, key=lambda k: ((bits & unknowns.masks[k]).bit_count(), -k))
 
 
 def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> bool:

@@ -26,7 +26,7 @@ from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import equilibrium, exact_solution
 from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
-from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas, verify_farkas_exactly
+from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
 
 MOST_SECONDS = 60.0  # for exact multipliers
 LARGEST_TOL = 1e-4  # that is proposed for an answer whose digits were rounded
@@ -165,7 +165,7 @@ def verified_proof(
 
     data : in exact arithmetic, for these. is_rounded : whether y is known to be rounded.
     """
-    found = verify_farkas_exactly(data, y, is_rounded) if data else verify_farkas(problem, y)
+    found = verify_farkas(problem, y, data, is_rounded)
     origin = problem.origin
     if not isinstance(origin, Program) or not found.accepted:
         return found

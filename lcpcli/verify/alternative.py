@@ -30,11 +30,8 @@ class Alternative(NamedTuple):
 
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
-    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs; A should be equilibrated.
-
-    A of shape (m, n), dense or sparse, b of shape (m,); if they are not finite, nothing is established. Each LP may
-    take half of the seconds.
-    """
+    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the seconds
+    each; A should be equilibrated, and finite, or nothing is established."""
     system = System(A, b, ORTHANT, seconds)
     if not system.is_finite:
         return Alternative(None, None)
@@ -59,8 +56,8 @@ class System:
     """A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, where b and the bounds are divided by a
     power of two: its multipliers y. Each LP takes at most half of the seconds.
 
-    In the LPs for y, A'y = v - v' with v, v' >= 0 that cost what the bounds say, as HiGHS then takes the fewest steps;
-    for a dense A, whose identity would be as large, inequalities stand in their place where a bound is 0.
+    In the LPs for y, A'y = v - v' with v, v' >= 0 that cost what the bounds say; for a dense A, whose identity would be
+    as large, inequalities stand in their place where a bound is 0.
     """
 
     def __init__(self, A: Matrix, b: Vector, box: Box, seconds: float) -> None:
@@ -82,22 +79,21 @@ class System:
     def candidates(self, first: Optimum | None) -> Iterator[Vector]:
         """Yield vectors that may be proofs, the likeliest first: those of `least_total`, if it has any, those of the
         least violation, as the y of systems that almost have a solution are large, and those with margins."""
+        for y in self._multipliers(first):
+            yield from simplest(y)
+            yield y
+
+    def _multipliers(self, first: Optimum | None) -> Iterator[Vector]:
         if first is not None:
-            yield from _with_itself(self._y(first))
-        least = self._least_violation()
-        if least is not None:
-            yield from _with_itself(least.y)
-        strict = None if first is None else self._largest_margins()
-        if strict is not None:
-            yield from _with_itself(self._y(strict))
+            yield self._y(first)
+        if (least := self._least_violation()) is not None:
+            yield least.y
+        if first is not None and (strict := self._largest_margins()) is not None:
+            yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
-        """The minimum of b'y + u'v - l'v' from -1 on, with A'y = v - v' for v and v' >= 0, where v_j = 0 if u_j is
-        infinite and v'_j = 0 if l_j is, over the y with the signs of multipliers.
-
-        It is -1 or 0, and if it is 0 its multipliers, of the columns of A and of the total, are minus a point of a
-        system with z >= 0.
-        """
+        """The minimum of b'y + u'v - l'v' from -1 on, over the y with the signs of multipliers, where v_j = 0 if u_j is
+        infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with z >= 0."""
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
     def _largest_margins(self) -> Optimum | None:
@@ -126,15 +122,10 @@ class System:
         return y
 
     def _least_violation(self) -> Optimum | None:
-        """The least sum of violations of the signs of A z + b, with multipliers of at most 1 in size.
-
-        J. W. Chinneck and E. W. Dravnieks, Locating minimal infeasible constraint sets in linear programs, ORSA Journal
-        on Computing 3 (1991) 157-168: the elastic program.
-        """
+        """The least sum of violations of the signs of A z + b, with multipliers of at most 1 in size: the elastic
+        program (J. W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168)."""
         low, high = self.rows.low, self.rows.high
-        elastic = stack(
-            [[self._A, unit_vectors(self._A, self._positive), -unit_vectors(self._A, self._negative)]],
-        )
+        elastic = stack([[self._A, unit_vectors(self._A, self._positive), -unit_vectors(self._A, self._negative)]])
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
         ends = np.where(high, -np.inf, -self._b), np.where(low, np.inf, -self._b)
         bounds = np.append(self._columns.lower, zero), np.append(self._columns.upper, zero + np.inf)
@@ -151,18 +142,10 @@ def simplest(y: Vector) -> Iterator[Vector]:
         yield np.rint(snapped / np.abs(snapped[snapped != 0]).min())
 
 
-def _with_itself(y: Vector) -> Iterator[Vector]:
-    yield from simplest(y)
-    yield y
-
-
 def unit_vectors(A: Matrix, indices: Indices) -> Matrix:
     """The columns with these indices of the identity of as many rows as A, sparse if A is."""
-    shape, places = (A.shape[0], indices.size), np.arange(indices.size)
     if is_sparse(A):
-        from scipy.sparse import csr_array
+        from scipy.sparse import eye_array
 
-        return csr_array((np.ones(indices.size), (indices, places)), shape=shape)
-    columns = np.zeros(shape)
-    columns[indices, places] = 1.0
-    return columns
+        return eye_array(A.shape[0], format="csr")[:, indices]
+    return np.eye(A.shape[0])[:, indices]

@@ -8,10 +8,9 @@ if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| + |q|)_i; for
 largest |M_ij| makes of it.
 
 Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
-and its Applications 21 (1978) 207-215. The safeguard, single exchanges of the least index once block exchanges do not
-advance: J. J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale strictly monotone linear
-complementarity problems, Computers and Operations Research 21 (1994) 587-596, after K. G. Murty, Note on a Bard-type
-scheme for solving the complementarity problem, Opsearch 11 (1974) 123-130.
+and its Applications 21 (1978) 207-215. Single exchanges of the least index, once block exchanges do not advance: J. J.
+Júdice and F. M. Pires, Computers and Operations Research 21 (1994) 587-596, after K. G. Murty, Opsearch 11 (1974)
+123-130.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ class Safeguard:
     PATIENCE steps without that only the first one.
 
     left : how many more single exchanges may be made, negative once there were too many. single : whether the next
-    exchange is one. For m problems both are arrays of shape (m,), as the other numbers are, after the first step.
+    exchange is one. For m problems both are of shape (m,) after the first step.
     """
 
     def __init__(self, n: int, patience: float) -> None:
@@ -94,8 +93,8 @@ def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices |
     """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
     pivoting. Whoever changes `wrong` in between chooses what is exchanged, by a `Safeguard` for instance.
 
-    problem : has its bounds, `box`, and basic solutions, `at(basis)`; or those of m problems, of which `part(rows)` are
-        the ones whose rows are sent, to go on with these.
+    problem : has a `box` and basic solutions, `at(basis)`; or those of m problems, of which `part(rows)` are the ones
+        whose rows are sent.
     """
     while True:
         found = problem.at(basis)
@@ -106,10 +105,8 @@ def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices |
 
 
 class BasicSolutions:
-    """The basic solutions of a problem, one after another: factors are kept while they can be updated.
-
-    solver : of systems with M, if it has been used for another problem with the same M.
-    """
+    """The basic solutions of a problem, one after another, by a solver of systems with M that keeps its factors while
+    they can be updated, perhaps of another problem with the same M."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self._solver = problem, solver or PrincipalSolver(problem.M)
@@ -120,11 +117,8 @@ class BasicSolutions:
         return exchanging(self, basis)
 
     def at(self, basis: Basis) -> BasicSolution:
-        """Return the basic solution of a basis; SingularMatrix, with a clause for the user, if M_BB is singular or
-        numbers overflow.
-
-        If it is a solution, z is refined once by its residual w_B, unless that is already at rounding level.
-        """
+        """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; SingularMatrix,
+        with a clause for the user, if M_BB is singular or numbers overflow."""
         problem, indices = self._problem, basis.basic.nonzero()[0]
         z = problem.box.nonbasic(basis)
         start = product(problem.M, z) + problem.q if np.count_nonzero(z) else problem.q
@@ -182,14 +176,9 @@ class BasicSolutions:
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
         violations = problem.box.violations(found.z, found.w, found.basis)[rows]
-        violated[rows] = violations > violation_by_rounding(problem, found.z, found.basis, rows)
+        terms = ROW_ROUNDING * (absolute_product(problem.M[rows], np.abs(found.z)) + np.abs(problem.q[rows]))
+        violated[rows] = violations > in_units_of_state(terms, problem.row_maxima[rows], found.basis.basic[rows])
         return violated
-
-
-def violation_by_rounding(problem: Problem, z: Vector, basis: Basis, rows: Indices) -> Vector:
-    """How far rounding errors alone may take the signs of these rows of a basic solution: w_i, or z_i if basic."""
-    terms = ROW_ROUNDING * (absolute_product(problem.M[rows], np.abs(z)) + np.abs(problem.q[rows]))
-    return in_units_of_state(terms, problem.row_maxima[rows], basis.basic[rows])
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:

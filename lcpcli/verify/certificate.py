@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -49,9 +50,8 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
     """The certificate that a method claims, as far as it holds for the original M and q, a Farkas vector as `proof`
     gives it; None if it does not.
 
-    excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. Of at most FEW unknowns
-        they are searched again, whichever method it is; for more, or where that takes too long, exhaustion is believed
-        of such a method only.
+    excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. Where they are not
+        searched again, as more than FEW unknowns are not, exhaustion is believed of such a method only.
     """
     if claim.kind == "farkas":
         y = None if claim.vector is None else proof(problem, claim.vector)
@@ -70,11 +70,9 @@ def has_no_solution(problem: Problem) -> bool | None:
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.rational.tree import first_solution
 
-    deadline = interrupts.deadline(SECONDS)
-    try:
-        return first_solution(ExactProblem.of_floats(problem), alarm(deadline)) is None
-    except TimeIsUp:
-        return None
+    with suppress(TimeIsUp):
+        return first_solution(ExactProblem.of_floats(problem), alarm(interrupts.deadline(SECONDS))) is None
+    return None
 
 
 @np.errstate(all="ignore")
@@ -91,20 +89,17 @@ def is_ray(problem: Problem, z: Vector) -> bool:
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
-    """Whether y proves that no z within its bounds has w with the signs that these ask for: `farkas.refutes` on the
-    original M and q.
-
-    Exact: it is never true for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,).
-    """
+    """Whether y proves that no z within its bounds has w with the signs that these ask for, by `farkas.refutes`: never
+    for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
     return y.shape == problem.q.shape and refutes(problem.M, problem.q, y, problem.box)
 
 
 def proof(problem: Problem, y: Vector) -> Vector | None:
     """A vector of shape (n,) near a multiple of y that proves what `proves_infeasible` says; None if y does not.
 
-    It consists of integers up to 2^53 for which the proof holds exactly as they are, for the doubles of the problem or,
-    if none such are found, for their shortest decimals. Else it is y times a power of two: if the numbers of the data
-    are long, if M'y has to vanish in more columns than `farkas.is_short` allows, or if the problem is large.
+    It consists of integers up to 2^53 for which the proof holds exactly, for the doubles of the problem or, if none
+    such are found, for their shortest decimals. Else, as for large problems and long numbers, it is y times a power of
+    two.
     """
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
@@ -120,12 +115,9 @@ def farkas_statement(problem: Problem) -> str:
 
 
 def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
-    """y of shape (n,) that proves the problem infeasible, or None; it costs at most three LPs of half the seconds each.
-
-    The LP is solved on the equilibrated problem R M C, R q, whose proof y' gives y = R y'. The largest entry of y
-    lies between 1 and 2: R and the divisor are powers of two, so nothing is rounded. None means that the problem
-    is feasible, to the tolerance of the LP solver, or that no proof passed the check in exact arithmetic.
-    """
+    """y of shape (n,) that proves the problem infeasible, by at most three LPs of half the seconds each, for the
+    equilibrated problem R M C, R q, whose proof y' gives y = R y'. None if the problem is feasible, to the tolerance of
+    the LP solver, or no proof passed the check in exact arithmetic."""
     from lcpcli.verify.alternative import candidates
 
     R, C = equilibrate(problem.M, problem.q)

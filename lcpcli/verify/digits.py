@@ -4,19 +4,21 @@ With B the basic variables, changes dM and dq move the solution by -M_BB^-1 (dM 
 Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 7.2). For changes as by rounding,
 independent and up to half a unit in the last place of each number, the standard deviation of that is estimated
 by a few systems with random right-hand sides, which unlike a condition number does not depend on units; what w_B leaves
-of equations that are not solved exactly is added.
+of equations that are not solved exactly is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most
+eps |M_BB^-1| (|M| |z| + |q|)_B: no method that works on rounded data can be expected to do better.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
 MOST = 16  # decimal digits of a double
 SAMPLES = 8
@@ -24,13 +26,14 @@ LARGEST, LARGEST_SPARSE = 1000, 20_000  # basic variables up to which a factoriz
 ROUNDING = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1 / m
 MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
 NEGLIGIBLE = 1e-13  # of the largest component, as it is and in the units of M: below, z_i is 0 but for rounding
+MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed
+MOST_EXACT = 64  # the same in rational arithmetic
+LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in doubles has correct digits
 
 
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
-    """The number of digits of each z_i that the data determine, from 0 to MOST, shape (n,); all of a z_i at a bound.
-
-    z, w : a solution and M z + q. None if M_BB is singular, so that z is one of several, or too large.
-    """
+    """The number of digits of each z_i of a solution that the data determine, from 0 to MOST, shape (n,); all of a z_i
+    at a bound. None if M_BB is singular, so that z is one of several, or too large."""
     low, high = np.broadcast_to(problem.lower, z.shape), np.broadcast_to(problem.upper, z.shape)
     basic = np.flatnonzero((z != low) & (z != high))
     determined = np.full(z.size, float(MOST))
@@ -69,13 +72,50 @@ def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | 
     changes = ROUNDING * np.sqrt((M.power(2) if is_sparse(M) else M**2) @ z**2 + q**2)
     try:
         solve = PrincipalSolver(problem.M).at(basic)
-        moves = solve(np.column_stack((w[basic], changes[:, np.newaxis] * _random_signs(basic.size))))
+        # signs that look random but are the same each time
+        signs = np.sign(np.sin(np.outer((np.arange(basic.size) + 1.0) ** 2, np.arange(SAMPLES) + 1.234)))
+        moves = solve(np.column_stack((w[basic], changes[:, np.newaxis] * signs)))
     except (SingularMatrix, ValueError):
         return None
     errors = np.abs(moves[:, 0]) + MEDIAN * np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))
     return errors if np.isfinite(errors).all() else None
 
 
-def _random_signs(k: int) -> Vector:
-    """Signs that look random but are the same each time, shape (k, SAMPLES), without the import of a generator."""
-    return np.sign(np.sin(np.outer((np.arange(k) + 1.0) ** 2, np.arange(SAMPLES) + 1.234)))
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def sensitivity(problem: Problem, z: Vector) -> float | None:
+    """The largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for P with l_i
+    < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not small."""
+    w = problem.w(z)
+    terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    box = problem.box
+    between, vanishing = (z > box.lower) & (z < box.upper), ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
+    for active in (between | vanishing, between):
+        P = np.flatnonzero(active)
+        if not P.size:
+            return 0.0
+        inverse = _inverse(problem, P)
+        if inverse is not None:
+            largest = float((inverse @ terms[P]).max())
+            return largest if np.isfinite(largest) else None
+    return None
+
+
+def _inverse(problem: Problem, P: Indices) -> Matrix | None:
+    """|M_PP^-1|, shape (k, k), or None."""
+    if P.size > MOST_INVERTED:
+        return None
+    units = scale(problem)
+    A = matrices.dense(units.problem.M[P][:, P])
+    if P.size <= MOST_EXACT:
+        from fractions import Fraction
+
+        from lcpcli.rational import linear
+        from lcpcli.rational.numbers import in_integers, rounded
+
+        whole, power = in_integers(A.ravel())
+        found = linear.inverse(np.array(whole, dtype=object).reshape(A.shape).tolist())
+        unit = Fraction(2) ** -power
+        inverse = None if found is None else np.array([rounded(unit * value for value in row) for row in found])
+    else:
+        inverse = np.linalg.inv(A) if np.linalg.cond(A, 1) < LARGEST_CONDITION else None
+    return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])

@@ -30,11 +30,8 @@ HINT = "give probabilities, at least 0 and with the sum 1"
 
 @dataclass(frozen=True, eq=False)
 class Strategies:
-    """What a pair of mixed strategies is for the players of a game.
-
-    row, column : the probabilities. payoffs : what the row and the column player get. gains : how much each would gain
-    by a best response to the other, 0 if that is only rounding. All are doubles, or all fractions.
-    """
+    """What a pair of mixed strategies is for the players of a game: the probabilities, the payoffs, and how much each
+    would gain by a best response to the other, 0 if that is only rounding; all doubles, or all fractions."""
 
     row: Vector
     column: Vector
@@ -68,14 +65,12 @@ class Strategies:
 
 
 def allowance(n: int, tol: float) -> float:
-    """The gain that counts as none, as a part of the range of the payoffs: M has the payoffs subtracted from a
-    constant, and thereby rounded."""
+    """The gain that counts as none, in units of the range of the payoffs, as these are rounded in M."""
     return 10 * n * tol
 
 
 def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> None:
-    """Raise ProblemError if the problem is no game, or if these values, the first ones of the row player, are not
-    strategies of it."""
+    """Raise ProblemError if these values, the first ones of the row player, are no strategies of the problem's game."""
     game = problem.origin
     if not isinstance(game, Game):
         raise ProblemError("row", "is a strategy, but the problem is no game", "give z")
@@ -97,10 +92,8 @@ def verified(
     tol: float = 0.0,
     data: ExactProblem | None = None,
 ) -> Verification:
-    """The verification of z, or of the z of strategies, by `verify`, with what it is for the game behind the problem.
-
-    data : the exact problem where values are fractions to be verified in exact arithmetic; else they are doubles.
-    """
+    """The verification of z, or of the z of strategies, by `verify`, with what it is for the game behind the problem;
+    in exact arithmetic where there are exact data."""
     game = problem.origin
     if not isinstance(game, Game):
         return verify(values)
@@ -115,7 +108,9 @@ def verified(
         verification = verify(values)
         message = f"{verification.message}; as strategies, {own.statement(small)}"
         return replace(verification, message=message, strategies=own)
-    by_row, by_column = game.parts(_costs(problem, [*x, *y], data))
+    both = np.concatenate((x, y))
+    costs = problem.M @ both if data is None else np.array(data.w(both.tolist()), dtype=object) + 1  # as q = -1
+    by_row, by_column = game.parts(costs)
     z = np.concatenate((x / min(by_column), y / min(by_row)))
     if data is None and not np.isfinite(z).all():
         raise ProblemError("z", "of these strategies exceeds the double-precision range", "scale the payoffs")
@@ -129,10 +124,3 @@ def verified(
 
 def _are_probabilities(values: Any) -> bool:
     return bool(min(values) >= 0 and abs(values.sum() - 1) <= SUM)
-
-
-def _costs(problem: Problem, strategies: list[Any], data: ExactProblem | None) -> Any:
-    """What each strategy costs against those of the other player: M times them."""
-    if data is None:
-        return problem.M @ np.array(strategies)
-    return np.array(data.w(strategies), dtype=object) + 1  # as q = -1

@@ -82,11 +82,9 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     if sizes(np.concatenate(problem.box.vectors(problem.n)))[0] < SMALLEST_ENTRY:
         return None  # products with distances from the bounds may underflow
     known = theorems(problem)
-    if not known:
-        return None
-    y = _neighbour(problem, given)
-    claims = [_claim(problem, known, given, point) for point in (given, y) if point is not None]
-    return min((claim for claim in claims if claim is not None), key=lambda claim: claim.value, default=None)
+    points = [given, _neighbour(problem, given)] if known else []
+    claims = [_claim(problem, known, given, point) for point in points if point is not None]
+    return min(filter(None, claims), key=lambda claim: claim.value, default=None)
 
 
 def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
@@ -103,11 +101,8 @@ def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) ->
 
 
 def _neighbour(problem: Problem, z: Vector) -> Vector | None:
-    """A point y near z at which a bound is sharp: |z - z*| <= |z - y| + |y - z*| for any y, however y is found.
-
-    It is approximately the basic solution of the states of z - w_i / M_ii, moved within the bounds. If z comes from a
-    solver, that is z* up to rounding, and the bound for z is close to the error of z, however ill-conditioned M is.
-    """
+    """A point y near z at which a bound is sharp, as |z - z*| <= |z - y| + |y - z*|: about the basic solution of the
+    states of z - w_i / M_ii, moved within the bounds, which is z* up to rounding if z comes from a solver."""
     basis = problem.box.basis_of(0.5 * (z - problem.w(z) / problem.M.diagonal()))
     y, active = problem.box.nonbasic(basis), np.flatnonzero(basis.basic)
     if not active.size:

@@ -30,9 +30,9 @@ every c, so that c may be rounded. lambda is verified by Cholesky's factorizatio
 completion only if no eigenvalue is below minus its rounding errors: S. M. Rump, Verification of positive definiteness,
 BIT Numerical Mathematics 46 (2006) 433-452.
 
-Rounding errors: N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3: an inner
-product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the absolute values, in any order of
-summation. With the entries of M and z in the range required here, no product M_ij z_j underflows.
+Rounding errors: an inner product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the
+absolute values (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3). With the
+entries of M and z in the range required here, no product M_ij z_j underflows.
 """
 
 from __future__ import annotations
@@ -139,8 +139,8 @@ def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
 def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
     """u > 0 of shape (n,) for which <M> u appears to be positive, and the solver for <M> if one was needed.
 
-    With L the diagonal and B = L - <M>, M is H+ if and only if the spectral radius of L^-1 B is below 1. The ratios
-    (B u)_i / (L u)_i enclose it for every u > 0 (Collatz and Wielandt), and a few power steps often suffice.
+    With L the diagonal and B = L - <M>, M is H+ if and only if the spectral radius of L^-1 B is below 1, which the
+    ratios (B u)_i / (L u)_i enclose for every u > 0 (Collatz and Wielandt).
     """
     diagonal = M.diagonal()
     if not diagonal.min() > 0:
@@ -153,8 +153,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
         if not 0 < ratios.max() < np.inf or ratios.min() > 1:
             return None
         u *= 0.5 * (1 + ratios)
-        u /= u.max()
-        u = np.maximum(u, SMALLEST_NORMAL)
+        u = np.maximum(u / u.max(), SMALLEST_NORMAL)
     try:
         solve = solver(matrices.comparison(M))
     except SingularMatrix:
@@ -168,10 +167,8 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
 
 
 def solver(A: Matrix) -> Solve:
-    """A solver for A with positive diagonal: BiCGSTAB if A is sparse and it converges fast, else factors, with fill-in.
-
-    Raises SingularMatrix.
-    """
+    """A solver for A with positive diagonal: BiCGSTAB if A is sparse and it converges fast, else factors, with fill-in;
+    it may raise SingularMatrix."""
     if is_sparse(A):
         inverse = 1 / A.diagonal()
 
@@ -187,19 +184,16 @@ def solver(A: Matrix) -> Solve:
 
 
 def definite_theorems(problem: Problem) -> dict[str, Theorem]:
-    """Bounds on |z - z*|_inf, for M in range with positive diagonal: with T = I and with T that makes T M symmetric,
-    by their sources.
-
-    Empty if M is not proved to be positive definite, or is sparse with more than LARGEST_DENSE unknowns.
-    """
+    """Bounds on |z - z*|_inf, for M in range with positive diagonal, by their sources: with T = I and with T that makes
+    T M symmetric. Empty if M is not proved to be positive definite, or is sparse and large."""
     if is_sparse(problem.M) and problem.n > LARGEST_DENSE:
         return {}
     M = matrices.dense(problem.M)
     scales = {DEFINITE: np.ones(problem.n)}
     if not matrices.is_symmetric(M):
         scales[f"{DEFINITE} after row scaling"] = _symmetrising(M)
-    found = {source: _definite_theorem(M, T, problem.box) for source, T in scales.items()}
-    return {source: theorem for source, theorem in found.items() if theorem is not None}
+    found = ((source, _definite_theorem(M, T, problem.box)) for source, T in scales.items())
+    return {source: theorem for source, theorem in found if theorem is not None}
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
@@ -232,10 +226,7 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
 
 
 def _symmetrising(M: Matrix) -> Vector:
-    """T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|.
-
-    If M comes from a symmetric matrix by scaling of rows and columns, T M is symmetric.
-    """
+    """T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|."""
     sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
     pairs = (M != 0) & (M.T != 0)
     excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
@@ -245,10 +236,8 @@ def _symmetrising(M: Matrix) -> Vector:
 
 
 def least_eigenvalue(S: Matrix) -> float | None:
-    """A positive lower bound on the smallest eigenvalue of S, or None.
-
-    S : shape (n, n), symmetric, of size one; each entry may have one rounding error.
-    """
+    """A positive lower bound on the smallest eigenvalue of S, symmetric, of size one and with one rounding error in
+    each entry; None if none is proved."""
     n = S.shape[0]
     try:
         estimate = float(interruptibly(lambda: np.linalg.eigvalsh(S)[0]))
@@ -257,7 +246,7 @@ def least_eigenvalue(S: Matrix) -> float | None:
         shift = estimate - 2 * lost
         if not shift > lost:
             return None
-        interruptibly(lambda: np.linalg.cholesky(S - shift * np.eye(n)))
+        interruptibly(lambda: np.linalg.cholesky(matrices.plus_diagonal(S, -shift)))
     except np.linalg.LinAlgError:
         return None
     return float(shift - lost) * (1 - 4 * EPS)

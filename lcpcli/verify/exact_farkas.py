@@ -24,11 +24,8 @@ GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which th
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
-    """A vector near a multiple of y, finite doubles of shape (n,), that proves the problem infeasible; None if none is
-    found. It consists of integers without a common divisor.
-
-    It tries simple fractions, y itself, and both changed so that components of M'y that are nearly 0 become 0.
-    """
+    """A vector near a multiple of y, doubles of shape (n,), that proves the problem infeasible, in integers without a
+    common divisor; None if none is found: neither simple fractions nor y, nor these with M'y = 0 where it nearly is."""
     if not (np.isfinite(y).all() and y.any()):
         return None
     found = next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
@@ -60,10 +57,8 @@ def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
-    """Vectors of simple fractions near y, and some with M'y = 0 exactly where it may be, the simplest first.
-
-    quickly : whether to solve only linear systems that are `farkas.is_short`, and only while numbers stay short.
-    """
+    """Vectors of simple fractions near y, and some with M'y = 0 exactly where it may be, the simplest first; quickly :
+    only by linear systems that are `farkas.is_short`, and only while numbers stay short."""
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     sizes, active = [abs(value) for value in snapped if value], _active(data, y)
     largest, least = max(sizes), min(sizes)

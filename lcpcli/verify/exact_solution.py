@@ -1,10 +1,8 @@
 """From a point near a solution to the exact solution of its complementary basis.
 
 With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs are checked. If P is not quite
-right, indices that violate them are flipped as in block principal pivoting or, where that does not help, one at a time,
-least index first: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its
-Applications 21 (1978) 207-215. Where M_PP is singular, an LP finds a vertex of the solutions with that set. With bounds
-the sets are the states of `basic_solution`, and no vertex is sought.
+right, indices that violate them are flipped as in the block principal pivoting of `basic_solution`. Where M_PP is
+singular, an LP finds a vertex of the solutions with that set; with bounds no vertex is sought.
 """
 
 from __future__ import annotations
@@ -35,15 +33,11 @@ MOST_POSITIVE = 700  # components that are solved for exactly: a minute at worst
 def from_point(
     data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_POSITIVE
 ) -> list[Fraction] | None:
-    """The exact solution near an approximate z; None if none was found before the deadline.
-
-    z : shape (n,). The solution has the complementary basis of z or, if its signs are wrong, one near it.
-    deadline : by `clock.seconds`.
-    most : the largest number of components that are solved for.
-    """
+    """The exact solution with the complementary basis of an approximate z, shape (n,), or, if its signs are wrong, one
+    near it; None if none was found before the deadline. most : the largest number of components that are solved for."""
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, deadline, most)
-        tries_vertex = not data.problem.is_mixed and np.count_nonzero(basis.basic) <= most
+        tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis.basic) <= most
         if found is None and tries_vertex and clock.seconds() < deadline:
             found = _at_vertex(data, basis.basic, deadline)
         if found is not None:
@@ -71,9 +65,9 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
 def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -> list[Fraction] | None:
     fewest, box = data.n + 1, data.problem.box
     for _ in range(MOST_STEPS):
-        if np.count_nonzero(basis.basic) > most or clock.seconds() >= deadline:
-            return None
         active = np.flatnonzero(basis.basic)
+        if active.size > most or clock.seconds() >= deadline:
+            return None
         z = _solved(data, active, active, _at_bounds(data, basis), deadline)
         if z is None:
             return None
@@ -121,10 +115,7 @@ def _solved(
 
 def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] | None:
     """A vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then itself exactly."""
-    active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
-    if not active.size:
-        return None
-    problem = data.problem
+    active, inactive, problem = np.flatnonzero(P), np.flatnonzero(~P), data.problem
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
         columns, q = matrices.scaled(problem.M, R, C)[:, active], R * problem.q
@@ -160,8 +151,6 @@ def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, bo
     """The basic solution for finite M, q of shape (n, n) and (n,), as they are in doubles; None if there is none.
 
     basic : a mask of shape (n,). z_N : of shape (n,), 0 where basic.
-
-    The cost is k^3 operations for k basic variables, on numbers whose length grows with k.
     """
     used = np.flatnonzero(basic | (z_N != 0))
     at_bounds, d = over_one_denominator(fractions_of(np.broadcast_to(z_N, q.size)[used]))
@@ -171,13 +160,11 @@ def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, bo
     found = linear.solve([[row[k] for k in free] for row in system], [-dot(row, [*at_bounds, d]) for row in system])
     if found.x is None:
         return None
-    values = [Fraction(value, d) for value in at_bounds]
-    for k, value in zip(free, found.x, strict=True):
-        values[k] = value / d
+    solved = dict(zip(free, found.x, strict=True))
+    values = [solved.get(k, value) / Fraction(d) for k, value in enumerate(at_bounds)]
     Z, common = over_one_denominator(values)
-    z = [Fraction(0)] * q.size
-    for i, value in zip(used.tolist(), values, strict=True):
-        z[i] = value
+    own = dict(zip(used.tolist(), values, strict=True))
+    z = [own.get(i, Fraction(0)) for i in range(q.size)]
     multiples = (Fraction(dot(row, [*Z, common])) for row in rows)  # of w, which have its signs
     solves = not any(map(gap, z, multiples, *map(bounds_of, box.vectors(q.size))))
     return ExactBasis(z, not found.null_space, solves)

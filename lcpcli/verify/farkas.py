@@ -9,8 +9,8 @@ is, and y_i = 0 where w_i may have either sign. Then 0 <= y'(A z + b) <= b'y + s
 for any such z: if that is negative, there is none. For a problem, w_i >= 0 is asked for where only l_i is finite,
 w_i <= 0 where only u_i is, w_i = 0 where neither is; so a problem whose bounds are all finite always has a solution.
 
-A proof found in floats is accepted only after a check without rounding, as in D. Applegate, W. Cook, S. Dash and
-D. Espinoza, Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699.
+A proof found in floats is accepted only after a check without rounding (D. Applegate, W. Cook, S. Dash and D. Espinoza,
+Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699).
 """
 
 from __future__ import annotations
@@ -60,13 +60,11 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
 
     - y has its signs, and its exact total, b'y with the suprema, is negative;
     - the exact (A'y)_j is not positive where u_j is infinite, and not negative where l_j is. Floats alone show this
-      where the computed value is beyond a multiple of a bound on its rounding error, (m + 2) EPS |A|'|y| and underflow;
-      the other columns are summed in integers. A margin would not do instead: with A'y = delta > 0 there may be a
-      solution of size |b'y| / delta.
-    - If only that last test fails, by rounding of y (columns with A'y = 0, which possibly no y in floats satisfies),
-      the proof is y corrected in rational arithmetic: an exact solution of A'y = 0 in those columns, on the support of
-      y, has to pass all the tests. y itself is then that proof rounded. For at most LARGEST_EXACT of each, or
-      LARGEST_BY_FLINT.
+      where the computed value is beyond a bound on its rounding error; the other columns are summed in integers. A
+      margin would not do instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
+    - If only that last test fails, by rounding of y, the proof is y corrected in rational arithmetic: an exact solution
+      of A'y = 0 in those columns, on the support of y, has to pass all the tests. y itself is then that proof rounded.
+      For at most LARGEST_EXACT of each, or LARGEST_BY_FLINT.
     """
     if not (np.isfinite(y).all() and y.any() and _has_signs(y, box)):
         return False
@@ -87,7 +85,7 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
     exact = [Fraction(value) for value in y[support].tolist()]
     if _holds(A, b, bounds, support, exact, certain):
         return True
-    found = corrected(A, support, exact, active)
+    found = _corrected(A, support, exact, active)
     if found is None or not _has_signs(np.array(found[1]), box, found[0]):
         return False
     return _holds(A, b, bounds, *found)
@@ -112,19 +110,19 @@ def _holds(
     bounds: Sides,
     support: Indices,
     y: Sequence[Fraction],
-    certain: Mask | None = None,
+    certain: Mask | bool = False,
 ) -> bool:
-    """Whether the rational y on a support, with the right signs, is a proof, in exact arithmetic.
-
-    certain : columns that certainly have the right sign and add nothing to the total.
-    """
+    """Whether the rational y on a support, with the right signs, is a proof, in exact arithmetic; certain : columns
+    that certainly have the right sign and add nothing to the total."""
     from fractions import Fraction
 
     from lcpcli.rational import numbers
 
     rows, (multiple, _) = A[support], numbers.over_one_denominator(y)
     total = numbers.product(b[support], multiple)
-    for j in _columns(rows, certain):
+    used = np.zeros(rows.shape[1], dtype=bool)
+    used[rows.indices if matrices.is_sparse(rows) else rows.any(axis=0)] = True
+    for j in np.flatnonzero(used & np.logical_not(certain)).tolist():
         value = numbers.product(matrices.dense(rows[:, [j]])[:, 0], multiple)
         if (value > 0 and not bounds.high[j]) or (value < 0 and not bounds.low[j]):
             return False
@@ -133,17 +131,9 @@ def _holds(
     return total < 0
 
 
-def _columns(rows: Matrix, certain: Mask | None) -> list[int]:
-    """The columns with an entry, without those that are certain."""
-    used = np.zeros(rows.shape[1], dtype=bool)
-    used[rows.indices if matrices.is_sparse(rows) else rows.any(axis=0)] = True
-    if certain is not None:
-        used &= ~certain
-    columns: list[int] = np.flatnonzero(used).tolist()
-    return columns
-
-
-def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -> tuple[Indices, list[Fraction]] | None:
+def _corrected(
+    A: Matrix, support: Indices, y: list[Fraction], active: Indices
+) -> tuple[Indices, list[Fraction]] | None:
     """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
     from lcpcli.rational import linear, numbers
 
@@ -162,8 +152,9 @@ def corrected(A: Matrix, support: Indices, y: list[Fraction], active: Indices) -
 
 def is_short(A: Sequence[Sequence[int]]) -> bool:
     """Whether A, of at least one row, is small enough to be solved exactly."""
-    bits = max((abs(value).bit_length() for row in A for value in row), default=0)
-    return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * bits <= MOST_BITS
+    from lcpcli.rational import linear
+
+    return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * linear.bits(A) <= MOST_BITS
 
 
 def _largest() -> int:

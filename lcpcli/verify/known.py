@@ -18,9 +18,8 @@ FEWEST_DIGITS, MOST_DIGITS = 4, 7  # that are attributed to a z: whole numbers a
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     """The problem without those of its solutions that are wrong, and what is wrong with each of them, as a clause.
 
-    z is wrong if its relative residual is above ROUGH and no changes of its components by a unit in the last digit make
-    it satisfy the conditions on each z_i and w_i. Such changes matter where M is ill-conditioned: a solution printed to
-    five digits may then have a large residual.
+    z is wrong if its relative residual is above ROUGH and no changes of its components by a unit in the last digit,
+    which matter where M is ill-conditioned, make it satisfy the conditions on each z_i and w_i.
     """
     if not problem.solutions:
         return problem, []

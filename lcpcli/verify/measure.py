@@ -186,8 +186,7 @@ class Measure:
     @np.errstate(divide="ignore")
     def _unsolved_sizes(self, z: Vector) -> Vector:
         """log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or moved."""
-        data, units = self.data, self.data.units
-        box = data.box
+        box, units = self.data.box, self.data.units
         at_bound = ((z <= box.lower) | (z >= box.upper)) & (box.lower < box.upper)
         moved = np.where(at_bound, np.abs(z - self._reference), 0.0)
         if not np.count_nonzero(moved):
@@ -219,14 +218,10 @@ class Measure:
     def distance(self, z: Vector, other: Vector) -> Vector:
         """The largest |z_j - other_j| relative to what is natural in its component, k C_j, or to the distance of its
         bounds, if that is smaller; infinite in a component without a size. Shape () or (m,)."""
-        units, apart, sizes = (
-            self.data.units,
-            np.abs(z - other),
-            self.component_sizes(other)[..., self.data.units.column_part],
-        )
-        natural = np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
-        natural = np.minimum(natural, self.data.box.upper - self.data.box.lower)
-        return np.asarray(quotients(apart, natural).max(axis=-1))
+        units, box = self.data.units, self.data.box
+        sizes = self.component_sizes(other)[..., units.column_part]
+        natural = np.minimum(np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0), box.upper - box.lower)
+        return np.asarray(quotients(np.abs(z - other), natural).max(axis=-1))
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
         """Whether the violations are no more than the rounding errors in w, so that their digits depend on the machine;

@@ -18,8 +18,8 @@ from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
 class Criterion:
     """What a point must satisfy to count as a solution: its relative residual, that of `measure`, is at most tol.
 
-    A problem with numbers so large or small that products overflow or underflow is measured in other units, powers of
-    two, which changes nothing but that. If none are found, or z is out of range in them, all sums are exact instead.
+    A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
+    If none are found, or z is out of range in them, all sums are exact instead.
     """
 
     def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
@@ -78,11 +78,8 @@ class Criterion:
 
     @np.errstate(all="ignore")
     def bound(self, F: Vector) -> float:
-        """The size of F(x) = M z - w' + q, with the z and w' of x, relative to the caps at the reference point.
-
-        min(z, M z + q) = min(z, w' + F) and min(z, w') = 0, so |min(z, M z + q)| <= |F| componentwise; with bounds too,
-        as t -> mid(l, u, t) is nonexpansive. So a small F suggests that z is worth measuring.
-        """
+        """The size of F(x) = M z - w' + q, with the z and w' of x, relative to the caps at the reference point: where
+        it is small, so is the natural residual of z, as t -> mid(l, u, t) is nonexpansive."""
         return size(F / self._caps) if np.count_nonzero(F) else 0.0
 
 
@@ -104,31 +101,28 @@ class Point:
         known = is_admissible and is_finite(z)
         self._beyond = None if known else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
         self._solves: bool | None = None
-        self._plain: Rows | None = None
 
     @classmethod
     def of_solution(cls, criterion: Criterion, z: Vector, block: Rows, i: int) -> Point:
         """A point that is known to solve the problem; its w and terms are those of point i of a block."""
         point = cls.__new__(cls)
         point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
-        point._plain, point._place = None, (block, i)
+        point._place = block, i
         return point
 
-    def _plain_rows(self) -> Rows:
-        if self._plain is None and self._place is not None:
+    @cached_property
+    def _plain(self) -> Rows:
+        if self._place is not None:
             block, i = self._place
-            self._plain = block.part(i)
-        elif self._plain is None:
-            self._plain = self.criterion.measure.rows(self._inside)
-            if self.criterion.sums_exactly:
-                self._plain = self._plain._replace(error=np.full(self.z.size, np.inf))
-        return self._plain
+            return block.part(i)
+        rows = self.criterion.measure.rows(self._inside)
+        return rows._replace(error=np.full(self.z.size, np.inf)) if self.criterion.sums_exactly else rows
 
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
     def _rows(self) -> Rows:
         """The same, with sums that are rounded only once where that matters."""
-        plain, criterion, z = self._plain_rows(), self.criterion, self._inside
+        plain, criterion, z = self._plain, self.criterion, self._inside
         doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(plain.w) | criterion.sums_exactly
         rows = np.flatnonzero(doubtful)
         if not rows.size:
@@ -155,10 +149,9 @@ class Point:
             return criterion.reference_solves
         with np.errstate(over="ignore", invalid="ignore"):
             if self._beyond is None:
-                rows = self._plain_rows()
-                if criterion.measure.surely_solves(self._inside, rows, criterion.tol):
+                if criterion.measure.surely_solves(self._inside, self._plain, criterion.tol):
                     return True
-                if criterion.measure.surely_fails(self._inside, rows, criterion.tol):
+                if criterion.measure.surely_fails(self._inside, self._plain, criterion.tol):
                     return False
             return self.relative_residual <= max(criterion.tol, ROUNDING)
 
@@ -166,7 +159,7 @@ class Point:
     @np.errstate(over="ignore", invalid="ignore")
     def size(self) -> float:
         """As in `Measure.size`."""
-        return self.criterion.measure.size(self._inside, self._plain_rows())
+        return self.criterion.measure.size(self._inside, self._plain)
 
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
@@ -188,7 +181,7 @@ class Point:
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
-        moved = Point(criterion, criterion.given(measure.on_bounds(self._inside, self._plain_rows().w)))
+        moved = Point(criterion, criterion.given(measure.on_bounds(self._inside, self._plain.w)))
         z, rows = moved._inside, moved._rows
         largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
         return max(largest, float(measure.distance(self._inside, z)))
@@ -213,7 +206,7 @@ class Point:
     def nearly_solves(self) -> bool:
         """Whether no violation is large, as by `Measure.is_near`: the point is then worth a closer look."""
         moved = self.criterion.problem.from_reference(self.z).any()
-        return bool(moved and self.criterion.measure.is_near(self._inside, self._plain_rows()))
+        return bool(moved and self.criterion.measure.is_near(self._inside, self._plain))
 
     @np.errstate(over="ignore", invalid="ignore")
     def alternatives(self) -> Iterator[Point]:

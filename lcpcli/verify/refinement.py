@@ -1,9 +1,8 @@
 """Solutions that are correct to the last digit for ill-conditioned M: how to compute and how to recognize them.
 
 The system of a complementary basis is solved with iterative refinement, with residuals as if in twice the precision
-(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1): its solution is
-then correct to its last digits as long as the condition number is below about 1e15. Even so, rounding z may leave a
-residual that is not small. That such a z is the rounded solution is then proved in rational arithmetic, or not claimed.
+(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1). Even so, rounding z
+may leave a residual that is not small. That such a z is the rounded solution is proved in rational arithmetic.
 """
 
 from __future__ import annotations
@@ -30,11 +29,8 @@ LAST_DIGITS = 4 * EPS
 
 @np.errstate(over="ignore", invalid="ignore")
 def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
-    """The basic solution of a basis, correct to its last digits; z if that is not better.
-
-    problem, z : n unknowns, and an approximate solution of shape (n,).
-    basis : by default that of z when M is equilibrated.
-    """
+    """The basic solution of a basis, by default that of z when M is equilibrated, correct to its last digits; z, an
+    approximate solution of shape (n,), if that is not better."""
     units = changes.scale(problem)
     within = units.problem
     if basis is None:
@@ -70,12 +66,9 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
-    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic.
-
-    The exact basic solution z* of the states of z, for an LCP M_PP z*_P = -q_P with P = {z_i > 0}, solves the problem,
-    and no component of z differs from it by more than LAST_DIGITS of itself. So it is never true for a problem that has
-    no solution. It is false if more than `farkas.LARGEST_EXACT` are basic, or M_PP is singular.
-    """
+    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic solution
+    of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of itself. So it is
+    never true where there is no solution. It is false if more than `farkas.LARGEST_EXACT` are basic."""
     basis = problem.box.basis_of(z / 2)
     if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
         return False
@@ -92,19 +85,17 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))
 
 
-def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
-    """Whether z is a solution up to rounding of its last digits: by rational arithmetic, or of a point to tol."""
-    return is_rounded_solution(problem, z) or rounds_solution(problem, z, tol)
-
-
 @np.errstate(over="ignore", invalid="ignore")
-def rounds_solution(problem: Problem, z: Vector, tol: float) -> bool:
-    """Whether z, of shape (n,), is within its last digits of a point with a relative residual of at most tol.
+def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
+    """Whether z is a solution up to its last digits: as `is_rounded_solution`, or of a point with a relative residual
+    of at most tol.
 
     That point is held as the reference point and a difference from it that is no larger than z, so that it has more
-    digits than z: with bounds far from 0, z in doubles may have a larger residual, wherever it is. False if there is
-    none, or if the reference point is 0.
+    digits than z: with bounds far from 0, z in doubles may have a larger residual, wherever it is. There is none if the
+    reference point is 0.
     """
+    if is_rounded_solution(problem, z):
+        return True
     there = problem.reference_z
     if there is None or not problem.is_moderate:
         return False

@@ -1,12 +1,9 @@
 """How far a z is from being a solution, and whether a vector proves that there is none.
 
-The componentwise backward error of z is the smallest omega for which z solves an LCP with data M + dM, q + dq such that
-|dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value between w_i - omega s_i and w_i +
-omega s_i, where s = |M| |z| + |q|, each independently: this is the theorem of W. Oettli and W. Prager,
-Compatibility of approximate solution of linear equations with given error bounds for coefficients and right-hand sides,
-Numerische Mathematik 6 (1964) 405-409. Where z_i > 0 it has to become 0, where z_i = 0 it has to become nonnegative,
-and no change helps where z_i < 0. So omega is the largest of |w_i| / s_i, max(-w_i, 0) / s_i and infinity, in turn.
-Bounds are not changed: w_i has to become 0 between them, nonnegative at l_i and nonpositive at u_i.
+The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
+that |dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value up to omega s_i from w_i, where s
+= |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). It has to become 0 between the bounds,
+nonnegative at l_i and nonpositive at u_i; no change helps beyond them.
 """
 
 from __future__ import annotations
@@ -58,11 +55,10 @@ class Verification:
     kind : "solution" for a z, "farkas" for a vector y.
     exact : whether it was verified without rounding, on the decimals as written.
     accepted, message : whether the answer is accepted, and why, as a sentence.
-    residual, relative_residual, error : as in `result.Result`; None for a vector y; error None if no solution is
-        known.
-    backward_error : the componentwise backward error; infinity if a z_i is beyond its bounds, None for a vector y.
-    bound : what is proved about the distance to the solution, as by `error_bound`; None in exact
-        arithmetic, for a vector y, beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
+    residual, relative_residual, error : as in `result.Result`; None for a y; error None if no solution is known.
+    backward_error : the componentwise backward error; infinity if a z_i is beyond its bounds, None for a y.
+    bound : what is proved about the distance to the solution, as by `error_bound`; None in exact arithmetic, for a y,
+        beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
     strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.
     statement : of a program, what its x is, or what it violates; else "".
@@ -146,21 +142,21 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
     w = data.w(z)
     each = data.gaps(z, w)
     violating = sorted((i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i]))
-    failure = _w_mismatch(w, given_w)
+    different = ((i, *both) for i, both in enumerate(zip(w, given_w or w, strict=False), 1) if both[0] != both[1])
+    wrong = next((f"component {i} is {brief(own)}, not {brief(given)}" for i, own, given in different), "")
+    failure = f"the given w is not Mz + q: {wrong}" * bool(wrong)
     if violating:
         failure = f"z is not an exact solution: {count(len(violating), 'component')} fail{'s' * (len(violating) == 1)}"
     doubles = rounded(z)
-    residual = abs(each[violating[0]]) if violating else Fraction(0)
+    relative = Point(Criterion(data.problem), doubles, is_admissible=False).relative_residual if violating else 0.0
     return Verification(
         data.problem,
         "solution",
         exact=True,
         accepted=not failure,
         message=failure or f"z is an exact solution: {data.problem.box.wording.solved}",
-        residual=float(rounded([residual])[0]),
-        relative_residual=Point(Criterion(data.problem), doubles, is_admissible=False).relative_residual
-        if violating
-        else 0.0,
+        residual=float(np.abs(rounded(each[i] for i in violating[:1])).max(initial=0.0)),
+        relative_residual=relative,
         error=data.problem.error(doubles),
         backward_error=_exact_backward_error(data, z, w),
         violations=[_violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]],
@@ -168,42 +164,25 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
     )
 
 
-def verify_farkas(problem: Problem, y: list[Fraction]) -> Verification:
-    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0, for the doubles M and q.
+def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool) -> Verification:
+    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if there are any, as it is, or
+    corrected if it is known to be rounded; else for the doubles of the problem, as it is or rounded."""
+    exact, doubles = data is not None, rounded(y)
+    if data is None:
+        failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)
+    else:
+        problem, failure = data.problem, _failed_condition(data, y)
+        if failure and is_rounded:
+            from lcpcli.verify.exact_farkas import exact_proof
 
-    It is accepted as it is, or rounded to doubles by `certificate.proves_infeasible`.
-    """
-    if proves_infeasible(problem, rounded(y)):
-        return _farkas_verification(problem, "", exact=False)
-    return _farkas_verification(problem, _failed_condition(ExactProblem.of_floats(problem), y), exact=False)
-
-
-def verify_farkas_exactly(data: ExactProblem, y: list[Fraction], is_rounded: bool) -> Verification:
-    """Verify such a proof for the exact data; one that is known to be rounded may be corrected."""
-    failure = _failed_condition(data, y)
-    if failure and is_rounded:
-        from lcpcli.verify.exact_farkas import exact_proof
-
-        failure = failure if exact_proof(data, rounded(y)) is None else ""
-    return _farkas_verification(data.problem, failure, exact=True)
-
-
-def _w_mismatch(w: list[Fraction], given: list[Fraction] | None) -> str:
-    """Where the given w differs from w; "" if nowhere."""
-    i = None if given is None else next((i for i, value in enumerate(w) if given[i] != value), None)
-    if given is None or i is None:
-        return ""
-    return f"the given w is not Mz + q: component {i + 1} is {brief(w[i])}, not {brief(given[i])}"
-
-
-def _farkas_verification(problem: Problem, failure: str, exact: bool) -> Verification:
+            failure = failure if exact_proof(data, doubles) is None else ""
     message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
     return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
 
 
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
     """The first condition that a proof violates; "" if none."""
-    if data.problem.is_mixed:
+    if not data.problem.box.is_orthant:
         return "" if data.refuted_by(y) else "for some z within the bounds, y'w may be positive or has no sign"
     i = min(range(data.n), key=lambda i: y[i])
     if y[i] < 0:
@@ -216,12 +195,11 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
 
 
 def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Number]:
-    if problem.is_mixed:
-        kind = "w < 0" if w < 0 else "w > 0"
-        kind = "z < lower" if z < problem.box.lower[i] else "z > upper" if z > problem.box.upper[i] else kind
-        return Violation(i, kind, z, w)
-    negative = ", ".join(f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0)
-    return Violation(i, negative or "z w > 0", z, w)
+    if problem.box.is_orthant:
+        negative = ", ".join(f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0)
+        return Violation(i, negative or "z w > 0", z, w)
+    low, high, kind = problem.box.lower[i], problem.box.upper[i], "w < 0" if w < 0 else "w > 0"
+    return Violation(i, "z < lower" if z < low else "z > upper" if z > high else kind, z, w)
 
 
 def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
@@ -233,10 +211,10 @@ def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
 
 
 def _exact_backward_error(data: ExactProblem, z: list[Fraction], w: list[Fraction]) -> float:
-    largest = Fraction(0)
+    changes = [Fraction(0)]
     for a, b, s, low, high in zip(z, w, data.sizes(z), data.lower, data.upper, strict=True):
         if (low is not None and a < low) or (high is not None and a > high):
             return math.inf
         change = max(-b if a != high else 0, b if a != low else 0)
-        largest = max(largest, change / s if change > 0 else largest)
-    return float(largest)
+        changes.append(change / s if change > 0 else Fraction(0))
+    return float(max(changes))
