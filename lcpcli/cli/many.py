@@ -16,7 +16,7 @@ import click
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several
 from lcpcli.cli.output import Line, Output, emit, wanted
 from lcpcli.cli.problems import tell
-from lcpcli.cli.runs import Methods
+from lcpcli.cli.runs import Request
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import refuse_unwritable, written_gradually
 from lcpcli.files.contents import Source, place
@@ -28,7 +28,6 @@ from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool
-    from lcpcli.cli.session import Request
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.typing import MethodName
@@ -60,7 +59,7 @@ class Task(NamedTuple):
         written; None for none.
     """
 
-    methods: Methods
+    asked: Request
     form: str
     width: int
     every: int | None
@@ -72,7 +71,7 @@ class Task(NamedTuple):
 
     def records(self, work: Work) -> Iterator[Record]:
         """Those of an input, one for each problem, in order."""
-        alone = self.methods.exact or self.methods.asked.bound or self.every
+        alone = self.asked.exact or self.asked.bound or self.every
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
         try:
@@ -98,10 +97,10 @@ class Task(NamedTuple):
         def traces(_: Problem) -> tuple[Trace | None, None]:
             return Trace(self.every) if self.every else None, None
 
-        inputs = self.methods.asked.inputs
+        inputs = self.asked.inputs
         for held in inputs.held(work):
-            (result,) = self.methods.run(held.problem, self.methods.options(held.problem), traces, labelled=False)
-            for prove in self.methods.proofs(held.exactly if self.methods.exact else None):
+            (result,) = self.asked.run(held.problem, self.asked.options_for(held.problem), traces, labelled=False)
+            for prove in self.asked.proofs(held.exactly if self.asked.exact else None):
                 result = prove(result)
             yield concluded([result])[0], [] if inputs.quiet else held.remarks
 
@@ -109,11 +108,11 @@ class Task(NamedTuple):
         """Those for problems with one M, solved together."""
         from lcpcli.solving.many import solve_many
 
-        asked = self.methods.asked
+        asked = self.asked
         first = asked.inputs.first_of(work)
-        (options,) = self.methods.options(first)
+        (options,) = self.asked.options_for(first)
         options |= {limit.name: getattr(asked, limit.name) for limit in LIMITS}
-        method = cast("MethodName", self.methods.variants[0].method)
+        method = cast("MethodName", self.asked.variants[0].method)
         results = solve_many(first.M, work.Q, lower=first.lower, upper=first.upper, method=method, **options)
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name)), []
@@ -123,9 +122,8 @@ class Task(NamedTuple):
         return Record(text, word, exit_code, (message,))
 
 
-def run(works: Iterator[Work], output: Output, methods: Methods) -> int:
+def run(works: Iterator[Work], output: Output, asked: Request) -> int:
     """Solve the problems in the inputs; write each result; return the exit code."""
-    asked = methods.asked
     _refuse_without_effect(output, asked)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = asked.resume or (output.path if is_log else None)
@@ -135,7 +133,7 @@ def run(works: Iterator[Work], output: Output, methods: Methods) -> int:
         refuse_unwritable(asked.resume)
     form = "json" if asked.resume else "" if output.silent else output.form
     every = (asked.every or 1) if output.with_iterates else None
-    task = Task(methods, form, formats.width_of([place(file) for file in asked.inputs.files]), every)
+    task = Task(asked, form, formats.width_of([place(file) for file in asked.inputs.files]), every)
     tally = _Tally()
     if log_path is None:
         destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
@@ -158,7 +156,7 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     from lcpcli.cli import resumption
     from lcpcli.files import log
 
-    asked = task.methods.asked
+    asked = task.asked
     options, past = resumption.unshown(asked), resumption.Past()
     with log.opened(path, anew=not asked.resume) as book:
         if asked.resume:
@@ -242,7 +240,7 @@ def _refuse_without_effect(output: Output, asked: Request) -> None:
 @contextmanager
 def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iterator[Record]]:
     """A context with the records, made by whom the options say, in the order of the problems or as they are known."""
-    asked = task.methods.asked
+    asked = task.asked
     if asked.cluster is None and (asked.jobs or 1) == 1:
         yield (record for work in works for record in task.records(work))
         return

@@ -21,7 +21,7 @@ from lcpcli.options import EVERY
 from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
-    from lcpcli.cli.session import Request
+    from lcpcli.cli.runs import Request
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
@@ -47,14 +47,14 @@ class Output:
     levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
     """
 
-    def __init__(self, asked: Request, levels: tuple[float, ...] = ()) -> None:
+    def __init__(self, asked: Request) -> None:
         options.check((EVERY,), {"every": asked.every})
         if asked.output in FORMATS:  # -o json means a format, and would write a table to a file of that name
             hint = f"give --format {asked.output}, or a name with a suffix"
             raise OptionError("--output", f"{asked.output} is a format", hint)
         self.form = asked.form or form_of(asked.output)
         self.path, self.silent = asked.output, asked.quiet and asked.output is None
-        self.plot, self.levels = asked.plot, levels
+        self.plot, self.levels = asked.plot, asked.levels
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = asked.trace or None
         self.with_iterates = not self.silent and asked.trace == ITERATES

@@ -1,4 +1,4 @@
-"""Methods run on a problem: with the options that each has, timed, and with proofs of what they find.
+"""What is asked for, and methods run on a problem: with the options that each has, timed, and with proofs.
 
 No time that is shown includes what only a first run costs. Beyond imports, which never count, a first run in a process
 waits for memory and caches: so a brief one is made again, whether there is one problem or many. Runs that are compared
@@ -22,17 +22,18 @@ import click
 from lcpcli import options
 from lcpcli.cli.options import STARTS
 from lcpcli.cli.output import Line
+from lcpcli.cli.problems import Inputs, tell
 from lcpcli.clock import PARTS, least_laps
 from lcpcli.errors import OptionError
+from lcpcli.files.contents import files_in
+from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.methods.registry import ADDITIONS, METHODS, parameters_of
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, parameters_of
 from lcpcli.methods.variants import Variant, labels
-from lcpcli.options import flag
+from lcpcli.options import LIMITS, Limits, flag
 
 if TYPE_CHECKING:
-    from lcpcli.cli.session import Request
     from lcpcli.model.problem import Problem
-    from lcpcli.options import Limits
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
@@ -47,12 +48,56 @@ _methods: set[str] = set()  # that have been run in this process
 Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
 
 
-class Methods(NamedTuple):
-    """Methods, what is asked of their runs, and whether their results are to be proved."""
+class Request(NamedTuple):
+    """What lcp solve or lcp compare is asked for; an option that is not given is None, or False if it is a flag.
 
-    variants: Sequence[Variant]
-    asked: Request
+    inputs : the problems. own : the options of methods, additions and starts that are given, by name. levels : of a
+    comparison, relative errors whose first attainment is recorded; else none.
+    """
+
+    inputs: Inputs
+    own: dict[str, Any]
+    tol: float | None
+    max_iterations: int | None
+    time_limit: float | None
+    threads: int | None
+    bound: bool
+    form: str | None
+    trace: str | None
+    every: int | None
+    plot: str | None
+    output: str | None
+    quiet: bool
+    variants: Sequence[Variant] = ()
+    levels: tuple[float, ...] = ()
+    warm: float | None = None
     exact: bool = False
+    max_solutions: int | None = None
+    jobs: int | None = None
+    cluster: str | None = None
+    resume: str | None = None
+
+    @classmethod
+    def of(cls, paths: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
+        """What the options of a command ask for, by their names, with the problems in these files and folders.
+
+        The number of threads is set, and outputs are refused that cannot be written.
+        """
+        quiet = given["quiet"]
+        files = files_in(paths, (lambda _: None) if quiet else tell) or default
+        inputs = Inputs(files, **{name: given.pop(name) for name in (*OF_BOUNDS, "game")}, quiet=quiet)
+        own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS)}
+        asked = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
+        path = asked.output if asked.resume is None else None  # with --resume there is no other output
+        outputs = {"--output": path, "--trace": asked.trace or None, "--plot": asked.plot, "--resume": asked.resume}
+        inputs.prepare(outputs, asked.threads)
+        return asked
+
+    @property
+    def limits(self) -> Limits:
+        """The limits, with defaults for those that are not given."""
+        given = {limit.name: getattr(self, limit.name) for limit in LIMITS}
+        return Limits(**{name: value for name, value in given.items() if value is not None})
 
     def run(
         self,
@@ -66,16 +111,16 @@ class Methods(NamedTuple):
     ) -> Iterator[Result]:
         """One result for each method, and with --warm a second one, started near the solution.
 
-        chosen : as from `options`. traces : makes the empty trace and curve of a run. labelled : whether results have
-        the labels of their methods. compared : whether their times are. watched : whether progress is shown.
+        chosen : as from `options_for`. traces : makes the empty trace and curve of a run. labelled : whether results
+        have the labels of their methods. compared : whether their times are. watched : whether progress is shown.
         """
         from lcpcli.solving import driver as driver
 
-        near, limits = None, self.asked.limits
-        if self.asked.warm is not None:
+        near, limits = None, self.limits
+        if self.warm is not None:
             from lcpcli.solving import reference
 
-            near = reference.near(problem, self.asked.warm)
+            near = reference.near(problem, self.warm)
 
         def once(method: str, values: dict[str, Any]) -> Result:
             trace, curve = traces(problem)
@@ -104,16 +149,16 @@ class Methods(NamedTuple):
 
         exactly : gives the problem with its numbers as written; None if nothing is to be proved of these.
         """
-        proofs: list[Callable[[Result], Result]] = [bounded] * self.asked.bound
+        proofs: list[Callable[[Result], Result]] = [bounded] * self.bound
         if exactly is None:
             return proofs
         from lcpcli.solving.proof import prove
 
         return [lambda result: prove(exactly, result, result.limits.time_limit - result.seconds), *proofs]
 
-    def options(self, problem: Problem) -> list[dict[str, Any]]:
+    def options_for(self, problem: Problem) -> list[dict[str, Any]]:
         """For each method its own options and those given that it has; OptionError for one given that none has."""
-        given = {name: _value(name, text, problem) for name, text in self.asked.own.items()}
+        given = {name: _value(name, text, problem) for name, text in self.own.items()}
         first, *others = [name for name in OF_START if name in given] or [""]
         if others:
             raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")

@@ -19,8 +19,8 @@ from lcpcli.cli.options import (
     solving,
     with_bounds,
 )
-from lcpcli.cli.runs import Methods
-from lcpcli.cli.session import Request, Solving, run
+from lcpcli.cli.runs import Request
+from lcpcli.cli.session import run
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.methods.registry import meanings
@@ -74,16 +74,17 @@ AS_PUBLISHED = ("fixed-point", "shi")
     "Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
     ".jsonl",
 )
-def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
+def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
-    asked = Request.of(files, given)
+    asked = Request.of(files, variants=[method], **given)
     if all_of_them:
-        from lcpcli.cli.all_solutions import Search
+        from lcpcli.cli import all_solutions
 
-        return run(asked, Search(asked, method, exact))
+        all_solutions.refuse_others(asked)
+        return run(asked, all_solutions.outcome)
     if asked.max_solutions is not None:
         raise OptionError("--max-solutions", "has no effect without --all", "add --all")
-    return run(asked, Solving(Methods([method], asked, exact)))
+    return run(asked)
 
 
 @click.command(
@@ -119,6 +120,6 @@ def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: boo
 @solving
 def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
-    asked = Request.of(files, given, default=[contents.shipped_path(name) for name in contents.PAPER_EXAMPLES])
-    variants = chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)
-    return run(asked, Solving(Methods(variants, asked), LEVELS))
+    examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
+    asked = Request.of(files, examples, levels=LEVELS, **given)
+    return run(asked._replace(variants=chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)))
