@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import sys
 from bisect import bisect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
@@ -22,7 +22,7 @@ import click
 from lcpcli import options
 from lcpcli.cli.options import STARTS
 from lcpcli.cli.output import Line
-from lcpcli.cli.problems import Inputs, tell
+from lcpcli.cli.problems import Inputs, teller
 from lcpcli.clock import PARTS, least_laps
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import files_in
@@ -49,33 +49,37 @@ Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
 
 
 class Request(NamedTuple):
-    """What lcp solve or lcp compare is asked for; an option that is not given is None, or False if it is a flag.
+    """What a command is asked for; an option that is not given is None, or False if it is a flag, or has no values.
 
     inputs : the problems. own : the options of methods, additions and starts that are given, by name. levels : of a
-    comparison, relative errors whose first attainment is recorded; else none.
+    comparison, relative errors whose first attainment is recorded.
     """
 
     inputs: Inputs
-    own: dict[str, Any]
-    tol: float | None
-    max_iterations: int | None
-    time_limit: float | None
-    threads: int | None
-    bound: bool
-    form: str | None
-    trace: str | None
-    every: int | None
-    plot: str | None
-    output: str | None
-    quiet: bool
+    own: Mapping[str, Any] = {}
     variants: Sequence[Variant] = ()
+    sweep: Sequence[str] = ()
+    peers: Sequence[str] = ()
     levels: tuple[float, ...] = ()
+    tol: float | None = None
+    max_iterations: int | None = None
+    time_limit: float | None = None
+    threads: int | None = None
     warm: float | None = None
+    accept: float | None = None
+    budget: float | None = None
     exact: bool = False
+    bound: bool = False
     max_solutions: int | None = None
     jobs: int | None = None
     cluster: str | None = None
     resume: str | None = None
+    form: str | None = None
+    trace: str | None = None
+    every: int | None = None
+    plot: str | None = None
+    output: str | None = None
+    quiet: bool = False
 
     @classmethod
     def of(cls, paths: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
@@ -83,9 +87,8 @@ class Request(NamedTuple):
 
         The number of threads is set, and outputs are refused that cannot be written.
         """
-        quiet = given["quiet"]
-        files = files_in(paths, (lambda _: None) if quiet else tell) or default
-        inputs = Inputs(files, **{name: given.pop(name) for name in (*OF_BOUNDS, "game")}, quiet=quiet)
+        files = files_in(paths, teller(given["quiet"])) or default
+        inputs = Inputs(files, **{name: given.pop(name) for name in (*OF_BOUNDS, "game")}, quiet=given["quiet"])
         own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS)}
         asked = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = asked.output if asked.resume is None else None  # with --resume there is no other output

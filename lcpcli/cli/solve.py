@@ -121,5 +121,5 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
 def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
-    asked = Request.of(files, examples, levels=LEVELS, **given)
+    asked = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
     return run(asked._replace(variants=chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)))
