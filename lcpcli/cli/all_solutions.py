@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
 from lcpcli import clock
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
-from lcpcli.cli.output import STANDARD, Output, show
+from lcpcli.cli.output import STANDARD, Output, refuse, show
 from lcpcli.cli.runs import Request
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import ProblemError
+from lcpcli.interrupts import handling
 from lcpcli.options import MAX_ITERATIONS, TOL, flag
 
 if TYPE_CHECKING:
     from lcpcli.cli.session import Outcome
-    from lcpcli.enumeration.search import Solutions, SolutionSet
+    from lcpcli.enumeration.search import SolutionSet
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
     from lcpcli.rational.problem import ExactProblem
@@ -28,14 +27,11 @@ OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "bound", "jobs", "clu
 def refuse_others(asked: Request) -> None:
     """Raise OptionError for options that are for one solution."""
     (variant,) = asked.variants
-    if variant.method != "auto":
-        hint = "leave out --method, or --all"
-        raise OptionError("--all", f"has a method of its own, and {variant} finds one solution at most", hint)
+    fault, hint = f"has a method of its own, and {variant} finds one solution at most", "leave out --method, or --all"
+    refuse(variant.method != "auto", "--all", fault, hint)
     for name, value in {**asked.own, **{name: getattr(asked, name) for name in OF_ONE}}.items():
-        if value not in (None, False):
-            raise OptionError(flag(name), "has no effect with --all", "leave it out")
-    if asked.plot == STANDARD:
-        raise OptionError("--plot -", "has no effect with --all", "name a file for the picture")
+        refuse(value not in (None, False), flag(name), "has no effect with --all")
+    refuse(asked.plot == STANDARD, "--plot -", "has no effect with --all", "name a file for the picture")
 
 
 def outcome(asked: Request, work: Work, output: Output) -> Outcome:
@@ -60,12 +56,20 @@ def outcome(asked: Request, work: Work, output: Output) -> Outcome:
 
 
 def _found(asked: Request, data: ExactProblem) -> SolutionSet:
-    """What the search finds, until it ends or is ended."""
+    """What the search finds, until it ends or Ctrl-C ends it; a second one is handled as usual."""
     from lcpcli.enumeration import search as sets
 
     began, most = clock.seconds(), asked.max_solutions
     search = sets.solutions(data, time_limit=asked.time_limit, max_solutions=most)
-    with _stopped_by_interrupts(search) as interrupts:
+    usual = signal.getsignal(signal.SIGINT)
+    interrupts: list[int] = []
+
+    def stop(number: int, _: object) -> None:
+        interrupts.append(number)
+        search.stop()
+        signal.signal(number, usual)
+
+    with handling(signal.SIGINT, stop):
         for _ in search:
             continue
     ended = sets.INTERRUPTED if interrupts else sets.ENOUGH if len(search.pieces) == most else sets.TIME_LIMIT
@@ -81,24 +85,6 @@ def _text(found: SolutionSet, source: Source, exact: bool, output: Output) -> st
     if output.form == "csv":
         return solutions.in_csv(found, exact)
     return formats.typeset([solutions.build(found, exact, output.form)], output.form, output.width, output.color)
-
-
-@contextmanager
-def _stopped_by_interrupts(search: Solutions) -> Iterator[list[int]]:
-    """A context in which Ctrl-C ends the search with what it has found, and a second one as usual; the signals."""
-    received: list[int] = []
-    usual = signal.getsignal(signal.SIGINT)
-
-    def stop(number: int, _: object) -> None:
-        received.append(number)
-        search.stop()
-        signal.signal(signal.SIGINT, usual)
-
-    signal.signal(signal.SIGINT, stop)
-    try:
-        yield received
-    finally:
-        signal.signal(signal.SIGINT, usual)
 
 
 def _draw(found: SolutionSet, picture: str | None) -> None:

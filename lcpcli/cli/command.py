@@ -203,17 +203,11 @@ def _unmasked(value: Any) -> Any:
     return value.removeprefix(MASK) if isinstance(value, str) else value
 
 
-class Commands(UserDict[str, click.Command]):
-    """Commands by name, each imported on demand from its module in lcpcli.cli."""
+class Commands(UserDict[str, Any]):
+    """Commands by name, each imported on demand from its module in lcpcli.cli, which is given."""
 
-    def __init__(self, modules: Mapping[str, str]) -> None:
-        super().__init__()
-        self._modules = modules
-        self.data = {name: click.Command(name) for name in modules}  # only the names are used
-
-    def __getitem__(self, name: str) -> click.Command:
-        command: click.Command = getattr(import_module(f"lcpcli.cli.{self._modules[name]}"), name)
-        return command
+    def __getitem__(self, name: str) -> Any:
+        return getattr(import_module(f"lcpcli.cli.{self.data[name]}"), name)
 
 
 class Group(Command, click.Group):

@@ -7,14 +7,15 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, suppress
 from typing import Any
 
 from lcpcli.cli.main import TERMINATED
 from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
+from lcpcli.interrupts import handling
 
 SECONDS_TO_CONNECT, SECONDS_KNOWN = 10, 4.0  # to a scheduler, and between two looks at its workers
 SECONDS_ALONE = 9.0  # of a scheduler without workers until this is said
@@ -192,20 +193,11 @@ class Terminated(KeyboardInterrupt):
     exit_code = TERMINATED
 
 
-@contextmanager
-def ending_on_request() -> Iterator[None]:
+def ending_on_request() -> AbstractContextManager[None]:
     """A context in which the first SIGTERM raises Terminated, and others do nothing."""
 
-    def end(number: int, _: Any) -> None:
+    def end(number: int, _: object) -> None:
         signal.signal(number, signal.SIG_IGN)
         raise Terminated
 
-    try:
-        usual = signal.signal(signal.SIGTERM, end)
-    except ValueError:  # only the main thread may set handlers, and only it receives signals
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, usual)
+    return handling(signal.SIGTERM, end)
