@@ -117,7 +117,7 @@ class Request(NamedTuple):
         chosen : as from `options_for`. traces : makes the empty trace and curve of a run. labelled : whether results
         have the labels of their methods. compared : whether their times are. watched : whether progress is shown.
         """
-        from lcpcli.solving import driver as driver
+        from lcpcli.solving import driver
 
         near, limits = None, self.limits
         if self.warm is not None:
@@ -127,17 +127,10 @@ class Request(NamedTuple):
 
         def once(method: str, values: dict[str, Any]) -> Result:
             trace, curve = traces(problem)
+            own = {"trace": trace, "curve": curve, **values}
             with Line() as line:
-                return driver.run(
-                    problem,
-                    method,
-                    limits=limits,
-                    trace=trace,
-                    curve=curve,
-                    conclude=False,
-                    observe=line.tell if watched else None,
-                    **values,
-                )
+                observe = line.tell if watched else None
+                return driver.run(problem, method, limits=limits, conclude=False, observe=observe, **own)
 
         for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
             starts = [values]
@@ -198,12 +191,10 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
     """The value of an option for a problem: a vector, or states, where it gives a start."""
     if name not in STARTS:
         return given
-    if name == "basis":
-        from lcpcli.files.beside import read_states
-
-        return read_states(given, problem)
     from lcpcli.files import beside
 
+    if name == "basis":
+        return beside.read_states(given, problem)
     if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):  # noqa: PTH110 (Path.exists raises an error for a long text)
         fault = f"{given!r} is neither a file nor numbers"
         raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
