@@ -10,9 +10,9 @@ import click
 from lcpcli import options
 from lcpcli.cli.command import Command, argument, option
 from lcpcli.cli.options import VECTOR, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
-from lcpcli.cli.output import emit, form_of, show, terminal
+from lcpcli.cli.output import emit, form_of, refuse, show, terminal
 from lcpcli.cli.problems import Inputs
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import ProblemError
 from lcpcli.options import TOL
 from lcpcli.report.verification import FORMATS
 
@@ -60,8 +60,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, qui
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
-    if exact and tol is not None:
-        raise OptionError("--tol", "has no effect with --exact", "leave it out")
+    refuse(exact and tol is not None, "--tol", "has no effect with --exact")
     options.check((TOL,), {"tol": tol})
     inputs = Inputs(paths, quiet=quiet, **given)
     inputs.prepare({})
@@ -100,8 +99,7 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
     from lcpcli.verify import equilibrium
 
     if answer.kind == "farkas":
-        if tol is not None:
-            raise OptionError("--tol", "has no effect on a proof", "leave it out")
+        refuse(tol is not None, "--tol", "has no effect on a proof")
         return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
     if answer.rows is not None:
         equilibrium.require_strategies(problem, answer.values, answer.rows)

@@ -19,9 +19,9 @@ from lcpcli.cli.options import (
     solving,
     with_bounds,
 )
+from lcpcli.cli.output import refuse
 from lcpcli.cli.runs import Request
 from lcpcli.cli.session import run
-from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
@@ -82,8 +82,7 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
 
         all_solutions.refuse_others(asked)
         return run(asked, all_solutions.outcome)
-    if asked.max_solutions is not None:
-        raise OptionError("--max-solutions", "has no effect without --all", "add --all")
+    refuse(asked.max_solutions is not None, "--max-solutions", "has no effect without --all", "add --all")
     return run(asked)
 
 
