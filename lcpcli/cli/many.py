@@ -11,8 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
 
-import click
-
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several
 from lcpcli.cli.output import Line, Output, emit, refuse, wanted
 from lcpcli.cli.problems import tell
@@ -146,7 +144,7 @@ def run(works: Iterator[Work], output: Output, asked: Request) -> int:
     else:
         _log(works, log_path, task, tally)
     if not asked.quiet:
-        click.echo(tally.told(log_path), err=True)
+        tell(tally.told(log_path))
     return tally.ending or of_several({SOLVED, *(code for _, code in tally.ends)})
 
 
@@ -199,7 +197,7 @@ class _Tally:
         for (word, _), number in self.ends.items():
             words[word] += number
         numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
-        line = f"lcp: {count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
+        line = f"{count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
         hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
         return f"{line}; interrupted; {hint}" if self.ending else line
 

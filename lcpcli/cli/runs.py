@@ -8,7 +8,6 @@ are made several times, of which each step counts with the least.
 from __future__ import annotations
 
 import os
-import sys
 from bisect import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -17,12 +16,10 @@ from itertools import accumulate
 from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import click
-
 from lcpcli import options
 from lcpcli.cli.options import STARTS
 from lcpcli.cli.output import Line
-from lcpcli.cli.problems import Inputs, teller
+from lcpcli.cli.problems import Inputs, tell, teller
 from lcpcli.clock import PARTS, least_laps
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import files_in
@@ -159,9 +156,8 @@ class Request(NamedTuple):
         if others:
             raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")
         known = [_known(variant.method) - set(variant.options) for variant in self.variants]
-        for name, value in given.items():
-            if not any(name in own for own in known):
-                self._refuse(name, value)
+        for name in (name for name in given if not any(name in own for own in known)):
+            self._refuse(name, given[name])
         chosen = []
         for variant, own in zip(self.variants, known, strict=True):
             chosen.append({name: value for name, value in given.items() if name in own} | variant.options)
@@ -226,8 +222,7 @@ def referred(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
         seconds = min(limits.time_limit, reference.SECONDS)
         return [reference.with_reference(problem, seconds) for problem in problems]
     except KeyboardInterrupt:
-        if sys.stderr is not None:
-            click.echo("lcp: interrupted while solving for the reference of the errors, before the first run", err=True)
+        tell("interrupted while solving for the reference of the errors, before the first run")
         raise
 
 

@@ -69,27 +69,22 @@ class Ahead:
         taken: list[Work] = []
         total = 0
         with self._room:
-            while self._read and len(taken) < min(number, most) and total < AT_ONCE:
-                work = self._read[0]
-                if isinstance(work, QColumns):
-                    if not taken:
-                        return [self._part(work, COLUMNS_FOR_ONE * number)]
-                    break
-                taken.append(self._read.popleft())
-                total += size_of(work)
-            self._bytes -= total
             self._room.notify()
+            while self._read and len(taken) < min(number, most) and total < AT_ONCE:
+                if taken and isinstance(self._read[0], QColumns):
+                    break
+                work = self._read.popleft()
+                self._bytes -= size_of(work)
+                if isinstance(work, QColumns):
+                    size = COLUMNS_FOR_ONE * number
+                    part, rest = work.part(0, size), work.part(size, len(work.names))
+                    if rest.names:
+                        self._read.appendleft(rest)
+                        self._bytes += size_of(rest)
+                    return [part]
+                taken.append(work)
+                total += size_of(work)
         return taken
-
-    def _part(self, work: QColumns, size: int) -> Work:
-        """The first columns, which are taken."""
-        self._bytes -= size_of(self._read.popleft())
-        if size >= len(work.names):
-            return work
-        rest = work.part(size, len(work.names))
-        self._read.appendleft(rest)
-        self._bytes += size_of(rest)
-        return work.part(0, size)
 
     def _run(self) -> None:
         try:
