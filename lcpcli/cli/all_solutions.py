@@ -10,13 +10,14 @@ from lcpcli import clock
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import STANDARD, Output, refuse, show
 from lcpcli.cli.runs import Request
+from lcpcli.enumeration import search as sets
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import handling
 from lcpcli.options import MAX_ITERATIONS, TOL, flag
+from lcpcli.report import formats, plotting, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.session import Outcome
-    from lcpcli.enumeration.search import SolutionSet
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
     from lcpcli.rational.problem import ExactProblem
@@ -37,14 +38,10 @@ def refuse_others(asked: Request) -> None:
 def outcome(asked: Request, work: Work, output: Output) -> Outcome:
     """Search for every solution of a problem, with decimals as written; the search is solved if the list is complete or
     as long as was asked for."""
-    from lcpcli.enumeration import search as sets
-
     (held,) = asked.inputs.held(work)
     asked.inputs.tell(held.remarks)
     data = held.exactly()
     if asked.plot is not None:
-        from lcpcli.report import solutions
-
         solutions.require(data.problem)
     try:
         found = _found(asked, data)
@@ -55,10 +52,8 @@ def outcome(asked: Request, work: Work, output: Output) -> Outcome:
     return text, codes.get(found.status, SOLVED), partial(_draw, found, asked.plot)
 
 
-def _found(asked: Request, data: ExactProblem) -> SolutionSet:
+def _found(asked: Request, data: ExactProblem) -> sets.SolutionSet:
     """What the search finds, until it ends or Ctrl-C ends it; a second one is handled as usual."""
-    from lcpcli.enumeration import search as sets
-
     began, most = clock.seconds(), asked.max_solutions
     search = sets.solutions(data, time_limit=asked.time_limit, max_solutions=most)
     usual = signal.getsignal(signal.SIGINT)
@@ -76,10 +71,8 @@ def _found(asked: Request, data: ExactProblem) -> SolutionSet:
     return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 
-def _text(found: SolutionSet, source: Source, exact: bool, output: Output) -> str:
+def _text(found: sets.SolutionSet, source: Source, exact: bool, output: Output) -> str:
     """What is shown of the solutions. exact : whether numbers are shown as fractions."""
-    from lcpcli.report import formats, solutions
-
     if output.form == "json":
         return solutions.in_json(found, source, exact)
     if output.form == "csv":
@@ -87,10 +80,7 @@ def _text(found: SolutionSet, source: Source, exact: bool, output: Output) -> st
     return formats.typeset([solutions.build(found, exact, output.form)], output.form, output.width, output.color)
 
 
-def _draw(found: SolutionSet, picture: str | None) -> None:
+def _draw(found: sets.SolutionSet, picture: str | None) -> None:
     """Write the picture of the complementary cones, if one is asked for."""
-    from lcpcli.report import plotting
-    from lcpcli.report.solutions import cones
-
     if picture is not None:
-        show(plotting.cones(cones(found), plotting.form_of(picture)), picture)
+        show(plotting.cones(solutions.cones(found), plotting.form_of(picture)), picture)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import signal
@@ -10,6 +11,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, suppress
+from multiprocessing import get_context, parent_process
 from typing import Any
 
 from lcpcli.cli.main import TERMINATED
@@ -90,8 +92,6 @@ class Local(Pool):
 
 def _started() -> tuple[Any, Any]:
     """A new process, and the connection to it."""
-    from multiprocessing import get_context
-
     context = get_context("spawn")
     connection, other_end = context.Pipe()
     process = context.Process(target=_serve, args=(other_end,), daemon=True)
@@ -102,8 +102,6 @@ def _started() -> tuple[Any, Any]:
 
 def _serve(connection: Any) -> None:
     """Call the functions that come; let Ctrl-C be the parent's business, and end with it, however that ends."""
-    from multiprocessing import parent_process
-
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None
@@ -130,8 +128,6 @@ class Cluster(Pool):
     most, ends = 16, (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
-        import logging
-
         logging.disable(logging.ERROR)  # distributed tells of every worker that comes or goes
         try:
             from distributed import Client

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
-from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
@@ -255,6 +254,8 @@ def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bo
 
 def _least(runs: Sequence[Result]) -> Result:
     """The result of repeated runs, with the least time of each lap, and the spread of the times."""
+    from statistics import median
+
     first = runs[0]
     laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
     parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}

@@ -13,9 +13,12 @@ from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
 from lcpcli.cli.output import STANDARD, Output, show, wanted
 from lcpcli.cli.problems import Inputs, same_file, tell
 from lcpcli.cli.runs import Request, referred
+from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError
 from lcpcli.files.formats import LINES
 from lcpcli.options import LIMITS
+from lcpcli.report import formats
+from lcpcli.solving import driver
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import Held
@@ -72,11 +75,8 @@ def _outcome(asked: Request, works: Iterator[Work], output: Output) -> Outcome:
     text_of = partial(_text, asked, sources=sources, faults=faults, output=output)
     if not held:
         return text_of([]), BAD_INPUT, int
-    exactly = None
-    if not asked.levels:
-        from lcpcli.enumeration.others import is_searched
-
-        exactly = held[0].exactly if is_searched(held[0].problem, held[0].length) else None
+    is_searched = not asked.levels and others.is_searched(held[0].problem, held[0].length)
+    exactly = held[0].exactly if is_searched else None
     results, interrupted = _results(asked, held, output)
     if output.trace_path is not None:
         from lcpcli.report import result_csv
@@ -148,8 +148,6 @@ def _with_conclusions(
 ) -> tuple[Results, str]:
     """The results with what is concluded from them, and their text; without that if Ctrl-C comes before it is
     made."""
-    from lcpcli.solving import driver
-
     try:
         made = [driver.concluded(own) for own in results]
         if asked.levels:
@@ -164,20 +162,16 @@ def _with_conclusions(
 
 def _text(asked: Request, results: Results, sources: Sequence[Source], faults: Faults, output: Output) -> str:
     """What is shown of the results, in JSON also what could not be read."""
-    from lcpcli.report import formats as report
-
     shown = [[output.shown(result) for result in own] for own in results]
     places = sources[: len(shown)]  # the others were not reached
     options = {"compared": bool(asked.levels), "whole": output.path is not None, "iterates": output.with_iterates}
-    text = report.render(shown, places, output.form, output.width, output.color, **options) if shown else ""
-    return text + report.unread(faults) * (output.form == "json")
+    text = formats.render(shown, places, output.form, output.width, output.color, **options) if shown else ""
+    return text + formats.unread(faults) * (output.form == "json")
 
 
 def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:
     """The result with whether the problem has other solutions, and whether it has any as written."""
     if not result.solved or result.interrupted:
         return result
-    from lcpcli.enumeration.others import search_others
-
-    findings = search_others(result.z, exactly)
+    findings = others.search_others(result.z, exactly)
     return replace(result, others=findings.others, exactly_solvable=findings.solvable)

@@ -21,7 +21,6 @@ from lcpcli.cli.options import (
 )
 from lcpcli.cli.output import refuse
 from lcpcli.cli.runs import Request
-from lcpcli.cli.session import run
 from lcpcli.files import contents
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
@@ -77,6 +76,8 @@ AS_PUBLISHED = ("fixed-point", "shi")
 def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
     asked = Request.of(files, variants=[method], **given)
+    from lcpcli.cli.session import run
+
     if all_of_them:
         from lcpcli.cli import all_solutions
 
@@ -121,4 +122,6 @@ def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[st
     """Run methods side by side on the problem in each FILE."""
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
     asked = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
+    from lcpcli.cli.session import run
+
     return run(asked._replace(variants=chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)))
