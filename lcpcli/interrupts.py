@@ -59,8 +59,7 @@ def remaining() -> float:
 
 def check() -> None:
     """Raise TimeIsUp if the time of the context `within` is up."""
-    if clock.seconds() > _deadline.get():
-        raise TimeIsUp
+    alarm(_deadline.get())()
 
 
 def alarm(end: float) -> Callable[[], None]:
@@ -71,6 +70,20 @@ def alarm(end: float) -> Callable[[], None]:
             raise TimeIsUp
 
     return check
+
+
+@contextmanager
+def handling(number: int, handler: Callable[[int, object], None]) -> Iterator[None]:
+    """A context in which this function handles a signal."""
+    try:
+        usual = signal.signal(number, handler)
+    except ValueError:  # only the main thread may set handlers, and only it receives signals
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(number, usual)
 
 
 @contextmanager

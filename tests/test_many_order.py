@@ -25,8 +25,7 @@ class Deadly:
     size, most = 1, 256
 
     def __init__(self, always: set[int], once: set[int]) -> None:
-        self.always, self.once, self.renewed = always, set(once), 0
-        self.executor = self
+        self.always, self.once = always, set(once)
 
     def submit(self, _: Any, works: list[Input]) -> Future[Any]:
         future: Future[Any] = Future()
@@ -42,9 +41,6 @@ class Deadly:
 
     def look(self) -> None:
         """There is one process."""
-
-    def renew(self) -> None:
-        self.renewed += 1
 
     def lost_record(self, work: Input, message: str) -> list[Record]:
         return [Record(f"{work.line}: {message}", "breakdown", 1)]
@@ -66,7 +62,6 @@ def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
     texts = [record.text for record in workers.elsewhere(task, works, pool, in_order)]
     expected = [f"{k}: {workers.KILLED}" if k in always else str(k) for k in range(1, 101)]
     assert texts == expected if in_order else sorted(texts) == sorted(expected)
-    assert bool(pool.renewed) == bool(always or once)
 
 
 def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy() -> None:

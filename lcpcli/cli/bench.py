@@ -3,31 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lcpcli import options
 from lcpcli.bench.formats import FORMATS
 from lcpcli.bench.suites import ALL, SUITES, budget_of
-from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.command import command, option
 from lcpcli.cli.main import INTERRUPTED
 from lcpcli.cli.options import (
     PROBLEM,
     Candidates,
     chosen_variants,
     file_option,
+    files_argument,
     format_option,
     numeric,
     output_file,
     quiet_option,
     several_methods,
 )
-from lcpcli.cli.output import emit, form_of, show, terminal, wanted
-from lcpcli.cli.problems import same_file, settle_threads, tell
+from lcpcli.cli.output import Line, emit, form_of, refuse, show, terminal, wanted
+from lcpcli.cli.problems import Inputs, same_file, settle_threads, teller
+from lcpcli.cli.runs import Request
 from lcpcli.errors import OptionError
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
@@ -51,13 +53,10 @@ EXITS = {
     130: "interrupted; --resume continues what -o has saved",
 }
 MEASURING = (TOL, options.TIME_LIMIT, ACCEPT, BUDGET)
-ASKED = ("suite", "infinity", "methods", "sweep", "peers", *(number.name for number in MEASURING))
-"""What a resumed record fixes."""
 EPILOG = "Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept."
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Measure methods on suites of problems.",
     examples=(
         "lcp bench",
@@ -69,17 +68,15 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     exits=EXITS,
     epilog=EPILOG,
 )
-@argument(
+@files_argument(
     "Problems",
     "suite",
+    "[SUITE|FILE [Q_FILE]|FOLDER]...",
     {
         "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
         "FILE [Q_FILE]": "A problem, as for lcp compare, but not standard input.",
-        "FOLDER": "All problem files in it, in order of their names.",
     },
-    metavar="[SUITE|FILE [Q_FILE]|FOLDER]...",
-    nargs=-1,
-    shell_complete=PROBLEM._replace(words=MEANINGS),
+    PROBLEM._replace(words=MEANINGS),
 )
 @numeric("Problems", INFINITY)
 @several_methods("Solvers", "measure", DEFAULT_METHODS)
@@ -107,9 +104,9 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "Output", "--plot", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
 )
 @quiet_option("Print nothing, not even progress.")
-def bench(**given: Any) -> int:
+def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
-    asked = Request(**given)
+    asked = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)
     settle_threads((), asked.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserved
 
@@ -126,26 +123,6 @@ def bench(**given: Any) -> int:
         writes.append(asked.resume)
     with reserved(writes):
         return _run(asked, outputs)
-
-
-class Request(NamedTuple):
-    """What lcp bench is asked for; None, or nothing of several, where it is not given."""
-
-    suite: Sequence[str]
-    infinity: float | None
-    methods: Sequence[Variant]
-    sweep: Sequence[str]
-    peers: Sequence[str]
-    tol: float | None
-    time_limit: float | None
-    accept: float | None
-    budget: float | None
-    threads: int | None
-    resume: str | None
-    form: str
-    output: str | None
-    plot: str | None
-    quiet: bool
 
 
 def _run(asked: Request, outputs: dict[str, str]) -> int:
@@ -176,7 +153,7 @@ def _run(asked: Request, outputs: dict[str, str]) -> int:
         show(figure.draw(record, plotting.form_of(asked.plot)), asked.plot)
     if not asked.quiet:
         width, color = terminal()
-        emit(render(record, asked.form, width, color), color)
+        emit(render(record, str(asked.form), width, color), color)
     if not is_interrupted:
         return int(any(row.false_success for row in record.measurements))
     done = len(record.measurements)
@@ -192,29 +169,29 @@ def _started(asked: Request) -> Record:
     from lcpcli.bench import session
     from lcpcli.bench.record import Settings
 
-    suites = asked.suite or (DEFAULT_SUITE,)
-    options.check((*MEASURING, INFINITY), asked._asdict())
+    suites, infinity = asked.inputs.files or (DEFAULT_SUITE,), asked.inputs.infinity
+    options.check((*MEASURING, INFINITY), {**asked._asdict(), "infinity": infinity})
     if asked.time_limit == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds; a failure counts as that")
     numbers = {number.name: number.default for number in MEASURING}
     numbers |= {"time_limit": TIME_LIMIT, "budget": budget_of(suites)}
     numbers |= {name: getattr(asked, name) for name in numbers if getattr(asked, name) is not None}
-    names = [str(variant) for variant in chosen_variants(asked.methods, asked.sweep, DEFAULT_METHODS)]
-    say: Callable[[str], None] = (lambda _: None) if asked.quiet else tell
-    infinity = None if asked.infinity == math.inf else asked.infinity
+    names = [str(variant) for variant in chosen_variants(asked.variants, asked.sweep, DEFAULT_METHODS)]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
-    return session.start(suites, names, asked.peers, settings, say, infinity)
+    return session.start(
+        suites, names, asked.peers, settings, teller(asked.quiet), None if infinity == math.inf else infinity
+    )
 
 
 def _resumed(asked: Request) -> Record:
     """The record in the file to be resumed."""
     from lcpcli.bench import record, session
 
-    for name in ASKED:
-        if getattr(asked, name) not in (None, ()):
-            place = "SUITE" if name == "suite" else flag(name if name == "sweep" else name.removesuffix("s"))
-            fault = "has no effect with --resume, which keeps the options of the bench"
-            raise OptionError(place, fault, "leave it out")
+    fixed = {"SUITE": asked.inputs.files, "--method": asked.variants, "--sweep": asked.sweep, "--peer": asked.peers}
+    numbers = {flag(number.name): getattr(asked, number.name) for number in MEASURING}
+    for name, value in {**fixed, **numbers, "--infinity": asked.inputs.infinity}.items():
+        is_given = value not in (None, ())
+        refuse(is_given, name, "has no effect with --resume, which keeps the options of the bench")
     past = record.read(str(asked.resume))
     if past.pending():
         session.refuse_elsewhere(past)
@@ -223,27 +200,19 @@ def _resumed(asked: Request) -> Record:
 
 def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
     """Measure all that is pending, saving each measurement as it comes; return whether that was interrupted."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
     from lcpcli.bench import session
 
     files = {path: form for path, form in outputs.items() if Path(path).is_file() or not Path(path).exists()}
     _keep(record, files)
-    left = sum(len(solvers) for _, solvers in record.pending())
-    columns = (MofNCompleteColumn(), BarColumn(20), TextColumn("{task.description}", markup=False))
-    is_hidden = not left or not wanted(quiet)
-    console = Console(stderr=True)
-    # updated only between measurements, whose times it would disturb
-    with Progress(*columns, console=console, auto_refresh=False, transient=True, disable=is_hidden) as progress:
-        bar = progress.add_task("", total=left)
+    before, left = len(record.measurements), sum(len(solvers) for _, solvers in record.pending())
+    with Line() as line:
 
-        def tell(case: Case, solver: str) -> None:
-            progress.update(bar, description=f"{case.name}: {solver}", refresh=True)
+        def starting(case: Case, solver: str) -> None:  # between measurements, whose times it would disturb
+            if wanted(quiet):
+                line.show(f"{len(record.measurements) - before}/{left}  {case.name}: {solver}")
 
         try:
-            for _ in session.run(record, tell):
-                progress.advance(bar)
+            for _ in session.run(record, starting):
                 _keep(record, files)
         except KeyboardInterrupt:
             return True

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lcpcli import options
-from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.options import VECTOR, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
-from lcpcli.cli.output import emit, form_of, show, terminal
+from lcpcli.cli.output import emit, form_of, refuse, show, terminal
 from lcpcli.cli.problems import Inputs
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import ProblemError
 from lcpcli.options import TOL
 from lcpcli.report.verification import FORMATS
 
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Verify a proposed solution.",
     examples=(
         "lcp solve bimatrix --exact -o result.json",
@@ -60,8 +59,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, qui
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
-    if exact and tol is not None:
-        raise OptionError("--tol", "has no effect with --exact", "leave it out")
+    refuse(exact and tol is not None, "--tol", "has no effect with --exact")
     options.check((TOL,), {"tol": tol})
     inputs = Inputs(paths, quiet=quiet, **given)
     inputs.prepare({})
@@ -100,8 +98,7 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
     from lcpcli.verify import equilibrium
 
     if answer.kind == "farkas":
-        if tol is not None:
-            raise OptionError("--tol", "has no effect on a proof", "leave it out")
+        refuse(tol is not None, "--tol", "has no effect on a proof")
         return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
     if answer.rows is not None:
         equilibrium.require_strategies(problem, answer.values, answer.rows)
@@ -115,8 +112,7 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
     return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Classify and diagnose a problem.",
     examples=(
         "lcp inspect paper-example-2",

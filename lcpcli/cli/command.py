@@ -187,6 +187,11 @@ class Command(click.Command):
         return {**tables, **last, **{heading: list(told.items()) for heading, told in self.lists.items()}, **exits}
 
 
+def command(**attributes: Any) -> Callable[[Declared], Command]:
+    """Make a function a command, whose attributes are those of `Command` and as for `click.command`."""
+    return click.command(cls=Command, **attributes)
+
+
 def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None:
     """Write each table under its heading, all meanings in one column."""
     terms = [len(term) for rows in tables.values() for term, _ in rows]
@@ -203,17 +208,11 @@ def _unmasked(value: Any) -> Any:
     return value.removeprefix(MASK) if isinstance(value, str) else value
 
 
-class Commands(UserDict[str, click.Command]):
-    """Commands by name, each imported on demand from its module in lcpcli.cli."""
+class Commands(UserDict[str, Any]):
+    """Commands by name, each imported on demand from its module in lcpcli.cli, which is given."""
 
-    def __init__(self, modules: Mapping[str, str]) -> None:
-        super().__init__()
-        self._modules = modules
-        self.data = {name: click.Command(name) for name in modules}  # only the names are used
-
-    def __getitem__(self, name: str) -> click.Command:
-        command: click.Command = getattr(import_module(f"lcpcli.cli.{self._modules[name]}"), name)
-        return command
+    def __getitem__(self, name: str) -> Any:
+        return getattr(import_module(f"lcpcli.cli.{self.data[name]}"), name)
 
 
 class Group(Command, click.Group):

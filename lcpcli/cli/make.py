@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache, partial
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.options import Candidates, file_option, problem_file, problem_output
-from lcpcli.cli.output import emit, terminal
+from lcpcli.cli.output import emit, refuse, terminal
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.errors import OptionError, count, quoted
 from lcpcli.files.formats import COMPLETE, OF_PROGRAMS, WITH_BOUNDS
@@ -28,8 +26,7 @@ KEPT = ((OF_PROGRAMS, "the program"), (WITH_BOUNDS, "M, q and bounds"), (("",), 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Write a gallery problem, or that of a program or game.",
     examples=(
         "lcp make --list",
@@ -81,20 +78,20 @@ def make(
     if listed:
         _refuse_beside("--list", **given, **sources, **{"-o": output})
         return _show_list()
-    Inputs([source for source in sources.values() if source is not None]).prepare({"--output": output})
+    prepare(Inputs([source for source in sources.values() if source is not None]), output)
     for name, source in sources.items():
         if source is not None:
             _refuse_beside(name, **given, **{other: file for other, file in sources.items() if other != name})
             from lcpcli.files import reading
 
-            write(partial(reading.read_origin, name.removeprefix("--from-"), source), output)
+            write(reading.read_origin(name.removeprefix("--from-"), source), output)
             return 0
     if family is None:
         raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
     parameters = _parameters(family, settings)
-    if seed is not None and not gallery.is_random(family):
-        raise OptionError("--seed", f"has no effect on {family}, which has no random entries", "leave it out")
-    write(partial(gallery.make, family, n, seed or 0, **parameters), output)
+    without_effect = seed is not None and not gallery.is_random(family)
+    refuse(without_effect, "--seed", f"has no effect on {family}, which has no random entries")
+    write(gallery.make(family, n, seed or 0, **parameters), output)
     return 0
 
 
@@ -104,9 +101,8 @@ def _show_list() -> int:
     rows = []
     for name, told in gallery.FAMILIES.items():
         parameters = gallery.parameters_of(name).items()
-        texts = [
-            f"{key}={str(value).lower() if isinstance(value, bool) else f'{value:g}'}" for key, value in parameters
-        ]
+        values = {key: str(value).lower() if isinstance(value, bool) else f"{value:g}" for key, value in parameters}
+        texts = [f"{key}={value}" for key, value in values.items()]
         rows.append((name, gallery.class_of(name), "\n".join(texts), told))
     width, color = terminal()
     emit(listing(("family", "class of M", "parameters", "description"), rows, width, color), color)
@@ -115,8 +111,7 @@ def _show_list() -> int:
 
 def _refuse_beside(option: str, **given: Any) -> None:
     for name, value in given.items():
-        if value is not None:
-            raise OptionError(name, f"has no effect with {option}", "leave one out")
+        refuse(value is not None, name, f"has no effect with {option}", "leave one out")
 
 
 def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
@@ -125,26 +120,18 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
-        if not equals:
-            raise OptionError("--set", f"{quoted(setting)} has no value", "write NAME=VALUE")
-        if name in values:
-            raise OptionError("--set", f"{name} is set twice", "leave one out")
+        refuse(not equals, "--set", f"{quoted(setting)} has no value", "write NAME=VALUE")
+        refuse(name in values, "--set", f"{name} is set twice", "leave one out")
         gallery.refuse_unknown(family, name)
-        values[name] = _value(name, text, type(defaults[name]))
+        kind = type(defaults[name])
+        try:
+            values[name] = WORDS[text.casefold()] if kind is bool else kind(text.replace("_", "?"))  # 1_0 is no number
+        except (KeyError, ValueError):
+            raise OptionError("--set", f"{quoted(text)} is not a value of {name}", f"give {KINDS[kind]}") from None
     return values
 
 
-def _value(name: str, text: str, kind: type) -> Any:
-    try:
-        if "_" in text:
-            raise ValueError
-        return WORDS[text.casefold()] if kind is bool else kind(text)
-    except (KeyError, ValueError):
-        raise OptionError("--set", f"{quoted(text)} is not a value of {name}", f"give {KINDS[kind]}") from None
-
-
-@click.command(
-    cls=Command,
+@command(
     short_help="Write a problem in another format.",
     examples=("lcp convert bimatrix -o bimatrix.mat", "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz"),
     exits={0: "written", 2: "usage or input error (one-line message)"},
@@ -159,10 +146,15 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     inputs = Inputs([file] if q_file is None else [file, q_file], **given)
     if q_file is not None and output is None and not Path(q_file).exists():
         raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
-    inputs.prepare({"--output": output})
+    prepare(inputs, output)
+    from lcpcli.files import reading, writing
     from lcpcli.files.writing import exact_endings, is_rounded, kind_of
 
-    written = write(lambda: _read(inputs, output or ""), output, as_program=True)
+    written = read_written(inputs)
+    if written.rounded.name == reading.name_of(file):  # it has none of its own
+        written = replace(written, rounded=written.rounded.named(""), own=written.own.named(""))
+    written = writing.with_costs(written, output or "")
+    write(written, output, as_program=True)
     if output is None:
         return 0
     if left_out := lost(written.rounded, output):
@@ -180,17 +172,6 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
         endings = " or ".join(exact_endings(written.rounded))
         tell(f"{output}: some numbers have more digits than doubles and were rounded; {endings} would keep them all")
     return 0
-
-
-def _read(inputs: Inputs, output: str) -> Written[Problem]:
-    """The problem for a file of that name, without a name if it has none of its own."""
-    from lcpcli.files import reading, writing
-    from lcpcli.rational.numbers import Written
-
-    found = read_written(inputs)
-    if found.rounded.name == reading.name_of(inputs.files[0]):
-        found = Written(found.rounded.named(""), found.own.named(""), found.exact)
-    return writing.with_costs(found, output)
 
 
 def read_written(inputs: Inputs) -> Written[Problem]:
@@ -215,25 +196,28 @@ def read_written(inputs: Inputs) -> Written[Problem]:
     return Written(rounded, without_wrong_solutions(found.own, str(file))[0], found.exact)
 
 
-def write(
-    made: Callable[[], Problem | Written[Problem]], output: str | None, as_program: bool = False
-) -> Written[Problem]:
-    """Make a problem and write it in the format of the file's suffix, or as JSON to standard output; return it.
+def prepare(inputs: Inputs, output: str | None) -> None:
+    """Refuse an output that cannot be written, or whose suffix is no format."""
+    inputs.prepare({"--output": output})
+    if output is not None:
+        from lcpcli.files import writing
+
+        writing.ending_of(output)
+
+
+def write(problem: Problem | Written[Problem], output: str | None, as_program: bool = False) -> None:
+    """Write a problem in the format of the file's suffix, or as JSON to standard output.
 
     as_program : as for `writing.write`.
     """
     from lcpcli.files import writing
     from lcpcli.rational.numbers import Written
 
-    if output is not None:
-        writing.ending_of(output)  # which refuses one that is no format
-    problem = made()
-    found = problem if isinstance(problem, Written) else Written(problem, problem, {})
+    written = problem if isinstance(problem, Written) else Written(problem, problem, {})
     if output is None:
-        emit(writing.contents_of(found, "", ".json", as_program)[""].decode(), color=False)
+        emit(writing.contents_of(written, "", ".json", as_program)[""].decode(), color=False)
     else:
-        writing.write_as(found, output, as_program)
-    return found
+        writing.write_as(written, output, as_program)
 
 
 def lost(problem: Problem, output: str) -> list[str]:

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
 
-import click
-
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several
-from lcpcli.cli.output import Line, Output, emit, wanted
+from lcpcli.cli.output import Line, Output, emit, refuse, wanted
 from lcpcli.cli.problems import tell
-from lcpcli.cli.runs import Methods
+from lcpcli.cli.runs import Request
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import refuse_unwritable, written_gradually
 from lcpcli.files.contents import Source, place
@@ -27,8 +25,6 @@ from lcpcli.report import formats
 from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
-    from lcpcli.cli.pools import Pool
-    from lcpcli.cli.session import Request
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.typing import MethodName
@@ -60,7 +56,7 @@ class Task(NamedTuple):
         written; None for none.
     """
 
-    methods: Methods
+    asked: Request
     form: str
     width: int
     every: int | None
@@ -72,7 +68,7 @@ class Task(NamedTuple):
 
     def records(self, work: Work) -> Iterator[Record]:
         """Those of an input, one for each problem, in order."""
-        alone = self.methods.exact or self.methods.asked.bound or self.every
+        alone = self.asked.exact or self.asked.bound or self.every
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
         try:
@@ -95,25 +91,25 @@ class Task(NamedTuple):
         """The results for problems that are solved one by one, with remarks on what was read."""
         from lcpcli.solving.driver import concluded
 
-        def traces(_: Problem) -> tuple[Trace | None, None]:
-            return Trace(self.every) if self.every else None, None
-
-        inputs = self.methods.asked.inputs
+        inputs = self.asked.inputs
         for held in inputs.held(work):
-            (result,) = self.methods.run(held.problem, self.methods.options(held.problem), traces, labelled=False)
-            for prove in self.methods.proofs(held.exactly if self.methods.exact else None):
-                result = prove(result)
-            yield concluded([result])[0], [] if inputs.quiet else held.remarks
+            chosen = self.asked.options_for(held.problem)
+            (result,) = self.asked.run(held.problem, chosen, self._traces, labelled=False)
+            (result,) = concluded([self.asked.proved(result, held.exactly)])
+            yield result, [] if inputs.quiet else held.remarks
+
+    def _traces(self, _: Problem) -> tuple[Trace | None, None]:
+        return Trace(self.every) if self.every else None, None
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
         """Those for problems with one M, solved together."""
         from lcpcli.solving.many import solve_many
 
-        asked = self.methods.asked
+        asked = self.asked
         first = asked.inputs.first_of(work)
-        (options,) = self.methods.options(first)
+        (options,) = self.asked.options_for(first)
         options |= {limit.name: getattr(asked, limit.name) for limit in LIMITS}
-        method = cast("MethodName", self.methods.variants[0].method)
+        method = cast("MethodName", self.asked.variants[0].method)
         results = solve_many(first.M, work.Q, lower=first.lower, upper=first.upper, method=method, **options)
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name)), []
@@ -123,9 +119,8 @@ class Task(NamedTuple):
         return Record(text, word, exit_code, (message,))
 
 
-def run(works: Iterator[Work], output: Output, methods: Methods) -> int:
+def run(works: Iterator[Work], output: Output, asked: Request) -> int:
     """Solve the problems in the inputs; write each result; return the exit code."""
-    asked = methods.asked
     _refuse_without_effect(output, asked)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = asked.resume or (output.path if is_log else None)
@@ -135,7 +130,7 @@ def run(works: Iterator[Work], output: Output, methods: Methods) -> int:
         refuse_unwritable(asked.resume)
     form = "json" if asked.resume else "" if output.silent else output.form
     every = (asked.every or 1) if output.with_iterates else None
-    task = Task(methods, form, formats.width_of([place(file) for file in asked.inputs.files]), every)
+    task = Task(asked, form, formats.width_of([place(file) for file in asked.inputs.files]), every)
     tally = _Tally()
     if log_path is None:
         destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
@@ -149,8 +144,8 @@ def run(works: Iterator[Work], output: Output, methods: Methods) -> int:
     else:
         _log(works, log_path, task, tally)
     if not asked.quiet:
-        click.echo(tally.told(log_path), err=True)
-    return tally.exit_code
+        tell(tally.told(log_path))
+    return tally.ending or of_several({SOLVED, *(code for _, code in tally.ends)})
 
 
 def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
@@ -158,7 +153,7 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     from lcpcli.cli import resumption
     from lcpcli.files import log
 
-    asked = task.methods.asked
+    asked = task.asked
     options, past = resumption.unshown(asked), resumption.Past()
     with log.opened(path, anew=not asked.resume) as book:
         if asked.resume:
@@ -168,93 +163,73 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
             if not asked.resume:
                 book.clear()
             tally.write(records, book.add, is_told=wanted(asked.quiet))
-        tally.add_before(past.ends)
-        if not tally.interrupted:
+        tally.ends = Counter(past.ends) + tally.ends
+        if not tally.ending:
             book.end(past.has_replaced)
 
 
 class _Tally:
-    """How many problems ended how."""
+    """How many problems ended how, in a word and by an exit code; and the exit code of a run that was ended."""
 
     def __init__(self) -> None:
-        self.words: Counter[str] = Counter()
-        self.codes = {SOLVED}
-        self.interrupted, self.ending = False, INTERRUPTED
+        self.ends: Counter[tuple[str, int]] = Counter()
+        self.ending = 0
 
     def write(self, records: Iterator[Record], write: Write, is_told: bool) -> None:
         """Write all records and count them. is_told : whether their number is shown meanwhile."""
         with Line() as line:
             try:
-                for record in records:
+                for number, record in enumerate(records, 1):
                     write(record.text)
-                    self.words[record.word] += 1
-                    self.codes.add(record.exit_code)
+                    self.ends[record.word, record.exit_code] += 1
                     for complaint in record.complaints:
                         tell(complaint)
                     if is_told:
-                        line.tell_number(self.words.total())
+                        line.tell_number(number)
                     if record.interrupted:
                         raise KeyboardInterrupt
             except KeyboardInterrupt as request:
-                self.interrupted = True
                 self.ending = getattr(request, "exit_code", INTERRUPTED)
-
-    def add_before(self, ends: Iterable[tuple[str, int]]) -> None:
-        """Count problems of a log, which were there before, by how they ended."""
-        past = Counter(ends)
-        self.words = sum((Counter({word: number}) for (word, _), number in past.items()), Counter()) + self.words
-        self.codes.update(code for _, code in past)
-
-    @property
-    def exit_code(self) -> int:
-        return self.ending if self.interrupted else of_several(self.codes)
 
     def told(self, log_path: str | None) -> str:
         """The summary, in one line."""
-        numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in self.words.most_common())
-        line = f"lcp: {count(self.words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
-        if not self.interrupted:
-            return line
+        words: Counter[str] = Counter()
+        for (word, _), number in self.ends.items():
+            words[word] += number
+        numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
+        line = f"{count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
         hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
-        return f"{line}; interrupted; {hint}"
+        return f"{line}; interrupted; {hint}" if self.ending else line
 
 
 def _refuse_without_effect(output: Output, asked: Request) -> None:
     """Raise OptionError for what is not done with many problems, or not together."""
-    if asked.plot is not None:
-        raise OptionError("--plot", "draws one problem only", COMPARE)
-    if output.trace_path is not None:
-        raise OptionError("--trace", "writes the iterates of one problem only", "give --trace without a file, and JSON")
-    if not output.silent and output.form not in formats.FORMS:
-        raise OptionError("--format", f"{output.form} is for one problem only", COMPARE)
-    if output.with_iterates and output.form != "json":
-        raise OptionError("--trace", "has no effect on several problems but in JSON", "give --format json")
-    if asked.every is not None and not output.with_iterates:
-        raise OptionError("--every", "has no effect on several problems", "leave it out")
-    if asked.resume is not None:
-        for flag, value in {"--output": asked.output, "--format": asked.form}.items():
-            if value is not None:
-                raise OptionError(flag, "has no effect with --resume, which goes on with its file", "leave it out")
-    if asked.jobs is not None and asked.cluster is not None:
-        raise OptionError("--jobs", "has no effect with --cluster, which has workers of its own", "leave it out")
+    refuse(asked.plot is not None, "--plot", "draws one problem only", COMPARE)
+    hint = "give --trace without a file, and JSON"
+    refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
+    is_whole = not output.silent and output.form not in formats.FORMS
+    refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
+    has_no_place, hint = output.with_iterates and output.form != "json", "give --format json"
+    refuse(has_no_place, "--trace", "has no effect on several problems but in JSON", hint)
+    are_shown = output.with_iterates or asked.every is None
+    refuse(not are_shown, "--every", "has no effect on several problems")
+    for flag, value in {"--output": asked.output, "--format": asked.form}.items():
+        is_beside = asked.resume is not None and value is not None
+        refuse(is_beside, flag, "has no effect with --resume, which goes on with its file")
+    are_both = asked.jobs is not None and asked.cluster is not None
+    refuse(are_both, "--jobs", "has no effect with --cluster, which has workers of its own")
 
 
 @contextmanager
 def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iterator[Record]]:
     """A context with the records, made by whom the options say, in the order of the problems or as they are known."""
-    asked = task.methods.asked
-    if asked.cluster is None and (asked.jobs or 1) == 1:
+    cluster, jobs = task.asked.cluster, task.asked.jobs or 1
+    if cluster is None and jobs == 1:
         yield (record for work in works for record in task.records(work))
         return
     from lcpcli.cli.pools import Cluster, Local, ending_on_request
     from lcpcli.cli.workers import elsewhere
 
-    pool: Pool
-    with ExitStack() as open_until_then:
-        if asked.cluster is not None:
-            pool = Cluster(asked.cluster)
-        else:
-            open_until_then.enter_context(ending_on_request())
-            pool = Local(asked.jobs or 1)
-        open_until_then.callback(pool.close)
+    ending = ending_on_request() if cluster is None else nullcontext()
+    with ending, closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
         yield elsewhere(task, works, pool, in_order)

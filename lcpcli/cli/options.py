@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -30,6 +31,7 @@ STARTS = {
     "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
 }
 
+TO_FILE = "Write to a file instead, completely or not at all."
 Declaration = Callable[[Any], Any]
 
 
@@ -103,13 +105,9 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
         return _words(self._meanings, incomplete)
 
 
-class _NumberOrAuto(click.ParamType):  # type: ignore[type-arg,unused-ignore]
+def _number_or_auto(value: Any) -> float | str:
     """A number, or the word for one derived from the problem."""
-
-    name = "number|auto"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        return AUTO if value == AUTO else float(click.FLOAT.convert(value, param, ctx))
+    return AUTO if value == AUTO else float(click.FLOAT.convert(value, None, None))
 
 
 class MethodChoice(Choice):
@@ -129,24 +127,22 @@ class MethodChoice(Choice):
 
 def declared(*declarations: Declaration) -> Declaration:
     """All of these declarations, in the order in which help shows them."""
-
-    def declare(command: Any) -> Any:
-        for declaration in reversed(declarations):
-            command = declaration(command)
-        return command
-
-    return declare
+    return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
 
 
 def numeric(heading: str, declared: Option) -> Declaration:
     """The declaration of a numeric option under a heading; None where it is not given."""
-    number = click.INT if declared.kind is int else click.FLOAT
-    kind = _NumberOrAuto() if declared.auto else number
     default = ""
     if declared.default is not None:
         default = f"; default {f'{declared.default:g}' if declared.default < math.inf else 'no limit'}"
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
-    return option(heading, declared.flag, declared.name, type=kind, help=meaning)
+    kind, metavar = (_number_or_auto, "NUMBER|AUTO") if declared.auto else (declared.kind, None)
+    return option(heading, declared.flag, declared.name, type=kind, metavar=metavar, help=meaning)
+
+
+def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
+    """The declaration of an option whose value is of a kind, typed or in a file."""
+    return option(heading, flag(name), metavar=f"{kind}|FILE", shell_complete=VECTOR, help=meaning)
 
 
 def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
@@ -156,21 +152,16 @@ def format_option(formats: Mapping[str, str], default: str | None = None) -> Dec
     return option("Output", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=told)
 
 
-def file_option(heading: str, name: str, meaning: str, *endings: str) -> Declaration:
+def file_option(heading: str, name: str, meaning: str, *endings: str, **attributes: Any) -> Declaration:
     """The declaration of an option that names a file, for which shells offer those with one of the suffixes, or all."""
-    return option(heading, name, metavar="FILE", shell_complete=Candidates(endings=endings), help=meaning)
+    offered = Candidates(endings=endings)
+    return option(heading, *name.split(), metavar="FILE", shell_complete=offered, help=meaning, **attributes)
 
 
-def output_file(
-    meaning: str = "Write to a file instead, completely or not at all.  [default: standard output]",
-) -> Declaration:
+def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Declaration:
     """The declaration of -o; None stands for standard output."""
-
-    def path(_: click.Context, __: click.Parameter, given: str | None) -> str | None:
-        return None if given == STANDARD else given
-
-    return option(
-        "Output", "-o", "--output", metavar="FILE", shell_complete=Candidates(endings=()), callback=path, help=meaning
+    return file_option(
+        "Output", "-o --output", meaning, callback=lambda _, __, file: None if file == STANDARD else file
     )
 
 
@@ -200,6 +191,14 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
     )
 
 
+def files_argument(
+    heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = PROBLEM, **attributes: Any
+) -> Declaration:
+    """The declaration of an argument of files and folders, among other words."""
+    words = {**words, "FOLDER": "All problem files in it, in order of their names."}
+    return argument(heading, name, words, metavar=metavar, nargs=-1, shell_complete=offered, **attributes)
+
+
 def chosen_variants(
     asked: Sequence[Variant], axes: Sequence[str], default: Sequence[str], given: Collection[str] = ()
 ) -> list[Variant]:
@@ -211,18 +210,9 @@ def chosen_variants(
     return variants.sweep(list(dict.fromkeys(asked or map(Variant, default))), axes)
 
 
+OF_BOUND = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
 with_bounds = declared(  # what a command that reads problems is told about them
-    *(
-        option(
-            "Problem",
-            f"--{name}",
-            metavar="NUMBER|FILE",
-            shell_complete=VECTOR,
-            help=f"{name.capitalize()} bound of z: a number for all, none, or one each, typed or a file."
-            "  [default: the problem's]",
-        )
-        for name in BOUNDS
-    ),
+    *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {OF_BOUND}") for name in BOUNDS),
     numeric("Problem", INFINITY),
     option("Problem", "--game", is_flag=True, help="Two files have the payoffs A and B of a game as tables."),
 )
@@ -246,19 +236,16 @@ problem_file = declared(  # the problem of a command that takes one: its file, a
     with_bounds,
 )
 problem_files = declared(  # the problems of a command that takes one or several
-    argument(
+    files_argument(
         "Problem",
         "files",
+        "FILE [Q_FILE]|FOLDER...",
         {
             "FILE [Q_FILE]": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or "
             ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. - is standard input, "
-            "and the name of a shipped problem stands for it.",
-            "FOLDER": "All problem files in it, in order of their names.",
+            "and the name of a shipped problem stands for it."
         },
-        metavar="FILE [Q_FILE]|FOLDER...",
-        nargs=-1,
         required=True,
-        shell_complete=PROBLEM,
     ),
     with_bounds,
 )
@@ -273,13 +260,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
         for name, meaning in ADDITIONS.items()
     ),
     *(
-        option(
-            "Start",
-            flag(name),
-            metavar="STATES|FILE" if name == "basis" else "NUMBERS|FILE",
-            shell_complete=VECTOR,
-            help=meaning,
-        )
+        vector_option("Start", name, "STATES" if name == "basis" else "NUMBERS", meaning)
         for name, meaning in STARTS.items()
     ),
     *(numeric("Stopping", limit) for limit in LIMITS),

@@ -21,7 +21,7 @@ from lcpcli.options import EVERY
 from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
-    from lcpcli.cli.session import Request
+    from lcpcli.cli.runs import Request
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
@@ -47,27 +47,25 @@ class Output:
     levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
     """
 
-    def __init__(self, asked: Request, levels: tuple[float, ...] = ()) -> None:
+    def __init__(self, asked: Request) -> None:
         options.check((EVERY,), {"every": asked.every})
-        if asked.output in FORMATS:  # -o json means a format, and would write a table to a file of that name
-            hint = f"give --format {asked.output}, or a name with a suffix"
-            raise OptionError("--output", f"{asked.output} is a format", hint)
+        hint = f"give --format {asked.output}, or a name with a suffix"  # which -o json would write a table to
+        refuse(asked.output in FORMATS, "--output", f"{asked.output} is a format", hint)
         self.form = asked.form or form_of(asked.output)
         self.path, self.silent = asked.output, asked.quiet and asked.output is None
-        self.plot, self.levels = asked.plot, levels
+        self.plot, self.levels = asked.plot, asked.levels
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = asked.trace or None
         self.with_iterates = not self.silent and asked.trace == ITERATES
-        self._shown = self.with_iterates or (self.form in TABLES and not self.silent)
         self._every = asked.every
-        if asked.trace == ITERATES and self.silent:
-            raise OptionError("--trace", "has no effect with --quiet", "name a file for the iterates, or leave it out")
-        if asked.every is not None and not self._shown and self.trace_path is None:
-            raise OptionError("--every", "has no effect where no iterates are shown", "add --trace or leave it out")
-        if asked.bound and self.silent:
-            raise OptionError("--bound", "has no effect with --quiet", "leave it out")
-        if asked.bound and self.form == "csv":
-            raise OptionError("--bound", "has no effect on the format csv, which holds no proofs", "leave it out")
+        self._kept = self.with_iterates or self.trace_path is not None or (self.form in TABLES and not self.silent)
+        hint = "name a file for the iterates, or leave it out"
+        refuse(asked.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
+        is_lost, hint = asked.every is not None and not self._kept, "add --trace or leave it out"
+        refuse(is_lost, "--every", "has no effect where no iterates are shown", hint)
+        refuse(asked.bound and self.silent, "--bound", "has no effect with --quiet")
+        has_no_place = asked.bound and self.form == "csv"
+        refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
         if self.plot is not None:
@@ -78,22 +76,31 @@ class Output:
                 plotting.form_of(self.plot)
             elif self.path is None and self.form != "table":
                 form = {"markdown": "Markdown", "latex": "LaTeX"}.get(self.form, self.form.upper())
-                hint = "name a file, or write that to one by -o"
-                raise OptionError("--plot -", f"would be mixed into the {form}", hint)
+                raise OptionError(
+                    "--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o"
+                )
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
-        """An empty trace and an empty curve for a run, as far as they are needed."""
-        return self._trace(problem), self._curve(problem)
+        """An empty trace for iterates that are shown or written, and an empty curve for the figure and for the levels;
+        each keeps only what is needed."""
+        levels = self.levels if problem.solutions else ()
+        has_curve = self.plot is not None or bool(levels)
+        if not (self._kept or has_curve):
+            return None, None
+        import numpy as np
 
-    def _trace(self, problem: Problem) -> Trace | None:
-        """For iterates that are shown or written; it keeps only what is needed."""
-        if not self._shown and self.trace_path is None:
-            return None
         from lcpcli.solving.trace import Trace
 
-        if self.form not in TABLES or self.trace_path is not None:
-            return Trace(self._every or 1)
-        return Trace(*self._selection(problem), residuals=not problem.solutions)
+        trace = curve = None
+        if self._kept and (self.form not in TABLES or self.trace_path is not None):
+            trace = Trace(self._every or 1)
+        elif self._kept:
+            trace = Trace(*self._selection(problem), residuals=not problem.solutions)
+        if has_curve:
+            every, most = (sys.maxsize, None) if self.plot is None else (1, MOST_POINTS)
+            residuals = self.plot is not None and not problem.solutions
+            curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals=residuals, levels=levels)
+        return trace, curve
 
     def shown(self, result: Result) -> Result:
         """The result with what is shown of its trace, where more was kept for a file."""
@@ -110,20 +117,6 @@ class Output:
             from lcpcli.report import plotting
 
             plotting.require_room(problems)
-
-    def _curve(self, problem: Problem) -> Trace | None:
-        """For the figure and for the levels."""
-        levels = self.levels if problem.solutions else ()
-        if self.plot is None and not levels:
-            return None
-        import numpy as np
-
-        from lcpcli.solving.trace import Trace
-
-        none = np.empty(0, dtype=np.intp)
-        if self.plot is None:
-            return Trace(sys.maxsize, components=none, residuals=False, levels=levels)
-        return Trace(1, MOST_POINTS, none, residuals=not problem.solutions, levels=levels)
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
@@ -150,6 +143,12 @@ class Output:
         if self.form != "latex" and self.width is not None and not self.levels:  # a screen holds them and the result
             most = min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
         return int(EVERY.value), most, components
+
+
+def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -> None:
+    """Raise OptionError for an option that is wrong."""
+    if is_wrong:
+        raise OptionError(where, fault, hint)
 
 
 def _refuse_as_trace(path: str) -> None:
@@ -218,7 +217,8 @@ def wanted(quiet: bool) -> bool:
 
 
 class Line:
-    """Progress of a run: one line, rewritten in place, shown after the first second and erased at the end."""
+    """Progress of a run: one line, rewritten in place and erased at the end; of one that iterates, or of many problems,
+    shown after the first second."""
 
     def __init__(self) -> None:
         self._drawn, self._next = False, time.monotonic() + SILENT
@@ -232,19 +232,21 @@ class Line:
 
     def tell(self, method: str, k: int, bound: float, seconds: float) -> None:
         """Show the method, its iteration, the approximate relative residual, and the time so far."""
-        if seconds < SILENT:
-            return
         size = f"relative residual about {bound:.1e}  " if bound < math.inf else ""
-        text = f"{method}  k = {k}  {size}{seconds:.1f} s"
-        self._drawn = True
-        self._write(ERASE + text[: _columns() - 1])
+        if seconds >= SILENT:
+            self.show(f"{method}  k = {k}  {size}{seconds:.1f} s")
 
     def tell_number(self, solved: int) -> None:
         """Show how many problems are solved, at most a few times a second."""
         now = time.monotonic()
         if now > self._next:
-            self._next, self._drawn = now + INTERVAL, True
-            self._write(f"{ERASE}{solved} problems")
+            self._next = now + INTERVAL
+            self.show(f"{solved} problems")
+
+    def show(self, text: str) -> None:
+        """Show a text in place of the last one, as far as the terminal is wide."""
+        self._drawn = True
+        self._write(ERASE + text[: _columns() - 1])
 
     def _write(self, text: str) -> None:
         with suppress(OSError):

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import signal
 import threading
 import time
-from collections.abc import Iterator, Mapping
-from concurrent.futures import BrokenExecutor, CancelledError, Executor
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager, suppress
+from multiprocessing import get_context, parent_process
 from typing import Any
 
 from lcpcli.cli.main import TERMINATED
 from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
+from lcpcli.interrupts import handling
 
 SECONDS_TO_CONNECT, SECONDS_KNOWN = 10, 4.0  # to a scheduler, and between two looks at its workers
 SECONDS_ALONE = 9.0  # of a scheduler without workers until this is said
-SECONDS_TORN = 1.0  # between two looks at the processes of this machine
 
 
 class Pool:
@@ -31,71 +33,92 @@ class Pool:
 
     most: int
     size: int
-    executor: Executor
     lost: type[BaseException]
     ends: tuple[type[Exception], ...]
     gone: OptionError
 
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Have one of them call a function."""
+        raise NotImplementedError
+
     def look(self) -> None:
         """See how many there are."""
-
-    def renew(self) -> None:
-        """Replace an executor that is broken."""
 
     def close(self) -> None:
         """End them, whatever they do."""
 
 
 class Local(Pool):
-    """Processes on this machine."""
+    """Processes on this machine, each with a thread here that hands over to it."""
 
     most, lost, ends = 1, BrokenExecutor, (OSError,)
     gone = OptionError("--jobs", "no process could be started", "leave it out")
 
     def __init__(self, size: int) -> None:
-        self.size = size
-        self._start()
+        self.size, self._threads, self._is_over = size, ThreadPoolExecutor(size), False
+        self._processes: dict[int, tuple[Any, Any]] = {}  # by thread, with the connections
 
-    def renew(self) -> None:
-        self._end()
-        self._start()
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        return self._threads.submit(self._call, function, *arguments)
 
     def close(self) -> None:
-        self._end()
-        del self.executor  # with its semaphores, which a program that ends at once would leave behind
+        self._is_over = True
+        processes = [process for process, _ in list(self._processes.values())]
+        for process in processes:
+            process.terminate()
+        self._threads.shutdown(cancel_futures=True)
+        for process in processes:
+            process.join()
 
-    def _start(self) -> None:
-        from concurrent.futures import ProcessPoolExecutor
-        from multiprocessing import get_context
-
-        executor: Any = ProcessPoolExecutor(self.size, get_context("spawn"), _begin)
-        self.executor, self._over = executor, threading.Event()
-        self._processes, self._results = executor._processes, executor._result_queue._writer
-        threading.Thread(target=_watch, args=(self._over, self._processes, self._results), daemon=True).start()
-
-    def _end(self) -> None:
-        self._over.set()
-        _kill(self._processes, self._results)
-        self.executor.shutdown(cancel_futures=True)
-
-
-def _watch(over: threading.Event, processes: Mapping[int, Any], results: Any) -> None:
-    """Kill all processes of an executor once one has died, which it may not see: if that was in the middle of handing
-    over a result, it waits for the rest for ever."""
-    from multiprocessing.connection import wait
-
-    while not over.wait(SECONDS_TORN):
-        if wait([process.sentinel for process in list(processes.values())], 0):
-            _kill(processes, results)
-            return
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """What a function returns in the process of this thread; BrokenExecutor if that is killed."""
+        own = threading.get_ident()
+        process, connection = self._processes[own] = self._processes.get(own) or _started()
+        try:
+            if self._is_over:
+                raise EOFError
+            connection.send((function, arguments))
+            is_returned, outcome = connection.recv()
+        except (EOFError, OSError):
+            process.terminate()
+            process.join()
+            connection.close()
+            del self._processes[own]
+            raise BrokenExecutor from None
+        if is_returned:
+            return outcome
+        raise outcome
 
 
-def _kill(processes: Mapping[int, Any], results: Any) -> None:
-    """Kill processes, and close their pipe for results here too, so that waiting for the rest of one ends."""
-    for process in list(processes.values()):
-        process.terminate()
-    with suppress(OSError):  # another thread has closed it at the same time
-        results.close()
+def _started() -> tuple[Any, Any]:
+    """A new process, and the connection to it."""
+    context = get_context("spawn")
+    connection, other_end = context.Pipe()
+    process = context.Process(target=_serve, args=(other_end,), daemon=True)
+    process.start()
+    other_end.close()  # so that the end of the process ends the connection
+    return process, connection
+
+
+def _serve(connection: Any) -> None:
+    """Call the functions that come; let Ctrl-C be the parent's business, and end with it, however that ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+    assert parent is not None
+
+    def end_with_parent() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    with suppress(EOFError, OSError):  # the parent has closed it
+        while True:
+            function, arguments = connection.recv()
+            try:
+                outcome = True, function(*arguments)
+            except BaseException as error:
+                outcome = False, error
+            connection.send(outcome)
 
 
 class Cluster(Pool):
@@ -105,8 +128,6 @@ class Cluster(Pool):
     most, ends = 16, (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
-        import logging
-
         logging.disable(logging.ERROR)  # distributed tells of every worker that comes or goes
         try:
             from distributed import Client
@@ -128,7 +149,11 @@ class Cluster(Pool):
         self.gone = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
         self.size, self._address = 1, address
         self._began, self._asked, self._is_told = time.monotonic(), -math.inf, False
-        self.executor, self.lost = self._client.get_executor(pure=False), KilledWorker
+        self._executor, self.lost = self._client.get_executor(pure=False), KilledWorker
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        future: Future[Any] = self._executor.submit(function, *arguments)
+        return future
 
     def look(self) -> None:
         """See how many workers there are, which may come and go, and say once that there are none."""
@@ -145,7 +170,7 @@ class Cluster(Pool):
 
     def close(self) -> None:
         with suppress(OSError, TimeoutError):
-            self.executor.shutdown(wait=False)
+            self._executor.shutdown(wait=False)
             self._client.close()
 
 
@@ -164,35 +189,11 @@ class Terminated(KeyboardInterrupt):
     exit_code = TERMINATED
 
 
-@contextmanager
-def ending_on_request() -> Iterator[None]:
+def ending_on_request() -> AbstractContextManager[None]:
     """A context in which the first SIGTERM raises Terminated, and others do nothing."""
 
-    def end(number: int, _: Any) -> None:
+    def end(number: int, _: object) -> None:
         signal.signal(number, signal.SIG_IGN)
         raise Terminated
 
-    try:
-        usual = signal.signal(signal.SIGTERM, end)
-    except ValueError:  # only the main thread may set handlers, and only it receives signals
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, usual)
-
-
-def _begin() -> None:
-    """Let Ctrl-C be the parent's business, and end with the parent, however that ends."""
-    from multiprocessing import parent_process
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-    assert parent is not None
-
-    def end_with_parent() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=end_with_parent, daemon=True).start()
+    return handling(signal.SIGTERM, end)

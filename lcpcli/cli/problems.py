@@ -201,6 +201,11 @@ def tell(line: str) -> None:
     click.echo(f"lcp: {line}", err=True)
 
 
+def teller(quiet: bool) -> Callable[[str], None]:
+    """What prints such a line, unless nothing is to be told."""
+    return (lambda _: None) if quiet else tell
+
+
 def same_file(output: str, other: str) -> bool:
     """Whether an output goes to another file: - is standard output, and standard input as the other one."""
     try:

@@ -24,7 +24,7 @@ from lcpcli.solving.result import Status
 
 if TYPE_CHECKING:
     from lcpcli.cli.many import Task
-    from lcpcli.cli.session import Request
+    from lcpcli.cli.runs import Request
 
 UNSHOWN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
 COLUMNS = 4096  # of one M, whose marks are made together
@@ -77,8 +77,9 @@ class Past:
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
         """Take what a log has; OptionError if it was made for another task or with other options than these."""
-        (variant,), asked = task.methods.variants, task.methods.asked
-        now: dict[str, Any] = {"method": variant.method, "exact": task.methods.exact}
+        asked = task.asked
+        (variant,) = asked.variants
+        now: dict[str, Any] = {"method": variant.method, "exact": asked.exact}
         now |= {name: value for name, value in asked.own.items() if name in OPTIONS} | variant.options
         now |= {name: finite(value) for name, value in vars(asked.limits).items()}
         for number, record in log.records():

@@ -1,4 +1,4 @@
-"""Methods run on a problem: with the options that each has, timed, and with proofs of what they find.
+"""What is asked for, and methods run on a problem: with the options that each has, timed, and with proofs.
 
 No time that is shown includes what only a first run costs. Beyond imports, which never count, a first run in a process
 waits for memory and caches: so a brief one is made again, whether there is one problem or many. Runs that are compared
@@ -8,31 +8,28 @@ are made several times, of which each step counts with the least.
 from __future__ import annotations
 
 import os
-import sys
 from bisect import bisect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
-from statistics import median
 from typing import TYPE_CHECKING, Any, NamedTuple
-
-import click
 
 from lcpcli import options
 from lcpcli.cli.options import STARTS
 from lcpcli.cli.output import Line
+from lcpcli.cli.problems import Inputs, tell, teller
 from lcpcli.clock import PARTS, least_laps
 from lcpcli.errors import OptionError
+from lcpcli.files.contents import files_in
+from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.methods.registry import ADDITIONS, METHODS, parameters_of
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, parameters_of
 from lcpcli.methods.variants import Variant, labels
-from lcpcli.options import flag
+from lcpcli.options import LIMITS, Limits, flag
 
 if TYPE_CHECKING:
-    from lcpcli.cli.session import Request
     from lcpcli.model.problem import Problem
-    from lcpcli.options import Limits
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
@@ -47,12 +44,59 @@ _methods: set[str] = set()  # that have been run in this process
 Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
 
 
-class Methods(NamedTuple):
-    """Methods, what is asked of their runs, and whether their results are to be proved."""
+class Request(NamedTuple):
+    """What a command is asked for; an option that is not given is None, or False if it is a flag, or has no values.
 
-    variants: Sequence[Variant]
-    asked: Request
+    inputs : the problems. own : the options of methods, additions and starts that are given, by name. levels : of a
+    comparison, relative errors whose first attainment is recorded.
+    """
+
+    inputs: Inputs
+    own: Mapping[str, Any] = {}
+    variants: Sequence[Variant] = ()
+    sweep: Sequence[str] = ()
+    peers: Sequence[str] = ()
+    levels: tuple[float, ...] = ()
+    tol: float | None = None
+    max_iterations: int | None = None
+    time_limit: float | None = None
+    threads: int | None = None
+    warm: float | None = None
+    accept: float | None = None
+    budget: float | None = None
     exact: bool = False
+    bound: bool = False
+    max_solutions: int | None = None
+    jobs: int | None = None
+    cluster: str | None = None
+    resume: str | None = None
+    form: str | None = None
+    trace: str | None = None
+    every: int | None = None
+    plot: str | None = None
+    output: str | None = None
+    quiet: bool = False
+
+    @classmethod
+    def of(cls, paths: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
+        """What the options of a command ask for, by their names, with the problems in these files and folders.
+
+        The number of threads is set, and outputs are refused that cannot be written.
+        """
+        files = files_in(paths, teller(given["quiet"])) or default
+        inputs = Inputs(files, **{name: given.pop(name) for name in (*OF_BOUNDS, "game")}, quiet=given["quiet"])
+        own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS)}
+        asked = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
+        path = asked.output if asked.resume is None else None  # with --resume there is no other output
+        outputs = {"--output": path, "--trace": asked.trace or None, "--plot": asked.plot, "--resume": asked.resume}
+        inputs.prepare(outputs, asked.threads)
+        return asked
+
+    @property
+    def limits(self) -> Limits:
+        """The limits, with defaults for those that are not given."""
+        given = {limit.name: getattr(self, limit.name) for limit in LIMITS}
+        return Limits(**{name: value for name, value in given.items() if value is not None})
 
     def run(
         self,
@@ -66,30 +110,23 @@ class Methods(NamedTuple):
     ) -> Iterator[Result]:
         """One result for each method, and with --warm a second one, started near the solution.
 
-        chosen : as from `options`. traces : makes the empty trace and curve of a run. labelled : whether results have
-        the labels of their methods. compared : whether their times are. watched : whether progress is shown.
+        chosen : as from `options_for`. traces : makes the empty trace and curve of a run. labelled : whether results
+        have the labels of their methods. compared : whether their times are. watched : whether progress is shown.
         """
-        from lcpcli.solving import driver as driver
+        from lcpcli.solving import driver
 
-        near, limits = None, self.asked.limits
-        if self.asked.warm is not None:
+        near, limits = None, self.limits
+        if self.warm is not None:
             from lcpcli.solving import reference
 
-            near = reference.near(problem, self.asked.warm)
+            near = reference.near(problem, self.warm)
 
         def once(method: str, values: dict[str, Any]) -> Result:
             trace, curve = traces(problem)
+            own = {"trace": trace, "curve": curve, **values}
             with Line() as line:
-                return driver.run(
-                    problem,
-                    method,
-                    limits=limits,
-                    trace=trace,
-                    curve=curve,
-                    conclude=False,
-                    observe=line.tell if watched else None,
-                    **values,
-                )
+                observe = line.tell if watched else None
+                return driver.run(problem, method, limits=limits, conclude=False, observe=observe, **own)
 
         for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
             starts = [values]
@@ -99,28 +136,26 @@ class Methods(NamedTuple):
                 for result in timed(partial(once, variant.method, start), compared):
                     yield replace(result, label=label, warm=start is not values) if labelled else result
 
-    def proofs(self, exactly: Callable[[], ExactProblem] | None) -> list[Callable[[Result], Result]]:
-        """What adds to a result what is asked to be proved of it, in the time that its run has left.
+    def proved(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
+        """The result with what is asked to be proved of it, in the time that its run has left.
 
-        exactly : gives the problem with its numbers as written; None if nothing is to be proved of these.
+        exactly : gives the problem with its numbers as written, if something is to be proved of these.
         """
-        proofs: list[Callable[[Result], Result]] = [bounded] * self.asked.bound
-        if exactly is None:
-            return proofs
-        from lcpcli.solving.proof import prove
+        if self.exact and exactly is not None:
+            from lcpcli.solving.proof import prove
 
-        return [lambda result: prove(exactly, result, result.limits.time_limit - result.seconds), *proofs]
+            result = prove(exactly, result, result.limits.time_limit - result.seconds)
+        return bounded(result) if self.bound else result
 
-    def options(self, problem: Problem) -> list[dict[str, Any]]:
+    def options_for(self, problem: Problem) -> list[dict[str, Any]]:
         """For each method its own options and those given that it has; OptionError for one given that none has."""
-        given = {name: _value(name, text, problem) for name, text in self.asked.own.items()}
+        given = {name: _value(name, text, problem) for name, text in self.own.items()}
         first, *others = [name for name in OF_START if name in given] or [""]
         if others:
             raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")
         known = [_known(variant.method) - set(variant.options) for variant in self.variants]
-        for name, value in given.items():
-            if not any(name in own for own in known):
-                self._refuse(name, value)
+        for name in (name for name in given if not any(name in own for own in known)):
+            self._refuse(name, given[name])
         chosen = []
         for variant, own in zip(self.variants, known, strict=True):
             chosen.append({name: value for name, value in given.items() if name in own} | variant.options)
@@ -150,12 +185,10 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
     """The value of an option for a problem: a vector, or states, where it gives a start."""
     if name not in STARTS:
         return given
-    if name == "basis":
-        from lcpcli.files.beside import read_states
-
-        return read_states(given, problem)
     from lcpcli.files import beside
 
+    if name == "basis":
+        return beside.read_states(given, problem)
     if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):  # noqa: PTH110 (Path.exists raises an error for a long text)
         fault = f"{given!r} is neither a file nor numbers"
         raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
@@ -187,8 +220,7 @@ def referred(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
         seconds = min(limits.time_limit, reference.SECONDS)
         return [reference.with_reference(problem, seconds) for problem in problems]
     except KeyboardInterrupt:
-        if sys.stderr is not None:
-            click.echo("lcp: interrupted while solving for the reference of the errors, before the first run", err=True)
+        tell("interrupted while solving for the reference of the errors, before the first run")
         raise
 
 
@@ -221,6 +253,8 @@ def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bo
 
 def _least(runs: Sequence[Result]) -> Result:
     """The result of repeated runs, with the least time of each lap, and the spread of the times."""
+    from statistics import median
+
     first = runs[0]
     laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
     parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}

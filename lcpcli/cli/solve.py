@@ -5,23 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import click
-
-from lcpcli.cli.command import EXITS, Command, argument, option
+from lcpcli.cli.command import EXITS, command, option
 from lcpcli.cli.options import (
     METHOD,
-    PROBLEM,
     chosen_variants,
     file_option,
+    files_argument,
     numeric,
     problem_files,
     several_methods,
     solving,
     with_bounds,
 )
-from lcpcli.cli.runs import Methods
-from lcpcli.cli.session import Request, Solving, run
-from lcpcli.errors import OptionError
+from lcpcli.cli.output import refuse
+from lcpcli.cli.runs import Request
 from lcpcli.files import contents
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
@@ -31,8 +28,7 @@ from lcpcli.report.wording import LEVELS
 AS_PUBLISHED = ("fixed-point", "shi")
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Solve one problem or many.",
     examples=(
         "lcp solve paper-example-1",
@@ -74,20 +70,21 @@ AS_PUBLISHED = ("fixed-point", "shi")
     "Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
     ".jsonl",
 )
-def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: bool, **given: Any) -> int:
+def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
-    asked = Request.of(files, given)
+    asked = Request.of(files, variants=[method], **given)
+    from lcpcli.cli.session import run
+
     if all_of_them:
-        from lcpcli.cli.all_solutions import Search
+        from lcpcli.cli import all_solutions
 
-        return run(asked, Search(asked, method, exact))
-    if asked.max_solutions is not None:
-        raise OptionError("--max-solutions", "has no effect without --all", "add --all")
-    return run(asked, Solving(Methods([method], asked, exact)))
+        all_solutions.refuse_others(asked)
+        return run(asked, all_solutions.outcome)
+    refuse(asked.max_solutions is not None, "--max-solutions", "has no effect without --all", "add --all")
+    return run(asked)
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Run methods side by side.",
     examples=(
         "lcp compare",
@@ -101,17 +98,14 @@ def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: boo
     exits={**EXITS, 0: "every method solved every problem"},
     epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one.",
 )
-@argument(
+@files_argument(
     "Problem",
     "files",
+    "[FILE [Q_FILE]|FOLDER]...",
     {
         "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by that of q.  "
-        "[default: the paper's two examples]",
-        "FOLDER": "All problem files in it, in order of their names.",
+        "[default: the paper's two examples]"
     },
-    metavar="[FILE [Q_FILE]|FOLDER]...",
-    nargs=-1,
-    shell_complete=PROBLEM,
 )
 @with_bounds
 @several_methods("Method", "compare", AS_PUBLISHED)
@@ -119,6 +113,8 @@ def solve(files: tuple[str, ...], method: Variant, exact: bool, all_of_them: boo
 @solving
 def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
-    asked = Request.of(files, given, default=[contents.shipped_path(name) for name in contents.PAPER_EXAMPLES])
-    variants = chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)
-    return run(asked, Solving(Methods(variants, asked), LEVELS))
+    examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
+    asked = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
+    from lcpcli.cli.session import run
+
+    return run(asked._replace(variants=chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)))

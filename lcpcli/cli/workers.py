@@ -1,17 +1,17 @@
 """Many problems solved by several processes, or by those of a cluster, while the next ones are read.
 
-Beyond one process the interface is `concurrent.futures.Executor`. A process that is killed costs the problems that it
-had another attempt: first those that may have killed it, each by itself; one that does so again has no result.
+A process that is killed costs the problems that it had another attempt,
+each by itself; one that kills its process again has no result.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Future, wait
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from threading import Condition, Event, Thread
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from lcpcli import interrupts
 from lcpcli.files.inputs import QColumns, Work
@@ -26,15 +26,11 @@ MOST = 256  # problems in it, unless the processes are to have fewer
 FOR_EACH = 3  # pieces that each process has or finds next
 SMALLEST = 500  # bytes of a record besides its text
 SECONDS_BETWEEN = 5.0  # looks at the processes while nothing comes
-ATTEMPTS = 2  # of a problem whose process is killed
-KILLED = f"the process that solved it was killed, {ATTEMPTS} times"
+KILLED = "the process that solved it was killed, 2 times"
 
 if TYPE_CHECKING:
     from lcpcli.cli.many import Record, Task
     from lcpcli.cli.pools import Pool
-
-Works = Sequence[Work]
-Outcome: TypeAlias = "Future[tuple[list[Record], float]]"
 
 
 def size_of(work: Work) -> int:
@@ -73,27 +69,22 @@ class Ahead:
         taken: list[Work] = []
         total = 0
         with self._room:
-            while self._read and len(taken) < min(number, most) and total < AT_ONCE:
-                work = self._read[0]
-                if isinstance(work, QColumns):
-                    if not taken:
-                        return [self._part(work, COLUMNS_FOR_ONE * number)]
-                    break
-                taken.append(self._read.popleft())
-                total += size_of(work)
-            self._bytes -= total
             self._room.notify()
+            while self._read and len(taken) < min(number, most) and total < AT_ONCE:
+                if taken and isinstance(self._read[0], QColumns):
+                    break
+                work = self._read.popleft()
+                self._bytes -= size_of(work)
+                if isinstance(work, QColumns):
+                    size = COLUMNS_FOR_ONE * number
+                    part, rest = work.part(0, size), work.part(size, len(work.names))
+                    if rest.names:
+                        self._read.appendleft(rest)
+                        self._bytes += size_of(rest)
+                    return [part]
+                taken.append(work)
+                total += size_of(work)
         return taken
-
-    def _part(self, work: QColumns, size: int) -> Work:
-        """The first columns, which are taken."""
-        self._bytes -= size_of(self._read.popleft())
-        if size >= len(work.names):
-            return work
-        rest = work.part(size, len(work.names))
-        self._read.appendleft(rest)
-        self._bytes += size_of(rest)
-        return work.part(0, size)
 
     def _run(self) -> None:
         try:
@@ -110,59 +101,55 @@ class Ahead:
 
 
 def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
-    """The records, by others, in the order of the problems or each as soon as it is known."""
-    try:
-        yield from _handed_over(task, works, pool, in_order)
-    except pool.ends:
-        raise pool.gone from None
+    """Yield the records, by others, in the order of the problems or each as soon as it is known.
 
-
-def _handed_over(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
-    """Yield the records. Only so many inputs are taken as keep the processes busy, and in order only so many as leave
-    room for the records that wait for one before them."""
+    Only so many inputs are taken as keep the processes busy, and in order only so many as leave room for the records
+    that wait for one before them.
+    """
     news = Event()
     inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()
     size, held = 1, 0  # of the problems to hand over at once, and of the bytes that are held
-    while True:
-        news.clear()
-        pool.look()
-        done = [piece for piece in running if piece.future.done()]
-        if any(_is_lost(piece.future, pool) for piece in done):
-            _try_again(task, running, pool, news)
-            continue
-        running = [piece for piece in running if piece not in done]
-        for piece in done:
-            held -= piece.bytes
-            number, seconds = piece.finish()
-            size = max(1, min(MOST, 2 * size, int(SECONDS * number / max(seconds, 1e-6))))
-            held += piece.bytes
-        while len(running) < FOR_EACH * pool.size and held < HELD:
-            taken = inputs.take(size, pool.most)
-            if not taken:
-                break
-            piece = _Piece(taken, _submitted(task, taken, pool, news))
-            running.append(piece)
-            if in_order:
-                waiting.append(piece)
-            held += piece.bytes
-        ready = [] if in_order else done
-        while waiting and waiting[0].is_finished:
-            ready.append(waiting.popleft())
-        for piece in ready:
-            held -= piece.bytes
-            yield from piece.records
-        if not ready:
-            if not running and inputs.ended:
-                return
-            news.wait(SECONDS_BETWEEN)
+    try:
+        while True:
+            news.clear()
+            pool.look()
+            done = [piece for piece in running if piece.future.done()]
+            running = [piece for piece in running if piece not in done]
+            for piece in done:
+                held -= piece.bytes
+                number, seconds = piece.finish(task, pool)
+                size = max(1, min(MOST, 2 * size, int(SECONDS * number / max(seconds, 1e-6))))
+                held += piece.bytes
+            while len(running) < FOR_EACH * pool.size and held < HELD:
+                taken = inputs.take(size, pool.most)
+                if not taken:
+                    break
+                piece = _Piece(taken, pool.submit(task.all_of, taken))
+                piece.future.add_done_callback(lambda _: news.set())
+                running.append(piece)
+                if in_order:
+                    waiting.append(piece)
+                held += piece.bytes
+            ready = [] if in_order else done
+            while waiting and waiting[0].is_finished:
+                ready.append(waiting.popleft())
+            for piece in ready:
+                held -= piece.bytes
+                yield from piece.records
+            if not ready:
+                if not running and inputs.ended:
+                    return
+                news.wait(SECONDS_BETWEEN)
+    except pool.ends:
+        raise pool.gone from None
 
 
 @dataclass(eq=False)
 class _Piece:
     """Inputs that are handed over together, and what comes back."""
 
-    works: Works
-    future: Outcome
+    works: Sequence[Work]
+    future: Future[tuple[list[Record], float]]
     records: list[Record] = field(default_factory=list)
     is_finished: bool = False
     bytes: int = field(init=False)
@@ -170,47 +157,22 @@ class _Piece:
     def __post_init__(self) -> None:
         self.bytes = sum(map(size_of, self.works))
 
-    def finish(self) -> tuple[int, float]:
+    def finish(self, task: Task, pool: Pool) -> tuple[int, float]:
         """Take the records in place of the inputs; return how many there are, and the seconds that they took."""
-        self.records, seconds = self.future.result()
+        try:
+            self.records, seconds = self.future.result()
+        except pool.lost:
+            self.records, seconds = list(_again(task, self.works, pool)), 0.0
         self.works, self.is_finished = [], True
         self.bytes = sum(SMALLEST + len(record.text) for record in self.records)
         return len(self.records), seconds
 
 
-def _try_again(task: Task, running: Sequence[_Piece], pool: Pool, news: Event) -> None:
-    """Hand over again what was lost with a process: what it may have been killed by first, each input by itself."""
-    wait([piece.future for piece in running])
-    lost = [piece for piece in running if _is_lost(piece.future, pool)]
-    pool.renew()
-    for piece in lost[: pool.size]:
-        records = [record for work in piece.works for record in _alone(task, work, pool, news)]
-        piece.future = Future()
-        piece.future.set_result((records, 0.0))
-    for piece in lost[pool.size :]:
-        piece.future = _submitted(task, piece.works, pool, news)
-
-
-def _is_lost(future: Outcome, pool: Pool) -> bool:
-    return not future.cancelled() and isinstance(future.exception(), pool.lost)
-
-
-def _submitted(task: Task, works: Works, pool: Pool, news: Event) -> Outcome:
-    """What the pool will have made of inputs, which is news; an executor that is already broken fails like that."""
-    try:
-        future: Outcome = pool.executor.submit(task.all_of, works)
-    except pool.lost as error:
-        future = Future()
-        future.set_exception(error)
-    future.add_done_callback(lambda _: news.set())
-    return future
-
-
-def _alone(task: Task, work: Work, pool: Pool, news: Event) -> list[Record]:
-    """The records of an input that is handed over while nothing else is."""
-    for _ in range(ATTEMPTS):
+def _again(task: Task, works: Sequence[Work], pool: Pool) -> Iterator[Record]:
+    """Yield the records of inputs whose process was killed, each of which has another attempt by itself."""
+    futures = [pool.submit(task.all_of, [work]) for work in works]
+    for work, future in zip(works, futures, strict=True):
         try:
-            return _submitted(task, [work], pool, news).result()[0]
+            yield from future.result()[0]
         except pool.lost:
-            pool.renew()
-    return task.lost(work, KILLED)
+            yield from task.lost(work, KILLED)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lcpcli.typing import Vector
+if TYPE_CHECKING:
+    from lcpcli.typing import Vector
 
 UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
 INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"

@@ -87,10 +87,10 @@ def solve(
     [1.5, 2.0]
     """
     began = seconds()
-    limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
-    given = dict(x0=x0, z0=z0, basis=basis, trace=trace, callback=callback, threads=threads, **options)
-    given |= {"scale": scale, "finish": finish, "interrupts": interrupts}
-    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), method, began, limits, given)
+    options |= {"x0": x0, "z0": z0, "basis": basis, "tol": tol, "max_iterations": max_iterations}
+    options |= {"time_limit": time_limit, "trace": trace, "callback": callback, "threads": threads}
+    options |= {"scale": scale, "finish": finish, "interrupts": interrupts}
+    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), method, began, options)
 
 
 def run(
@@ -129,10 +129,10 @@ def run(
     lcpcli.errors.ParameterError: tol: 2 is out of range; it must be: 0 < tol < 1
     """
     began = seconds()
-    limits = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
-    starts = {"x0": x0, "z0": z0, "basis": basis}
-    given = dict(trace=trace, callback=callback, threads=threads, scale=scale, finish=finish, **starts, **options)
-    return _run(as_problem(problem), method, began, limits, given | {"interrupts": interrupts})
+    options |= {"x0": x0, "z0": z0, "basis": basis, "tol": tol, "max_iterations": max_iterations}
+    options |= {"time_limit": time_limit, "trace": trace, "callback": callback, "threads": threads}
+    options |= {"scale": scale, "finish": finish, "interrupts": interrupts}
+    return _run(as_problem(problem), method, began, options)
 
 
 def unless_interrupted(result: Result, interrupts: str) -> Result:
@@ -142,9 +142,10 @@ def unless_interrupted(result: Result, interrupts: str) -> Result:
     return result
 
 
-def _run(problem: Problem, method: str, began: float, limits: dict[str, Any], given: dict[str, Any]) -> Result:
+def _run(problem: Problem, method: str, began: float, given: dict[str, Any]) -> Result:
     refuse_unknown_options(method, given)
-    limits, chosen = _given(limits), _given(given)
+    chosen = {name: value for name, value in given.items() if value is not None}
+    limits = {name: chosen.pop(name) for name in LIMITS if name in chosen}
     trace, interrupts = chosen.pop("trace", False), chosen.pop("interrupts")
     result = driver.run(
         problem,
@@ -155,10 +156,6 @@ def _run(problem: Problem, method: str, began: float, limits: dict[str, Any], gi
         **chosen,
     )
     return unless_interrupted(result, interrupts)
-
-
-def _given(options: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if value is not None}
 
 
 def refuse_unknown_options(method: str, given: Mapping[str, Any]) -> None:
