@@ -13,13 +13,14 @@ import click
 from lcpcli import options
 from lcpcli.bench.formats import FORMATS
 from lcpcli.bench.suites import ALL, SUITES, budget_of
-from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.command import command, option
 from lcpcli.cli.main import INTERRUPTED
 from lcpcli.cli.options import (
     PROBLEM,
     Candidates,
     chosen_variants,
     file_option,
+    files_argument,
     format_option,
     numeric,
     output_file,
@@ -55,8 +56,7 @@ MEASURING = (TOL, options.TIME_LIMIT, ACCEPT, BUDGET)
 EPILOG = "Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept."
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Measure methods on suites of problems.",
     examples=(
         "lcp bench",
@@ -68,17 +68,15 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     exits=EXITS,
     epilog=EPILOG,
 )
-@argument(
+@files_argument(
     "Problems",
     "suite",
+    "[SUITE|FILE [Q_FILE]|FOLDER]...",
     {
         "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
         "FILE [Q_FILE]": "A problem, as for lcp compare, but not standard input.",
-        "FOLDER": "All problem files in it, in order of their names.",
     },
-    metavar="[SUITE|FILE [Q_FILE]|FOLDER]...",
-    nargs=-1,
-    shell_complete=PROBLEM._replace(words=MEANINGS),
+    PROBLEM._replace(words=MEANINGS),
 )
 @numeric("Problems", INFINITY)
 @several_methods("Solvers", "measure", DEFAULT_METHODS)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lcpcli import options
-from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.options import VECTOR, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
 from lcpcli.cli.output import emit, form_of, refuse, show, terminal
 from lcpcli.cli.problems import Inputs
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Verify a proposed solution.",
     examples=(
         "lcp solve bimatrix --exact -o result.json",
@@ -113,8 +112,7 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
     return replace(verified, message=f"{verified.message}; {answer.claim}") if answer.claim else verified
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Classify and diagnose a problem.",
     examples=(
         "lcp inspect paper-example-2",

@@ -187,6 +187,11 @@ class Command(click.Command):
         return {**tables, **last, **{heading: list(told.items()) for heading, told in self.lists.items()}, **exits}
 
 
+def command(**attributes: Any) -> Callable[[Declared], Command]:
+    """Make a function a command, whose attributes are those of `Command` and as for `click.command`."""
+    return click.command(cls=Command, **attributes)
+
+
 def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None:
     """Write each table under its heading, all meanings in one column."""
     terms = [len(term) for rows in tables.values() for term, _ in rows]

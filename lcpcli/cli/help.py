@@ -21,7 +21,7 @@ from click.shell_completion import (
     shell_complete,
 )
 
-from lcpcli.cli.command import VARIABLE, WIDEST_LINE, Command, argument, lcp, write_tables
+from lcpcli.cli.command import VARIABLE, WIDEST_LINE, argument, command, lcp, write_tables
 from lcpcli.cli.options import Candidates, Choice
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import likely, quoted
@@ -38,8 +38,7 @@ def _offered(context: click.Context, parameter: click.Parameter, incomplete: str
     return Candidates({**TOPICS, **lcp.meanings()})(context, parameter, incomplete)
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help=f"Explain a topic: {', '.join(TOPICS)}.",
     examples=("lcp help", "lcp help methods", "lcp help solve", "lcp help json"),
     lists={"Topics": TOPICS},
@@ -62,8 +61,8 @@ def help(context: click.Context, topic: str | None) -> None:
         write_tables(formatter, {"Topics": list(TOPICS.items()), "Commands": meanings})
         click.echo(f"Usage: {context.command_path} TOPIC\n\n{formatter.getvalue()}", nl=False)
     elif topic in commands:
-        command = commands[topic]
-        click.echo(command.get_help(click.Context(command, context.find_root(), topic)))
+        named = commands[topic]
+        click.echo(named.get_help(click.Context(named, context.find_root(), topic)))
     elif topic in TOPICS:
         width, color = terminal()
         page = PAGES[topic]
@@ -83,8 +82,7 @@ SHELLS = {
 }
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Print a shell completion script.",
     examples=("lcp completion bash", "lcp completion zsh", "lcp completion fish"),
     lists={"Shells, and where the script belongs": SHELLS},

@@ -7,9 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from lcpcli.cli.command import Command, argument, option
+from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.options import Candidates, file_option, problem_file, problem_output
 from lcpcli.cli.output import emit, refuse, terminal
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
@@ -28,8 +26,7 @@ KEPT = ((OF_PROGRAMS, "the program"), (WITH_BOUNDS, "M, q and bounds"), (("",), 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Write a gallery problem, or that of a program or game.",
     examples=(
         "lcp make --list",
@@ -134,8 +131,7 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
     return values
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Write a problem in another format.",
     examples=("lcp convert bimatrix -o bimatrix.mat", "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz"),
     exits={0: "written", 2: "usage or input error (one-line message)"},

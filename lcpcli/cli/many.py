@@ -91,15 +91,15 @@ class Task(NamedTuple):
         """The results for problems that are solved one by one, with remarks on what was read."""
         from lcpcli.solving.driver import concluded
 
-        def traces(_: Problem) -> tuple[Trace | None, None]:
-            return Trace(self.every) if self.every else None, None
-
         inputs = self.asked.inputs
         for held in inputs.held(work):
-            (result,) = self.asked.run(held.problem, self.asked.options_for(held.problem), traces, labelled=False)
-            for prove in self.asked.proofs(held.exactly if self.asked.exact else None):
-                result = prove(result)
-            yield concluded([result])[0], [] if inputs.quiet else held.remarks
+            chosen = self.asked.options_for(held.problem)
+            (result,) = self.asked.run(held.problem, chosen, self._traces, labelled=False)
+            (result,) = concluded([self.asked.proved(result, held.exactly)])
+            yield result, [] if inputs.quiet else held.remarks
+
+    def _traces(self, _: Problem) -> tuple[Trace | None, None]:
+        return Trace(self.every) if self.every else None, None
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
         """Those for problems with one M, solved together."""

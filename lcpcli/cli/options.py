@@ -188,6 +188,14 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
     )
 
 
+def files_argument(
+    heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = PROBLEM, **attributes: Any
+) -> Declaration:
+    """The declaration of an argument of files and folders, among other words."""
+    words = {**words, "FOLDER": "All problem files in it, in order of their names."}
+    return argument(heading, name, words, metavar=metavar, nargs=-1, shell_complete=offered, **attributes)
+
+
 def chosen_variants(
     asked: Sequence[Variant], axes: Sequence[str], default: Sequence[str], given: Collection[str] = ()
 ) -> list[Variant]:
@@ -225,19 +233,16 @@ problem_file = declared(  # the problem of a command that takes one: its file, a
     with_bounds,
 )
 problem_files = declared(  # the problems of a command that takes one or several
-    argument(
+    files_argument(
         "Problem",
         "files",
+        "FILE [Q_FILE]|FOLDER...",
         {
             "FILE [Q_FILE]": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or "
             ".npy, followed by q, or by several q in columns; .jsonl with a problem in each line. - is standard input, "
-            "and the name of a shipped problem stands for it.",
-            "FOLDER": "All problem files in it, in order of their names.",
+            "and the name of a shipped problem stands for it."
         },
-        metavar="FILE [Q_FILE]|FOLDER...",
-        nargs=-1,
         required=True,
-        shell_complete=PROBLEM,
     ),
     with_bounds,
 )

@@ -136,17 +136,16 @@ class Request(NamedTuple):
                 for result in timed(partial(once, variant.method, start), compared):
                     yield replace(result, label=label, warm=start is not values) if labelled else result
 
-    def proofs(self, exactly: Callable[[], ExactProblem] | None) -> list[Callable[[Result], Result]]:
-        """What adds to a result what is asked to be proved of it, in the time that its run has left.
+    def proved(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
+        """The result with what is asked to be proved of it, in the time that its run has left.
 
-        exactly : gives the problem with its numbers as written; None if nothing is to be proved of these.
+        exactly : gives the problem with its numbers as written, if something is to be proved of these.
         """
-        proofs: list[Callable[[Result], Result]] = [bounded] * self.bound
-        if exactly is None:
-            return proofs
-        from lcpcli.solving.proof import prove
+        if self.exact and exactly is not None:
+            from lcpcli.solving.proof import prove
 
-        return [lambda result: prove(exactly, result, result.limits.time_limit - result.seconds), *proofs]
+            result = prove(exactly, result, result.limits.time_limit - result.seconds)
+        return bounded(result) if self.bound else result
 
     def options_for(self, problem: Problem) -> list[dict[str, Any]]:
         """For each method its own options and those given that it has; OptionError for one given that none has."""

@@ -133,9 +133,8 @@ def _results(asked: Request, held: list[Held], output: Output) -> tuple[Results,
                 if result.interrupted:
                     return results, True
         for made, exactly in zip(results, data, strict=True):
-            for prove in asked.proofs(exactly):
-                for k, result in enumerate(made):
-                    made[k] = prove(result)
+            for k, result in enumerate(made):
+                made[k] = asked.proved(result, exactly)
     except KeyboardInterrupt:
         if not any(results):
             raise

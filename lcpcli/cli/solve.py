@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import click
-
-from lcpcli.cli.command import EXITS, Command, argument, option
+from lcpcli.cli.command import EXITS, command, option
 from lcpcli.cli.options import (
-    PROBLEM,
     MethodChoice,
     chosen_variants,
     file_option,
+    files_argument,
     numeric,
     problem_files,
     several_methods,
@@ -30,8 +28,7 @@ from lcpcli.report.wording import LEVELS
 AS_PUBLISHED = ("fixed-point", "shi")
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Solve one problem or many.",
     examples=(
         "lcp solve paper-example-1",
@@ -87,8 +84,7 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
     return run(asked)
 
 
-@click.command(
-    cls=Command,
+@command(
     short_help="Run methods side by side.",
     examples=(
         "lcp compare",
@@ -102,17 +98,14 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
     exits={**EXITS, 0: "every method solved every problem"},
     epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one.",
 )
-@argument(
+@files_argument(
     "Problem",
     "files",
+    "[FILE [Q_FILE]|FOLDER]...",
     {
         "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by that of q.  "
-        "[default: the paper's two examples]",
-        "FOLDER": "All problem files in it, in order of their names.",
+        "[default: the paper's two examples]"
     },
-    metavar="[FILE [Q_FILE]|FOLDER]...",
-    nargs=-1,
-    shell_complete=PROBLEM,
 )
 @with_bounds
 @several_methods("Method", "compare", AS_PUBLISHED)
