@@ -16,18 +16,16 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, misread, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
+from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg import matrices
 from lcpcli.rational.numbers import RATIO, decimal
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header

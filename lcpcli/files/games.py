@@ -13,17 +13,14 @@ from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lcpcli.errors import LCPError, OptionError, ProblemError, count, quoted
 from lcpcli.files.contents import decode, parsed, place, unpacked
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
-from lcpcli.files.formats import form_of
+from lcpcli.files.formats import Number, form_of
 from lcpcli.files.inputs import Input
 from lcpcli.rational.numbers import ratio
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Number
 
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"')
 LARGEST = 100_000  # bytes of a table that is read again for a hint

@@ -72,7 +72,7 @@ class Input:
         if self.fault is not None:
             raise self.fault
         if self.line is None:
-            return reading.problem_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
+            return reading.problem_of(self.paths, self.contents)
         try:
             problem = cast(Problem, made(json_format.fields(self.contents[0])))
         except ProblemError as error:
@@ -89,10 +89,7 @@ class Input:
         """The numbers of the problem as they are written, where `read` has accepted it."""
         if self.line is not None:
             return reading.exact_parts_in("json_format", self.contents[0])
-        return reading.exact_parts_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
-
-    def _fetch(self, path: str, expected: str) -> bytes:  # noqa: ARG002 (as `content_of`)
-        return self.contents[self.paths.index(path)]
+        return reading.exact_parts_of(self.paths, self.contents)
 
 
 @dataclass(frozen=True)
@@ -209,7 +206,7 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
         return Input((path,), (content,))
     M: Matrix | None = None
     with suppress(ProblemError):
-        held = None if _opens_an_object(content) else reading.held_in(path, lambda *_: content)
+        held = None if _opens_an_object(content) else reading.held_in(path, content)
         M = None if isinstance(held, Problem) else held
     if M is None and not _is_vector(left[0]):
         return Input((path,), (content,))
@@ -234,7 +231,7 @@ def _is_vector(path: str) -> bool:
                 return False
         content = content_of(path, LINE)
         with suppress(ProblemError):
-            if isinstance(reading.held_in(path, lambda *_: content), Problem):
+            if isinstance(reading.held_in(path, content), Problem):
                 return False
         reading.vector_in("q", path, content)
         return True

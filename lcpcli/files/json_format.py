@@ -14,19 +14,17 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
+from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.typing import Indices, Matrix
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 SHORTEST = 15  # digits that every double has

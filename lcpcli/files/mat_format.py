@@ -13,18 +13,16 @@ import struct
 import warnings
 import zlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
+from lcpcli.files.formats import Exact, Number
 from lcpcli.files.npy_format import flat, named, of_arrays, texts
 from lcpcli.linalg.matrices import is_sparse
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
 TYPES = {*range(1, 8), 9, *range(12, 19)}  # of the elements that version 5 has

@@ -9,20 +9,18 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.errors import REAL as REAL_ONLY
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.contents import refuse_beyond_memory, unpacked
+from lcpcli.files.formats import Exact, Number
 from lcpcli.files.json_format import repeated
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))

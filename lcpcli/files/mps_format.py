@@ -12,12 +12,13 @@ import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import unpacked
+from lcpcli.files.formats import Number
 from lcpcli.files.mps_lines import (
     MPS,
     NUMBER,
@@ -34,10 +35,6 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.rational.numbers import Doubles
 from lcpcli.typing import Matrix, Vector
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Number
-
 
 Interval = tuple[float, float]
 

@@ -9,20 +9,17 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.files.formats import Exact
 from lcpcli.files.json_format import number_text
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import decimal, fraction, shortest_decimal
 from lcpcli.typing import Vector
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact
-
 
 MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

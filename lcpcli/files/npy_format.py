@@ -8,7 +8,7 @@ import io
 import math
 import warnings
 from collections.abc import Callable, Mapping
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
@@ -16,11 +16,9 @@ from numpy.lib import format as npy
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory, within
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, TEXTS, kind_of, of_table
+from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 OF_NAMES = ("rows", "columns", "names")
 

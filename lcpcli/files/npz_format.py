@@ -12,19 +12,17 @@ import io
 import zipfile
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
+from lcpcli.files.formats import Exact, Number
 from lcpcli.files.npy_format import checked, named, of_arrays, text
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 COMPRESSED = ("data", "indices", "indptr")
 PARTS = {
