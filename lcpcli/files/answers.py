@@ -19,14 +19,13 @@ from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.contents import decode, within
-from lcpcli.files.csv_format import NUMERIC, is_comment, is_number
+from lcpcli.files.csv_format import delimiter_of, is_header, is_number, lines_of
 from lcpcli.files.json_format import load
 from lcpcli.files.log import record_of
 from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
 
 EXPECTED = "give a list of numbers, or what lcp solve --format json prints"
-DELIMITERS = ";\t,"
 VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of all solutions
 STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # of all equilibria
 RUN = ("problem", "method")  # the columns that tell one result from another
@@ -158,13 +157,12 @@ def of_table(content: bytes, lengths: Lengths | None = None) -> list[Candidate]:
 
 
 def _answers(content: bytes) -> list[Candidate]:
-    lines = [(k, line) for k, line in enumerate(decode(content).splitlines(), 1)]
-    lines = [(k, line) for k, line in lines if line.strip() and not is_comment(line)]
+    lines = lines_of(content)
     rows = [(k, _cells(line)) for k, line in lines]
     header: list[str] = []
-    if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):
+    if rows and is_header(rows[0][1]):
         (_, first), *others = lines
-        mark = _delimiter(first).strip(" ")
+        mark = delimiter_of(first)
         header = [name.casefold() for name in _cells(first, mark)]
         rows = [(k, _cells(line, mark, len(header))) for k, line in others]
     if set(header) >= STRATEGY or set(header) >= VERTEX:
@@ -180,13 +178,12 @@ def _answers(content: bytes) -> list[Candidate]:
 def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
     """The answers in what lcp solve --all writes: each vertex, or each equilibrium with its probabilities."""
     _require_alike(header, rows)
-    place = {name: j for j, name in enumerate(header)}
     of_game = set(header) >= STRATEGY
+    keys = [header.index(name) for name in (["equilibrium"] if of_game else ["piece", "number"])]
     groups: dict[tuple[str, ...], Rows] = {}
     for k, row in rows:
-        if of_game or row[place["kind"]] == "vertex":
-            key = (row[place["equilibrium"]],) if of_game else (row[place["piece"]], row[place["number"]])
-            groups.setdefault(key, []).append((k, row))
+        if of_game or row[header.index("kind")] == "vertex":
+            groups.setdefault(tuple(row[j] for j in keys), []).append((k, row))
     if not groups:
         raise ProblemError("", "has no solution", "give a solution to check")
     return [(_strategies if of_game else _table)(header, own) for own in groups.values()]
@@ -194,11 +191,16 @@ def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
 
 def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
     """The strategies of one equilibrium."""
-    player, strategy, value = (names.index(name) for name in ("player", "strategy", "probability"))
-    own = [[each for each in rows if (each[1][player] == "row") == first] for first in (True, False)]
-    ordered = [_ordered(part, strategy) for part in own]
-    values = [within(f"line {k}, column {value + 1}", ratio, row[value]) for part in ordered for k, row in part]
-    return Candidate("solution", values, rows=len(ordered[0]))
+    player = names.index("player")
+    own = [[each for each in rows if (each[1][player] == "row") == is_first] for is_first in (True, False)]
+    values = [_column("probability", names, _ordered("strategy", names, part)) for part in own]
+    return Candidate("solution", values[0] + values[1], rows=len(values[0]))
+
+
+def _column(name: str, names: Sequence[str], rows: Rows) -> list[Fraction]:
+    """The numbers in a column."""
+    j = names.index(name)
+    return [within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows]
 
 
 def _require_alike(names: Sequence[str], rows: Rows) -> None:
@@ -209,14 +211,10 @@ def _require_alike(names: Sequence[str], rows: Rows) -> None:
             )
 
 
-def _delimiter(line: str) -> str:
-    return next((mark for mark in DELIMITERS if mark in line), " ")
-
-
 def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
     """The cells of a line; below a header of that width, between its delimiters, they may have spaces or be empty."""
     is_below = bool(delimiter) and delimiter in line
-    mark = delimiter if is_below else _delimiter(line)
+    mark = delimiter if is_below else delimiter_of(line) or " "
     cells = [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
     while len(cells) > (width if is_below else 1) and not cells[-1]:
         cells.pop()
@@ -253,21 +251,19 @@ def _table(names: Sequence[str], rows: Rows) -> Candidate:
         raise ProblemError("", "has no column headed z", HINT)
     _require_alike(names, rows)
     if "component" in names:
-        rows = _ordered(rows, names.index("component"))
-    places = [names.index(name) for name in ("z", "w") if name in names]
-    z, *w = [[within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows] for j in places]
-    return Candidate("solution", z, w=w[0] if w else None)
+        rows = _ordered("component", names, rows)
+    return Candidate("solution", _column("z", names, rows), w=_column("w", names, rows) if "w" in names else None)
 
 
-def _ordered(rows: Rows, place: int) -> Rows:
-    """The rows in the order of their components, each of which must occur once."""
-    wanted = dict.fromkeys(str(i) for i in range(1, len(rows) + 1))
-    held: dict[str, tuple[int, list[str]]] = {}
+def _ordered(name: str, names: Sequence[str], rows: Rows) -> Rows:
+    """The rows in the order of their components, which the column of that name has, each once."""
+    place = names.index(name)
+    wanted, held = dict.fromkeys(str(i) for i in range(1, len(rows) + 1)), dict[str, tuple[int, list[str]]]()
     for k, row in rows:
-        if row[place] not in wanted or row[place] in held:
-            here = {row[place] for _, row in rows}
-            missing = next(i for i in wanted if i not in here)
-            fault = f"has component {row[place]!r}{' again' * (row[place] in held)}, while {missing} is missing"
+        here = row[place]
+        if here not in wanted or here in held:
+            missing = next(i for i in wanted if i not in {row[place] for _, row in rows})
+            fault = f"has component {here!r}{' again' * (here in held)}, while {missing} is missing"
             raise ProblemError(f"line {k}, column {place + 1}", fault, f"give each of 1 to {len(rows)} once")
-        held[row[place]] = (k, row)
+        held[here] = (k, row)
     return [held[i] for i in wanted]

@@ -30,7 +30,7 @@ from lcpcli.rational.numbers import RATIO, decimal
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 NAME = re.compile(r"[^\W\d]")  # begins like a name
-SPREADSHEET_ERROR = re.compile(r"\s*#[A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$)")  # such as #N/A, #REF!, #DIV/0!
+COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # no error of a spreadsheet, such as #N/A or #REF!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
 UNNAMED = "; is the first column an index? leave the first cell of the header empty"
 HEADED = "name q, lower and upper in a header, if the last columns are these"
@@ -92,25 +92,34 @@ def _text(exact: Exact, x: float) -> str:
     return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
 
 
-def is_comment(line: str) -> bool:
-    """Whether a line begins with #, but not with an error that a spreadsheet has left in its first cell."""
-    return line.lstrip().startswith("#") and not SPREADSHEET_ERROR.match(line)
+def lines_of(content: bytes) -> list[tuple[int, str]]:
+    """The lines of a text with their numbers, without blank ones and comments."""
+    lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not COMMENT.match(line)]
+
+
+def delimiter_of(line: str) -> str:
+    """What separates the columns, by the first line; "" for blanks."""
+    return next((mark for mark in DELIMITERS if mark in line), "")
+
+
+def is_header(cells: list[str]) -> bool:
+    """Whether no cell of a first line is a number, or begins like one."""
+    return not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
 
 
 def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False) -> Table:
     """The table in a text. With all_bounds, all numbers are bounds, and a header may name anything."""
-    all_lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and not is_comment(line)]
+    lines = lines_of(content)
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
-    delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
+    delimiter = delimiter_of(lines[0][1])
     below = [(number, _fields(number, line, delimiter)) for number, line in lines]
     top, first = below[0]
     indexed = _heads_an_index(first, [row[0] for _, row in below[1:]])
     places: dict[str, int] = {}
     header: list[str] = []
-    absent = all_bounds and any(map(is_absent, first))
-    if indexed or not (absent or any(is_number(entry) or NUMERIC.match(entry) for entry in first)):
+    if indexed or (is_header(first) and not (all_bounds and any(map(is_absent, first)))):
         header = [name.strip() for name in first[indexed:]]
         places = {} if all_bounds else _places(top, header)
         if "q" in header[:-1] and not (places or all_bounds):
@@ -156,12 +165,8 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     """Whether the first line is a header whose first column is an index: it has no name, as pandas writes it, or one
     with names alone below it, and the others have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
-    named = bool(below) and is_name(first) and all(map(is_name, below))
-    return (
-        (named or not first)
-        and bool(others)
-        and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
-    )
+    is_index = not first or (below and all(map(is_name, (first, *below))))
+    return bool(is_index and others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
 
 
 def _is_counted(rows: list[list[Any]], places: dict[str, int], header: list[str]) -> bool:
@@ -180,15 +185,15 @@ def _numbering(rows: list[list[Any]]) -> str:
     return ""
 
 
-def _fields(number: int, line: str, delimiter: str | None) -> list[str]:
-    if delimiter is None:
+def _fields(number: int, line: str, delimiter: str) -> list[str]:
+    if not delimiter:
         line, delimiter = " ".join(line.split()), " "
     try:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
     except csv.Error:
-        most = csv.field_size_limit()
-        long = f"it may have an entry of more than {most} characters"
-        fault = long if len(line) > most else "its quotation marks do not match"
+        most, fault = csv.field_size_limit(), "its quotation marks do not match"
+        if len(line) > most:
+            fault = f"it may have an entry of more than {most} characters"
         raise ProblemError(f"line {number}", f"is not CSV ({fault})", "correct it there") from None
 
 
@@ -225,11 +230,11 @@ def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable
     is_mixed = commas and "." in entry
     if is_number(number) and math.isfinite(float(number)) and not is_mixed:
         return number_of(number)
-    text, hint = quoted(entry.strip()), "give a number"
+    text = quoted(entry.strip())
     if is_ratio:
-        fault = f"is {text}, a division by 0"
+        fault, hint = f"is {text}, a division by 0", "give a number"
     elif not entry.strip():
-        fault = "is empty"
+        fault, hint = "is empty", "give a number"
     elif is_mixed:
         fault = f"is {quoted(entry)} in a file with decimal commas"
         hint = "use one decimal mark and no thousands separators"
