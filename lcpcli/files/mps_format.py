@@ -8,9 +8,11 @@ and ranges of 1e20 or more are none. Reading needs highspy.
 
 from __future__ import annotations
 
+import math
 import re
 import tempfile
 from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +33,6 @@ from lcpcli.files.mps_lines import (
     unknown_row,
 )
 from lcpcli.files.mps_lines import render as render
-from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.rational.numbers import Doubles
 from lcpcli.typing import Matrix, Vector
@@ -54,8 +55,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     if not MPS.search(text):
         return _fields(_read(text, ".lp"), text, {}, is_mps=False)
     refuse_misread(text)
-    double_of = number.of if isinstance(number, Doubles) else float
-    sides = {row: (double_of(low), double_of(high)) for row, (low, high) in range_sides(text).items()}
+    sides = {row: (_double(low, number), _double(high, number)) for row, (low, high) in range_sides(text).items()}
     return _fields(_read(text if number is float else as_written(text, number), ".mps"), text, sides, is_mps=True)
 
 
@@ -113,12 +113,14 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
     if is_mps:
         _refuse_undeclared(lp, A, names, text)
     _refuse_crossed(low, high, names, text)
-    rows = _sides(np.array(lp.row_lower_), np.array(lp.row_upper_))
-    _round_once(rows, list(lp.row_names_), ranges)
+    ends = np.array([lp.row_lower_, lp.row_upper_])
+    places = {name: i for i, name in enumerate(lp.row_names_)} if ranges else {}
+    for row in ranges.keys() & places.keys():  # which HiGHS rounds twice, and takes for finite beyond NO_BOUND
+        ends[:, places[row]] = ranges[row]
     if k + lp.num_row_ <= DENSE:
         A, Q = A.toarray(), None if Q is None else Q.toarray()
     name = NAME.search(text)
-    of_rows = {"A": A, "row_lower": rows[0], "row_upper": rows[1]} if lp.num_row_ else {}
+    of_rows = {"A": A, "row_lower": ends[0], "row_upper": ends[1]} if lp.num_row_ else {}
     return {
         **({} if Q is None else {"Q": Q}),
         "c": np.array(lp.col_cost_),
@@ -133,20 +135,10 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
     }
 
 
-def _sides(low: Vector, high: Vector) -> tuple[Vector, Vector]:
-    """The sides of rows, without the one that a range of NO_BOUND makes of a right-hand side that is not 0."""
-    ranges = (high - low >= (1 - EPS) * NO_BOUND) & np.isfinite(high - low)
-    return np.where(ranges & (-low > high), -np.inf, low), np.where(ranges & (-low <= high), np.inf, high)
-
-
-def _round_once(sides: tuple[Vector, Vector], names: list[str], ranges: Mapping[str, Interval]) -> None:
-    """Put the sides of rows with ranges in their place, where rounding alone tells them from what HiGHS computes."""
-    places = {name: i for i, name in enumerate(names)} if ranges else {}
-    for name, ends in ranges.items():
-        i = places.get(name)
-        if i is None or not np.allclose([sides[0][i], sides[1][i]], ends, rtol=1e-12, atol=1e-12 * max(map(abs, ends))):
-            continue
-        sides[0][i], sides[1][i] = ends
+def _double(side: Fraction | float, number: Number) -> float:
+    """The double of a side of a row, infinite from NO_BOUND on."""
+    double = side if isinstance(side, float) else number.of(side) if isinstance(number, Doubles) else float(side)
+    return double if abs(double) < NO_BOUND else math.copysign(math.inf, double)
 
 
 def _matrix(form: Any, matrix: Any, shape: tuple[int, int]) -> Any:
