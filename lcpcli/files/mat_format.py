@@ -21,7 +21,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.npy_format import flat, named, of_arrays, texts
+from lcpcli.files.npy_format import OF_NAMES, flat, named, of_arrays, texts, written
 from lcpcli.linalg.matrices import is_sparse
 
 MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
@@ -61,15 +61,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
     """The fields, numbers bit for bit; sparse matrices are sparse, names cells, several solutions columns."""
     from scipy.io import savemat
 
-    variables = dict(fields)
-    for key in ("names", "rows", "columns"):
-        if key in variables:
-            variables[key] = np.array(variables[key], dtype=object)
+    variables = dict(fields) | {key: np.array(fields[key], dtype=object) for key in OF_NAMES if key in fields}
     if isinstance(variables.get("solution"), list):
         variables["solution"] = np.array(variables["solution"]).T
-    file = io.BytesIO()
-    savemat(file, variables, oned_as="column")
-    return {"": file.getvalue()}
+    return {"": written(savemat, variables, oned_as="column")}
 
 
 def _variables(content: bytes) -> dict[str, Any]:
@@ -120,8 +115,7 @@ def _refuse_inconsistent(kinds: list[int], array: bytes, order: str) -> None:
 
 
 def _broken(fault: str) -> ProblemError:
-    hint = "is it cut off? save it again, in MATLAB with -v7"
-    return ProblemError("", f"is not a MAT file ({fault})", hint)
+    return ProblemError("", f"is not a MAT file ({fault})", "is it cut off? save it again, in MATLAB with -v7")
 
 
 def _array(name: str, value: Any) -> Any:

@@ -18,6 +18,7 @@ from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.contents import refuse_beyond_memory, unpacked
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.json_format import repeated
+from lcpcli.files.npy_format import written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
@@ -67,11 +68,10 @@ def _written(matrix: Matrix, exact: Exact) -> bytes:
     """The matrix as scipy writes it, with other numbers in place of its doubles."""
     from scipy.io import mmwrite
 
-    file = io.BytesIO()
-    mmwrite(file, matrix, symmetry="general")
+    text = written(mmwrite, matrix, symmetry="general")
     if not exact:
-        return file.getvalue()
-    lines = [line.split() for line in file.getvalue().decode().splitlines()]
+        return text
+    lines = [line.split() for line in text.decode().splitlines()]
     first = next(i for i, line in enumerate(lines) if not line[0].startswith("%")) + 1
     for words in lines[first:]:
         words[-1] = decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
