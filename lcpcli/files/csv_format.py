@@ -15,7 +15,6 @@ import csv
 import math
 import re
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,11 +52,9 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
         rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
     n, columns = len(rows), len(rows[0])
     if not places and columns not in (n, n + 1):
-        hint = _numbering(rows)
-        if not hint:
-            hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
-            hint += UNNAMED * (columns == n + 2 and bool(header))
-        raise ProblemError("", f"has {count(n, 'row')} of {count(columns, 'column')}", hint)
+        hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
+        hint += UNNAMED * (columns == n + 2 and bool(header))
+        raise ProblemError("", f"has {count(n, 'row')} of {count(columns, 'column')}", _numbering(rows) or hint)
     if not places:
         return of_table(np.array(rows))
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
@@ -82,14 +79,14 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """[M | q], one row per line, with all digits; with bounds [M | q | lower | upper] below a header."""
     given = [name for name in ("q", *BOUNDS) if name in fields]
     table = np.column_stack((matrices.dense(fields["M"]), *(fields[name] for name in given)))
-    rows = [list(map(partial(_text, exact), row)) for row in table.tolist()]
+
+    def text(x: float) -> str:
+        return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
+
+    rows = [list(map(text, row)) for row in table.tolist()]
     if len(given) > 1:
         rows.insert(0, [*(f"M{i}" for i in range(1, len(rows) + 1)), *given])
     return {"": "".join(f"{','.join(row)}\n" for row in rows).encode()}
-
-
-def _text(exact: Exact, x: float) -> str:
-    return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
 
 
 def lines_of(content: bytes) -> list[tuple[int, str]]:

@@ -58,13 +58,11 @@ class Input:
     marks: Sequence[Mapping[str, Any]] = ()
 
     @property
-    def sources(self) -> list[Source]:
-        """Where its problem is."""
+    def sources(self) -> list[Source]:  # where its problem is
         return [Source(place(self.paths[0]), self.line, *self.marks)]
 
     @property
-    def digests(self) -> list[str]:
-        """The digest of its problem, as it is written."""
+    def digests(self) -> list[str]:  # that of its problem, as it is written
         return [digest(*self.contents)]
 
     def read(self) -> Problem:
@@ -81,8 +79,7 @@ class Input:
         return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
 
     def length(self) -> int:
-        """Return the number of bytes of the texts among its contents, in which numbers may have any number of
-        digits."""
+        """The bytes of the texts among its contents, in which numbers may have any number of digits."""
         return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:
@@ -106,14 +103,12 @@ class QColumns:
     marks: Sequence[Mapping[str, Any]] = ()
 
     @property
-    def sources(self) -> list[Source]:
-        """Where its problems are."""
+    def sources(self) -> list[Source]:  # where its problems are
         file, marks = place(self.paths[1]), self.marks
         return [Source(file, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
 
     @property
-    def digests(self) -> list[str]:
-        """The digests of its problems."""
+    def digests(self) -> list[str]:  # those of its problems
         M = self.M.tocsr() if is_sparse(self.M) else self.M
         whole = digest(*(part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))))
         return [digest(whole.encode(), q.tobytes()) for q in self.Q.T]
@@ -150,9 +145,14 @@ def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
         path = left.pop(0)
         try:
             with opened(path) as file:
-                head, is_lines = _head(path, file, streams and path == STANDARD_INPUT)
-                if is_lines:
-                    yield from _lines(path, head, file)
+                head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
+                if are_lines:
+                    for number, line in enumerate(chain(head, file), 1):
+                        if text := (without_mark(line) if number == 1 else line).strip():
+                            yield Input((path,), (text,), line=number)
+                    if not head:
+                        hint = "give one problem in each line"
+                        yield Input((path,), fault=ProblemError(place(path), "is empty", hint))
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
             yield _followed(path, content, left)
@@ -169,32 +169,18 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
     for line in file:
         head.append(line)
         told = [part for part in map(bytes.strip, head) if part]
-        if path.casefold().endswith(LINES):
-            return head, True
-        if streams and len(told) == 1 and _is_object(told[0]):
+        if path.casefold().endswith(LINES) or (streams and len(told) == 1 and _is_object(told[0])):
             return head, True
         if len(told) == 2 or (told and not (told[0].startswith(b"{") and told[0].endswith(b"}"))):
             return head, len(told) == 2 and told[1].startswith(b"{")
-    return head, False
+    return head, path.casefold().endswith(LINES)
 
 
 def _is_object(line: bytes) -> bool:
     """Whether it is a whole object of JSON."""
-    try:
+    with suppress(ValueError, RecursionError):
         return isinstance(json.loads(without_mark(line)), dict)
-    except (ValueError, RecursionError):
-        return False
-
-
-def _lines(path: str, head: Sequence[bytes], file: IO[bytes]) -> Iterator[Input]:
-    """The problems in the lines of a file, the first of which have been read."""
-    number = 0
-    for number, line in enumerate(chain(head, file), 1):
-        text = (without_mark(line) if number == 1 else line).strip()
-        if text:
-            yield Input((path,), (text,), line=number)
-    if not number:
-        yield Input((path,), fault=ProblemError(place(path), "is empty", "give one problem in each line"))
+    return False
 
 
 def _followed(path: str, content: bytes, left: list[str]) -> Work:
@@ -227,11 +213,10 @@ def _is_vector(path: str) -> bool:
         return False
     with suppress(ProblemError):
         with opened(path) as file:
-            if _opens_an_object(file.read(FIRST_BYTES)):
-                return False
-        content = content_of(path, LINE)
+            head = file.read(FIRST_BYTES)
+            content = b"" if _opens_an_object(head) else checked(path, head + file.read(), LINE)
         with suppress(ProblemError):
-            if isinstance(reading.held_in(path, content), Problem):
+            if not content or isinstance(reading.held_in(path, content), Problem):
                 return False
         reading.vector_in("q", path, content)
         return True

@@ -24,7 +24,8 @@ from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
 
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
-CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
+SIGNS = {"general": 0, "symmetric": 1, "skew-symmetric": -1}  # of the mirrored entries
+CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
 REAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
 INTEGER = rb"[-+]?\d+"
 WIDTHS = {"array": 1, "coordinate": 3}  # numbers per entry
@@ -100,9 +101,9 @@ def _dense(header: _Header, values: Vector) -> Matrix:
     """The matrix from its values by columns, only those of the lower triangle if it is symmetric."""
     if header.symmetry == "general":
         return np.ascontiguousarray(values.reshape(header.shape, order="F"))
-    matrix = np.zeros(header.shape)
-    upper = np.triu_indices(header.shape[0], int(header.symmetry == "skew-symmetric"))
-    matrix[upper] = values if header.symmetry == "symmetric" else -values
+    matrix, sign = np.zeros(header.shape), SIGNS[header.symmetry]
+    upper = np.triu_indices(header.shape[0], int(sign < 0))
+    matrix[upper] = sign * values
     matrix.T[upper] = values
     return matrix
 
@@ -113,11 +114,10 @@ def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -
     if wrong.size:
         place = f"({rows[wrong[0]]}, {cols[wrong[0]]})"
         raise ProblemError(field, f"has an entry {place} and is {header.shape[0]} x {header.shape[1]}", "count from 1")
-    if header.symmetry != "general":
+    if sign := SIGNS[header.symmetry]:
         mirrored = rows != cols
-        if header.symmetry == "skew-symmetric" and not mirrored.all():
+        if sign < 0 and not mirrored.all():
             raise ProblemError(field, "is skew-symmetric with entries on its diagonal", "leave them out")
-        sign = 1 if header.symmetry == "symmetric" else -1
         values = np.concatenate((values, sign * values[mirrored]))
         rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
     if (again := repeated(rows, cols)) is not None:
@@ -147,11 +147,10 @@ def _header(content: bytes) -> _Header:
         shown = quoted(line.decode("latin-1"))
         raise ProblemError(f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}")
     rows, columns, *entries = map(int, sizes)
-    symmetry = words[4]
     if not entries:
-        less = {"general": 0, "symmetric": rows * (rows - 1) // 2, "skew-symmetric": rows * (rows + 1) // 2}[symmetry]
-        entries = [rows * columns - less]
-    return _Header(words[2], words[3], symmetry, (rows, columns), entries[0], file.tell())
+        sign = SIGNS[words[4]]
+        entries = [rows * columns - abs(sign) * rows * (rows - sign) // 2]
+    return _Header(words[2], words[3], words[4], (rows, columns), entries[0], file.tell())
 
 
 def _refuse_impossible(field: str, header: _Header, left: int) -> None:
@@ -169,13 +168,10 @@ def _refuse_impossible(field: str, header: _Header, left: int) -> None:
 
 
 def _refuse_other_lines(header: _Header, content: bytes) -> None:
-    number = INTEGER if header.field == "integer" else REAL
-    blank = rb"[ \t]"
-    entry = number if header.form == "array" else rb"\d{1,18}%b+\d{1,18}%b+%b" % (blank, blank, number)
-    other = re.compile(rb"^(?!%b*(?:%b%b*)?\r?$)[^\n]*" % (blank, entry, blank), re.MULTILINE)
-    found = other.search(content, header.end)
-    if found:
+    number, kind = (INTEGER, "whole number") if header.field == "integer" else (REAL, "number")
+    entry = number if header.form == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
+    other = re.compile(rb"^(?![ \t]*(?:%b[ \t]*)?\r?$)[^\n]*" % entry, re.MULTILINE)
+    if found := other.search(content, header.end):
         line = content.count(b"\n", 0, found.start()) + 1
-        kind = "whole number" if header.field == "integer" else "number"
         expected = f"give one {kind}" if header.form == "array" else f"give a row, a column and a {kind}"
         raise ProblemError(f"line {line}", f"is {quoted(found.group().decode('latin-1').strip())}", expected)

@@ -138,8 +138,7 @@ def _exact_vector(path: str, content: bytes) -> list[Fraction]:
     from lcpcli.rational.numbers import exact_vector
     from lcpcli.rational.problem import fractions_of
 
-    form = form_of(path, content)
-    if form in OF_ARRAYS:
+    if (form := form_of(path, content)) in OF_ARRAYS:
         return fractions_of(load(form).values("q", content))
     return exact_vector(lambda number: vector_in("q", path, content, None, number))
 
