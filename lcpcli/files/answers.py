@@ -67,13 +67,8 @@ def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
         return [_of_held(held, lengths)._replace(remark=remark)]
     if not solutions:
         raise ProblemError("solutions", "is empty", "give a solution to check")
-    return [_of_listed(f"solutions[{i}]", each, lengths) for i, each in enumerate(solutions)]
-
-
-def _of_listed(field: str, held: Any, lengths: Lengths) -> Candidate:
-    """The candidate in one of several solutions."""
-    strategies = held.get("equilibrium") if isinstance(held, dict) else None
-    return within(field, _of_held, held if strategies is None else strategies, lengths)
+    own = ((each.get("equilibrium") or each) if isinstance(each, dict) else each for each in solutions)
+    return [within(f"solutions[{i}]", _of_held, each, lengths) for i, each in enumerate(own)]
 
 
 def _of_held(held: Any, lengths: Lengths) -> Candidate:
@@ -160,7 +155,10 @@ def of_table(content: bytes) -> list[Candidate]:
     if set(header) >= STRATEGY or set(header) >= VERTEX:
         return _several(header, rows)
     if len(rows) > 1 and max(len(row) for _, row in rows) > 1:
-        return [_table(header or _columns(rows), _first_run(header, rows))]
+        places = [header.index(name) for name in RUN if name in header]
+        runs = [[row[j] for j in places if j < len(row)] for _, row in rows]
+        first_run = [each for each, run in zip(rows, runs, strict=True) if run == runs[0]]
+        return [_table(header or _columns(rows), first_run)]
     if len(header) > 1 and "z" in header:
         return [_table(header, rows)]
     cells = [(f"line {k}, column {j}", cell) for k, row in rows for j, cell in enumerate(row, 1) if cell]
@@ -211,13 +209,9 @@ def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
     while len(cells) > (width if is_below else 1) and not cells[-1]:
         cells.pop()
     parts = cells if is_below else [part for cell in cells for part in (cell.split() or [""])]
-    return list(map(_with_point, parts)) if mark in ";\t" else parts
-
-
-def _with_point(part: str) -> str:
-    """A number with a decimal comma, which is unambiguous between semicolons or tabs, with a point."""
-    pointed = part.replace(",", ".", 1)
-    return pointed if is_number(pointed) else part
+    if mark in ";\t":  # between which a decimal comma is unambiguous
+        return [pointed if is_number(pointed := part.replace(",", ".", 1)) else part for part in parts]
+    return parts
 
 
 def _columns(rows: Rows) -> list[str]:
@@ -229,13 +223,6 @@ def _columns(rows: Rows) -> list[str]:
     if width in (2, 3) and (indexed or named):
         return ["index", "z", "w"][:width]
     raise ProblemError("", f"has {len(rows)} rows and {width} columns without a header", HINT)
-
-
-def _first_run(header: Sequence[str], rows: Rows) -> Rows:
-    """The rows of the first result."""
-    places = [header.index(name) for name in RUN if name in header]
-    own = [rows[0][1][j] for j in places]
-    return [(k, row) for k, row in rows if [row[j] for j in places if j < len(row)] == own]
 
 
 def _table(names: Sequence[str], rows: Rows) -> Candidate:

@@ -48,9 +48,11 @@ class Table(NamedTuple):
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """The fields in a text of n rows of n + 1 columns, or M in one of n rows of n columns; with bounds by a header."""
     rows, places, header, _ = table_of(content, number)
-    if _is_counted(rows, places, header):
+    n, first = len(rows), [row[0] for row in rows]
+    is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
+    if is_long and first in (list(range(n)), list(range(1, n + 1))):  # it only counts
         rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
-    n, columns = len(rows), len(rows[0])
+    columns = len(rows[0])
     if not places and columns not in (n, n + 1):
         hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
         hint += UNNAMED * (columns == n + 2 and bool(header))
@@ -162,15 +164,8 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     """Whether the first line is a header whose first column is an index: it has no name, as pandas writes it, or one
     with names alone below it, and the others have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
-    is_index = not first or (below and all(map(is_name, (first, *below))))
+    is_index = not first or (below and all(map(_is_name, (first, *below))))
     return bool(is_index and others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
-
-
-def _is_counted(rows: list[list[Any]], places: dict[str, int], header: list[str]) -> bool:
-    """Whether a table with a header and one column too many for a problem has a first one that only counts."""
-    n, first = len(rows), [row[0] for row in rows]
-    is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
-    return is_long and first in (list(range(n)), list(range(1, n + 1)))
 
 
 def _numbering(rows: list[list[Any]]) -> str:
@@ -194,7 +189,7 @@ def _fields(number: int, line: str, delimiter: str) -> list[str]:
         raise ProblemError(f"line {number}", f"is not CSV ({fault})", "correct it there") from None
 
 
-def is_name(entry: str) -> bool:
+def _is_name(entry: str) -> bool:
     """Whether a cell is a name, and neither a number nor an absent bound."""
     return bool(NAME.match(entry.strip())) and not is_number(entry) and not is_absent(entry)
 

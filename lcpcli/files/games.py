@@ -20,6 +20,7 @@ from lcpcli.files.contents import decode, parsed, place, unpacked
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
 from lcpcli.files.formats import Number, form_of
 from lcpcli.files.inputs import Input
+from lcpcli.files.json_format import payoff_of
 from lcpcli.rational.numbers import ratio
 
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"')
@@ -59,7 +60,7 @@ class _Reader:
         cells = self._cells(m * k)
         if self._next < len(self._tokens):
             raise self._error(f"is more than the payoffs of {m} x {k} strategies", "remove it", self._take())
-        A, B = ([[_payoff(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
+        A, B = ([[payoff_of(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
         rows, columns = (
             [] if isinstance(own, int) or own == [str(i) for i in range(1, len(own) + 1)] else own for own in sides
         )
@@ -148,15 +149,6 @@ class _Reader:
         """An error in the line of the last token."""
         line = self._content.count("\n", 0, self._tokens[self._next - 1][1]) + 1
         return ProblemError(f"line {line}", f"{quoted(token)} {fault}" if token else fault, hint)
-
-
-def _payoff(value: Fraction) -> Fraction | float:
-    """A payoff as a double if its shortest decimal is the payoff."""
-    try:
-        double = float(value)
-    except OverflowError:
-        return value
-    return double if Fraction(repr(double)) == value else value
 
 
 def game_in(paths: Sequence[str]) -> Input:

@@ -12,6 +12,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -80,12 +81,18 @@ def payoff(text: str) -> float | Fraction:
         return double
     from lcpcli.rational.numbers import fraction
 
-    exact = fraction(text)
-    if exact == Fraction(repr(double)):
-        return double
-    if max(abs(exact.numerator), exact.denominator) >= LARGEST:
+    exact = payoff_of(fraction(text))
+    if isinstance(exact, Fraction) and max(abs(exact.numerator), exact.denominator) >= LARGEST:
         raise ProblemError("", f"has the payoff {quoted(text)}", "write it with at most 1000 digits")
     return exact
+
+
+def payoff_of(value: Fraction) -> Fraction | float:
+    """A payoff as a double if its shortest decimal is the payoff."""
+    with suppress(OverflowError):
+        double = float(value)
+        return double if Fraction(repr(double)) == value else value
+    return value
 
 
 def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:

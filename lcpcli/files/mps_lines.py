@@ -19,7 +19,6 @@ from lcpcli.files.json_format import number_text
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import decimal, fraction, shortest_decimal
-from lcpcli.typing import Vector
 
 MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -169,7 +168,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))
     ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
-    _refuse_far(lower=low, upper=high, row_lower=ends[0], row_upper=ends[1])
+    for field, values in zip(("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True):
+        if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
+            fault = f"has a bound of {NO_BOUND:g} or more, which means none in MPS"
+            raise ProblemError(field, fault, "give --infinity 1e20 if it means none here too, or write .json")
     columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
     kinds, sides, ranges = (
@@ -210,13 +212,6 @@ def _free(name: str, *taken: Any) -> str:
     while any(name in some for some in taken):
         name += "_"
     return name
-
-
-def _refuse_far(**bounds: Vector) -> None:
-    for field, values in bounds.items():
-        if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
-            fault = f"has a bound of {NO_BOUND:g} or more, which means none in MPS"
-            raise ProblemError(field, fault, "give --infinity 1e20 if it means none here too, or write .json")
 
 
 def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:

@@ -101,7 +101,10 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
         assert data is not None
         sign = SENSES[origin.sense]
         held = {"sense": origin.sense} if sign < 0 else {}
-        held |= {"Q": _without_minus_zero(sign * data.Q)} if (data.Q != 0).sum() else {}
+        if (data.Q != 0).sum():
+            held["Q"] = sign * data.Q
+            entries = held["Q"].data if is_sparse(data.Q) else held["Q"]
+            entries += 0.0  # which leaves no -0
         held["c"] = sign * data.c + 0.0
         if data.row_lower.size:
             held |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
@@ -109,13 +112,6 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
         held |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
         held |= {"constant": origin.constant} if origin.constant else {}
     return held | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
-
-
-def _without_minus_zero(A: Any) -> Any:
-    if not is_sparse(A):
-        return A + 0.0
-    A.data += 0.0
-    return A
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
