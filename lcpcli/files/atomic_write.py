@@ -20,10 +20,8 @@ Content: TypeAlias = "str | bytes | IO[bytes]"
 
 
 def refuse_unwritable(path: str) -> None:
-    """Raise OptionError if `write_whole` could not write there, before anything is computed.
-
-    A file is created and removed there, the only reliable test: permissions say nothing about root or read-only disks.
-    """
+    """Raise OptionError if `write_whole` could not write there, before anything is computed: a file is created and
+    removed there, as permissions say nothing about root or read-only disks."""
     from tempfile import TemporaryFile
 
     if not path:
@@ -162,10 +160,7 @@ def _is_special(path: str | Path) -> bool:
 
 def opened_alone(path: str | Path, name: str) -> IO[bytes]:
     """A file, made where it is missing, that this run alone reads and writes until it is closed; a device or a pipe is
-    only written.
-
-    name : of the file in the OptionError if another run has it.
-    """
+    only written. OptionError, with the name of the file, if another run has it."""
     while not _is_special(path):
         file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
         try:
@@ -183,10 +178,7 @@ def opened_alone(path: str | Path, name: str) -> IO[bytes]:
 @contextmanager
 def reserved(paths: Iterable[str]) -> Iterator[None]:
     """A context in which no other run has these files, each of which is replaced as a whole: locks are on files beside
-    them.
-
-    OptionError if another run has one.
-    """
+    them. OptionError if another run has one."""
     locks: list[tuple[Path, IO[bytes]]] = []
     try:
         for target, path in {Path(path).resolve(): path for path in paths}.items():

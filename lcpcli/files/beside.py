@@ -104,10 +104,8 @@ def exactly_bounded(data: ExactProblem, problem: Problem, given: Mapping[str, An
 
 
 def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any]) -> Any:
-    """What is given for a bound: one value or a list of them, None for no bound.
-
-    number : makes the values of the numbers; `float` the nearest doubles.
-    """
+    """What is given for a bound: one value or a list of them, None for no bound. number : makes the values of the
+    numbers; `float` the nearest doubles."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
         values = [None if word.casefold() in ABSENT else _end(name, word, number) for word in words]
@@ -162,12 +160,8 @@ def typed_vector(field: str, typed: list[str], n: int) -> Vector:
 
 
 def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
-    """A starting point of length n from a file with it or a result that `lcp solve -o` wrote: x for these bounds, or z.
-
-    path : a file, or the numbers themselves.
-
-    A result gives its final iterate; of several results the first is taken.
-    """
+    """A starting point of length n, given in numbers or in a file with it or with results of `lcp solve -o`, of which
+    the first gives its final iterate: x for these bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
         return typed_vector(field, numbers, n)
 
@@ -185,12 +179,10 @@ def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
 
 
 def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> list[Candidate]:
-    """Proposed solutions, from a result, all solutions or a vector in any format, fractions allowed.
-
-    path : a file, or the numbers themselves.
+    """Proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format, fractions
+    allowed.
     lengths : what it may be, by its length: z and, of a program, x and y, or x. name : of the problem, for which one of
-        several results is taken.
-    """
+    several results is taken."""
     from lcpcli.files import answers
     from lcpcli.rational.problem import fractions_of
 

@@ -63,11 +63,9 @@ def shipped_file(name: str) -> Path | None:
 
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
-    """The paths, with the files of problems in each folder in its place, in the order of their names.
-
-    tell : is given a line on the results in a folder, which are left out.
-    Raises OptionError for a folder without any problem, or one that cannot be read.
-    """
+    """The paths, with the files of problems in each folder in its place, in the order of their names; a line on the
+    results in it, which are left out, is told. OptionError for a folder without any problem, or one that cannot be
+    read."""
     return [file for path in paths for file in (_inside(path, tell) if path and Path(path).is_dir() else [path])]
 
 
@@ -132,10 +130,8 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
 
 @contextmanager
 def opened(path: str) -> Iterator[IO[bytes]]:
-    """A file to read from, or standard input; a name that is no file may be that of a shipped problem.
-
-    Raises ProblemError if it cannot be read.
-    """
+    """A file to read from, or standard input; a name that is no file may be that of a shipped problem. ProblemError if
+    it cannot be read."""
     name = place(path)
     if not path:
         raise ProblemError("", "the name of a file is empty", "name a file")

@@ -207,10 +207,8 @@ def is_number(entry: str) -> bool:
 
 
 def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
-    """The number in a cell, of a text also a fraction; a bound may be absent, None, or infinite.
-
-    commas : whether the decimal mark of the file is a comma.
-    """
+    """The number in a cell, of a text also a fraction; a bound may be absent, None, or infinite. commas : whether the
+    decimal mark of the file is a comma."""
     if is_bound and is_absent(entry):
         return None
     if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):

@@ -136,10 +136,8 @@ def digest(*contents: bytes) -> str:
 
 
 def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
-    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q.
-
-    streams : whether a first line of standard input that is an object is a problem, whatever comes after it.
-    """
+    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q. streams :
+    whether a first line of standard input that is an object is a problem, whatever comes after it."""
     left = list(paths)
     while left:
         path = left.pop(0)
@@ -184,10 +182,8 @@ def _is_object(line: bytes) -> bool:
 
 
 def _followed(path: str, content: bytes, left: list[str]) -> Work:
-    """The problem in a file, which takes the next one as its q if it holds M alone.
-
-    It takes the next one too if that is no problem but a vector, so that what is wrong with the two can be said.
-    """
+    """The problem in a file. The next one is taken as its q if it holds M alone, and also if it is no problem but a
+    vector, so that what is wrong with the two can be said."""
     if not left:
         return Input((path,), (content,))
     M: Matrix | None = None

@@ -45,10 +45,8 @@ class Log:
             self._file.flush()
 
     def records(self) -> Iterator[tuple[int, Mapping[str, Any]]]:
-        """The finished records, each with the number of its problem; OptionError if it is no log.
-
-        What is not finished at the end, a line that was cut off or a record of an interrupted run, is removed.
-        """
+        """The finished records, each with the number of its problem; OptionError if it is no log. What is not finished
+        at the end, a line that was cut off or a record of an interrupted run, is removed."""
         if not self._is_file:
             raise OptionError(self._path, "is not a file", EXPECTED)
         finished = place = 0
@@ -67,10 +65,8 @@ class Log:
             self._file.truncate()
 
     def end(self, has_replaced: bool) -> None:
-        """Say in the last record that all are there.
-
-        has_replaced : whether records have taken the place of others of the same number, which are removed.
-        """
+        """Say in the last record that all are there. has_replaced : whether records have taken the place of others of
+        the same number, which are removed."""
         if not self._is_file:
             return
         with telling_of(self._path):
@@ -92,10 +88,8 @@ class Log:
 
 @contextmanager
 def opened(path: str, anew: bool) -> Iterator[Log]:
-    """A context with a log, which is made where it is missing.
-
-    anew : whether its records are going to be replaced; OptionError if they are of a run that did not come to its end.
-    """
+    """A context with a log, which is made where it is missing. anew : whether its records are going to be replaced;
+    OptionError if they are of a run that did not come to its end."""
     is_made = not Path(path).exists()
     with telling_of(path):
         file = opened_alone(path, path)

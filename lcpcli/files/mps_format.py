@@ -47,10 +47,8 @@ NAME = re.compile(rb"^NAME[ \t]+(\S+)", re.MULTILINE)
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """The program in a file, in the native keys.
-
-    number : makes the doubles of the numbers in MPS, one for each of them if it is a `Doubles`.
-    """
+    """The program in a file, in the native keys. number : makes the doubles of the numbers in MPS, one for each of them
+    if it is a `Doubles`."""
     text = unpacked(content)
     if not MPS.search(text):
         return _fields(_read(text, ".lp"), text, {}, is_mps=False)

@@ -52,10 +52,7 @@ def flat(array: Any) -> Any:
 
 def checked(name: str, opened: Callable[[], IO[bytes]], size: int) -> Any:
     """The array in a file of that size, refused before memory is allocated if its header is false: if it declares an
-    array of objects, or one larger than the file.
-
-    opened : opens the file; called twice, as parts of archives cannot be rewound.
-    """
+    array of objects, or one larger than the file. It is opened twice, as parts of archives cannot be rewound."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # about files written by Python 2, which are fine
         with opened() as file:
@@ -84,9 +81,7 @@ def _array(content: bytes) -> Any:
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
     """The fields in arrays by name: of a program or a game all, of a problem those that it has, of M alone no others.
-
-    Several solutions are rows.
-    """
+    Several solutions are rows."""
     if kind_of(arrays):
         return {key: _plain(key, array) for key, array in arrays.items()}
     fields = {key: _plain(key, arrays[key]) for key in (KEYS if "q" in arrays else ("M", *BOUNDS)) if key in arrays}

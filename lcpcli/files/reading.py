@@ -50,10 +50,7 @@ def read(
 
 
 def read_origin(kind: str, path: str) -> Problem:
-    """The problem in a file that holds what it comes from: a program ("qp") or a game of two players ("game").
-
-    Raises ProblemError as `read` does.
-    """
+    """The problem in a file that holds what it comes from: a program ("qp") or a game of two players ("game")."""
     problem = read(path)
     if problem.origin is None or problem.origin.data()["kind"] != kind:
         what, hint = ORIGINS[kind]
@@ -62,10 +59,8 @@ def read_origin(kind: str, path: str) -> Problem:
 
 
 def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem, Sequence[str]]:
-    """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is in.
-
-    Raises ProblemError as `read` does.
-    """
+    """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is
+    in."""
     used = paths[: 1 if isinstance(held_in(paths[0], content_of(paths[0], WHOLE)), Problem) else 2]
     return read(*used, infinity=infinity), used
 
@@ -76,10 +71,7 @@ def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
 
 
 def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number = float) -> Problem:
-    """The problem in the contents of one file, or of two.
-
-    number : makes the doubles of the numbers in texts.
-    """
+    """The problem in the contents of one file, or of two. number : makes the doubles of the numbers in texts."""
     (path, *q_paths), held = paths, held_in(paths[0], contents[0], number)
     if isinstance(held, Problem):
         if q_paths:

@@ -85,10 +85,7 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
     """The program, in its own sense, or the game that a problem was made from: arrays, a text, a number and lists of
-    names, without what is as by default.
-
-    in_text : whether the payoffs are as they are written.
-    """
+    names, without what is as by default. In texts payoffs are as they are written."""
     origin = problem.origin
     assert isinstance(origin, (Program, Game))
     held: dict[str, Any]
