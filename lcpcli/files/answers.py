@@ -94,17 +94,14 @@ def _of_held(held: Any, lengths: Lengths) -> Candidate:
                 return Candidate("answer", values)
     if "z" not in held:
         raise ProblemError("", "is an object without z", EXPECTED)
-    z, y, w = (
-        None if exact.get(key) is None else _listed(f"exact.{key}", exact[key], {n: "z"}) for key in ("z", "y", "w")
-    )
-    if y is not None:
-        return Candidate("farkas", y, exact=True)
-    if z is not None:
-        return Candidate("solution", z, exact=True, w=w)
+    of_z = {n: "z"}
+    y, z, w = (_listed(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
+    if y or z:
+        return Candidate("farkas" if y else "solution", y or z or [], exact=True, w=None if y else w)
     if certificate.get("kind") == "farkas":
-        return Candidate("farkas", _listed("certificate.vector", certificate.get("vector"), {n: "z"}))
+        return Candidate("farkas", _listed("certificate.vector", certificate.get("vector"), of_z))
     claim = "its claimed proof by exhaustion has no certificate to check" * (certificate.get("kind") == "exhaustion")
-    return Candidate("solution", _listed("z", held["z"], {n: "z"}), claim=claim)
+    return Candidate("solution", _listed("z", held["z"], of_z), claim=claim)
 
 
 def _listed(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
@@ -115,11 +112,13 @@ def _listed(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
 def _entries(field: str, values: Any) -> list[Fraction]:
     if not isinstance(values, list):
         raise ProblemError(field, f"is {kind(values)}", "give a list of numbers")
+    found = []
     for i, value in enumerate(values):
         if not isinstance(value, (Fraction, str)):
             hint = f"give a number, or a fraction as a string {FROM_0}"
             raise ProblemError(f"{field}[{i}]", f"is {kind(value)}", hint)
-    return [x if isinstance(x, Fraction) else within(f"{field}[{i}]", ratio, x) for i, x in enumerate(values)]
+        found.append(within(f"{field}[{i}]", ratio, value) if isinstance(value, str) else value)
+    return found
 
 
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
@@ -196,9 +195,8 @@ def _column(name: str, names: Sequence[str], rows: Rows) -> list[Fraction]:
 def _require_alike(names: Sequence[str], rows: Rows) -> None:
     for k, row in rows:
         if len(row) != len(names):
-            raise ProblemError(
-                f"line {k}", f"has {count(len(row), 'column')} instead of {len(names)}", "make every line alike"
-            )
+            fault = f"has {count(len(row), 'column')} instead of {len(names)}"
+            raise ProblemError(f"line {k}", fault, "make every line alike")
 
 
 def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:

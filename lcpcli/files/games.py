@@ -49,9 +49,11 @@ class _Reader:
             raise self._error("is not the beginning of a game", "a file begins with NFG 1 R")
         self._take()  # R or D: how numbers are meant, which their digits tell
         title = self._text("the title")
-        self._refuse_other_players(self._texts("the names of the players"))
-        sides = self._braced("the strategies", self._strategies)
-        self._refuse_other_players(sides)
+        players, sides = self._texts("the names of the players"), self._braced("the strategies", self._strategies)
+        if max(len(players), len(sides)) > 2:
+            raise ProblemError("", *THREE_PLAYERS)
+        if (fewest := min(len(players), len(sides))) < 2:
+            raise ProblemError("", f"is a game of {count(fewest, 'player')}", "give one of two players")
         m, k = (own if isinstance(own, int) else len(own) for own in sides)
         if not m * k:
             raise self._error("a player has no strategy", "give each at least one")
@@ -61,15 +63,9 @@ class _Reader:
         if self._next < len(self._tokens):
             raise self._error(f"is more than the payoffs of {m} x {k} strategies", "remove it", self._take())
         A, B = ([[payoff_of(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
-        rows, columns = (
-            [] if isinstance(own, int) or own == [str(i) for i in range(1, len(own) + 1)] else own for own in sides
-        )
+        named = ([] if isinstance(own, int) else own for own in sides)
+        rows, columns = ([] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in named)
         return {"A": A, "B": B, "rows": rows, "columns": columns, "name": title}
-
-    def _strategies(self) -> list[str] | int:
-        """The names of a player's strategies, or their number."""
-        is_named = self._peek() == "{"
-        return self._texts("the names of the strategies") if is_named else self._whole("the number of strategies")
 
     def _cells(self, count: int) -> list[Pair]:
         """The payoffs of both players, of so many pairs of strategies."""
@@ -93,6 +89,11 @@ class _Reader:
 
     def _pair(self) -> Pair:
         return self._fraction(), self._fraction()
+
+    def _strategies(self) -> list[str] | int:
+        """The names of a player's strategies, or their number."""
+        is_named = self._peek() == "{"
+        return self._texts("the names of the strategies") if is_named else self._whole("the number of strategies")
 
     def _texts(self, what: str) -> list[str]:
         return self._braced(what, lambda: self._text(what))
@@ -138,12 +139,6 @@ class _Reader:
         token = self._peek()
         self._next += 1
         return token
-
-    def _refuse_other_players(self, players: Sequence[Any]) -> None:
-        if len(players) > 2:
-            raise ProblemError("", *THREE_PLAYERS)
-        if len(players) < 2:
-            raise ProblemError("", f"is a game of {count(len(players), 'player')}", "give one of two players")
 
     def _error(self, fault: str, hint: str, token: str = "") -> ProblemError:
         """An error in the line of the last token."""

@@ -97,21 +97,16 @@ def _refuse_broken(content: bytes, order: str) -> list[int]:
         inner = b"" if small else content[at + 8 : at + 8 + size]
         if kind == COMPRESSED:
             _refuse_broken(zlib.decompress(inner), order)
-        elif kind == MATRIX and inner:
-            _refuse_inconsistent(_refuse_broken(inner, order), inner, order)
+        elif kind == MATRIX and inner:  # an array, whose elements have to be those that its flags declare
+            own = _refuse_broken(inner, order)
+            if len(inner) < 16:
+                raise _broken("it has an array without flags")
+            (flags,) = struct.unpack_from(f"{order}I", inner, 8)
+            parts = {4: 4, 5: 6}.get(flags & 0xFF, 4 if 6 <= flags & 0xFF <= 15 else 0)  # texts, sparse, numbers
+            if parts and (len(own) != parts + (flags >> 11 & 1) or {MATRIX, COMPRESSED} & set(own)):
+                raise _broken("it has an array with other parts than it declares")
         at += 8 if small else 8 + size + (0 if kind == COMPRESSED else -size % 8)
     return kinds
-
-
-def _refuse_inconsistent(kinds: list[int], array: bytes, order: str) -> None:
-    """Raise ProblemError for an array of numbers whose elements are not those that its flags declare."""
-    if len(array) < 16:
-        raise _broken("it has an array without flags")
-    (flags,) = struct.unpack_from(f"{order}I", array, 8)
-    number = flags & 0xFF
-    parts = {4: 4, 5: 6}.get(number, 4 if 6 <= number <= 15 else 0)  # of characters, sparse numbers, numbers
-    if parts and (len(kinds) != parts + (flags >> 11 & 1) or {MATRIX, COMPRESSED} & set(kinds)):
-        raise _broken("it has an array with other parts than it declares")
 
 
 def _broken(fault: str) -> ProblemError:

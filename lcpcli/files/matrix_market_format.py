@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import REAL as REAL_ONLY
-from lcpcli.errors import ProblemError, count, quoted
+from lcpcli.errors import REAL, ProblemError, count, quoted
 from lcpcli.files.contents import refuse_beyond_memory, unpacked
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.json_format import repeated
@@ -26,7 +25,7 @@ from lcpcli.typing import Matrix, Vector
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
 SIGNS = {"general": 0, "symmetric": 1, "skew-symmetric": -1}  # of the mirrored entries
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
-REAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
+DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
 INTEGER = rb"[-+]?\d+"
 WIDTHS = {"array": 1, "coordinate": 3}  # numbers per entry
 SHORTEST = {"array": 2, "coordinate": 6}  # bytes of "0\n" and "1 1 0\n"
@@ -133,7 +132,7 @@ def _header(content: bytes) -> _Header:
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
         raise ProblemError("line 1", "is not a Matrix Market header", f"begin with {BANNER}")
     if "complex" in words:
-        raise ProblemError("line 1", "is the header of a complex matrix", REAL_ONLY)
+        raise ProblemError("line 1", "is the header of a complex matrix", REAL)
     for word, choices in zip(words[2:], CHOICES, strict=True):
         if word not in choices:
             raise ProblemError("line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
@@ -168,7 +167,7 @@ def _refuse_impossible(field: str, header: _Header, left: int) -> None:
 
 
 def _refuse_other_lines(header: _Header, content: bytes) -> None:
-    number, kind = (INTEGER, "whole number") if header.field == "integer" else (REAL, "number")
+    number, kind = (INTEGER, "whole number") if header.field == "integer" else (DECIMAL, "number")
     entry = number if header.form == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
     other = re.compile(rb"^(?![ \t]*(?:%b[ \t]*)?\r?$)[^\n]*" % entry, re.MULTILINE)
     if found := other.search(content, header.end):

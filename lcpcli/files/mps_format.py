@@ -35,7 +35,7 @@ from lcpcli.files.mps_lines import (
 from lcpcli.files.mps_lines import render as render
 from lcpcli.model.arrays import NO_BOUND
 from lcpcli.rational.numbers import Doubles
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Matrix
 
 Interval = tuple[float, float]
 
@@ -67,9 +67,7 @@ def _read(text: bytes, ending: str) -> Any:
     highs.setOptionValue("log_to_console", False)
     highs.setOptionValue("infinite_bound", NO_BOUND)
     told: list[str] = []
-    highs.cbLogging.subscribe(
-        lambda event: told.append(event.message) if event.message.startswith(("WARNING", "ERROR")) else None
-    )
+    highs.cbLogging.subscribe(lambda event: told.append(event.message))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"program{ending}"
         file.write_bytes(text)
@@ -77,7 +75,7 @@ def _read(text: bytes, ending: str) -> Any:
             status = highs.readModel(str(file))
         except UnicodeDecodeError:  # a complaint that quotes what is no text
             status = highspy.HighsStatus.kError
-    complaints = [" ".join(line.partition(":")[2].split()) for line in told]
+    complaints = [" ".join(line.partition(":")[2].split()) for line in told if line.startswith(("WARNING", "ERROR"))]
     complaints = [line for line in complaints if not any(words in line for words in TOLD_BETTER)]
     is_error = status == highspy.HighsStatus.kError
     if (complaints or is_error) and ending == ".mps" and (place := spaced_row(text)):
@@ -110,7 +108,11 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
         Q = (triangle + triangle.T - diags_array(triangle.diagonal())).tocsr()
     if is_mps:
         _refuse_undeclared(lp, A, names, text)
-    _refuse_crossed(low, high, names, text)
+    for j in np.flatnonzero(low > high)[:1]:
+        place = line_of(text, f'"{names[j]}" in BOUNDS section')
+        fault = f"gives {quoted(names[j])} the upper bound {high[j]:g}, below its lower bound {low[j]:g}"
+        hint = "make the lower bound the smaller one" if low[j] else "give a lower bound too: LO, or MI for none"
+        raise ProblemError(place, fault, hint)
     ends = np.array([lp.row_lower_, lp.row_upper_])
     places = {name: i for i, name in enumerate(lp.row_names_)} if ranges else {}
     for row in ranges.keys() & places.keys():  # which HiGHS rounds twice, and takes for finite beyond NO_BOUND
@@ -145,12 +147,11 @@ def _matrix(form: Any, matrix: Any, shape: tuple[int, int]) -> Any:
 
 
 def _refuse_integers(lp: Any, names: list[str], text: bytes) -> None:
-    kinds = [kind.name for kind in lp.integrality_]
-    j = next((j for j, name in enumerate(kinds) if name != "kContinuous"), None)
-    if j is not None:
-        what = "an integer" if kinds[j] == "kInteger" else "a semicontinuous"
-        hint = "lcp solves programs with continuous variables only"
-        raise ProblemError(line_of(text, f'"{names[j]}"'), f"makes {quoted(names[j])} {what} variable", hint)
+    for name, kind in zip(names, lp.integrality_, strict=False):
+        if kind.name != "kContinuous":
+            what = "an integer" if kind.name == "kInteger" else "a semicontinuous"
+            hint = "lcp solves programs with continuous variables only"
+            raise ProblemError(line_of(text, f'"{name}"'), f"makes {quoted(name)} {what} variable", hint)
 
 
 def _refuse_undeclared(lp: Any, A: Matrix, names: list[str], text: bytes) -> None:
@@ -163,17 +164,6 @@ def _refuse_undeclared(lp: Any, A: Matrix, names: list[str], text: bytes) -> Non
     if unknown:
         hint = "correct the name, or declare it there"
         raise ProblemError(line_of(text, f'"{unknown}"'), f"names {quoted(unknown)}, which is not in COLUMNS", hint)
-
-
-def _refuse_crossed(low: Vector, high: Vector, names: list[str], text: bytes) -> None:
-    crossed = np.flatnonzero(low > high)
-    if not crossed.size:
-        return
-    j = int(crossed[0])
-    place = line_of(text, f'"{names[j]}" in BOUNDS section')
-    fault = f"gives {quoted(names[j])} the upper bound {high[j]:g}, below its lower bound {low[j]:g}"
-    hint = "make the lower bound the smaller one" if low[j] else "give a lower bound too: LO, or MI for none"
-    raise ProblemError(place, fault, hint)
 
 
 LEAST, MOST = 1e-9, 1e15  # the sizes of entries that HiGHS takes
@@ -207,12 +197,17 @@ UNIDENTIFIED = re.compile(r'Entry "(.*)" in (\w+) section')
 def fault_of(text: bytes, complaint: str) -> ProblemError:
     """The error for a complaint about a program."""
     if "|value|" in complaint:
-        return _of_size(text)
+        for number, _, line in lines(text):
+            for word in line.split()[1:]:
+                if re.fullmatch(NUMBER, word) and float(word) and not LEAST < abs(float(word)) < MOST:
+                    hint = "change the units of its row or its column, or write the program as .json"
+                    return ProblemError(f"line {number}", f"has the entry {quoted(word.decode())}, {NOT_OF_SIZE}", hint)
+        return ProblemError("", f"has an entry {NOT_OF_SIZE}", "change the units")
     if match := UNIDENTIFIED.search(complaint):
         entry = match[1].encode().split()
-        number = next((number for number, _, line in lines(text) if line.split() == entry), None)
+        places = [f"line {number}" for number, _, line in lines(text) if line.split() == entry]
         hint = "is the heading of the next section misspelt, or the first word of the line?"
-        return ProblemError(f"line {number}" * bool(number), f"has {quoted(match[1])} in {match[2]}", hint)
+        return ProblemError("".join(places[:1]), f"has {quoted(match[1])} in {match[2]}", hint)
     for pattern, wrong, hint, section in WORDS:
         if match := re.search(pattern, complaint):
             place = line_of(text, f"{complaint} in {section}" if section else complaint)
@@ -225,14 +220,3 @@ def fault_of(text: bytes, complaint: str) -> ProblemError:
     about = [quoted(name) for name in re.findall(r'"([^"]+)"', complaint)]
     because = f" because of {', '.join(about)}" if about else ""
     return ProblemError(line_of(text, complaint), f"cannot be read{because}", "compare it with a file that is read")
-
-
-def _of_size(text: bytes) -> ProblemError:
-    """The error for an entry that is too small or too large."""
-    for number, _, line in lines(text):
-        for word in line.split()[1:]:
-            if re.fullmatch(NUMBER, word) and float(word) and not LEAST < abs(float(word)) < MOST:
-                shown = quoted(word.decode("ascii"))
-                hint = "change the units of its row or its column, or write the program as .json"
-                return ProblemError(f"line {number}", f"has the entry {shown}, {NOT_OF_SIZE}", hint)
-    return ProblemError("", f"has an entry {NOT_OF_SIZE}", "change the units")

@@ -85,14 +85,14 @@ def _numbers(words: list[bytes], rows: set[bytes]) -> list[bytes]:
 
 def unknown_row(text: bytes) -> str:
     """The first name in COLUMNS, RHS or RANGES that is not in ROWS; "" if all are."""
-    rows, unknown = set(), ""
+    rows, unknown = set[bytes](), list[bytes]()
     for _, section, line in lines(text):
         words = line.split()
         if section == b"ROWS":
             rows |= set(words[1:])
-        if section in (b"COLUMNS", b"RHS", b"RANGES") and len(words) in (3, 5) and line[:1].isspace() and not unknown:
-            unknown = next((word.decode("utf-8", "replace") for word in words[1::2] if word not in rows), "")
-    return unknown
+        elif section in (b"COLUMNS", b"RHS", b"RANGES") and len(words) in (3, 5) and line[:1].isspace():
+            unknown += [word for word in words[1::2] if word not in rows]
+    return unknown[0].decode("utf-8", "replace") if unknown else ""
 
 
 def spaced_row(text: bytes) -> str:

@@ -104,10 +104,16 @@ def vector_in(field: str, path: str, content: bytes, n: int | None = None, numbe
 
 def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
     """The numbers of contents that `problem_of` has accepted, as they are there."""
+    from lcpcli.rational.numbers import exact_vector
+    from lcpcli.rational.problem import fractions_of
+
+    def vector(path: str, content: bytes) -> list[Fraction]:
+        if (form := form_of(path, content)) in OF_ARRAYS:
+            return fractions_of(load(form).values("q", content))
+        return exact_vector(lambda number: vector_in("q", path, content, None, number))
+
     parts = blaming(paths[0], lambda: exact_parts_in(form_of(paths[0], contents[0]), contents[0]))
-    if parts.q is not None:
-        return parts
-    return parts._replace(q=blaming(paths[1], lambda: _exact_vector(paths[1], contents[1])))
+    return parts if parts.q is not None else parts._replace(q=blaming(paths[1], lambda: vector(paths[1], contents[1])))
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
@@ -123,16 +129,6 @@ def exact_parts_in(form: str, content: bytes) -> ExactParts:
     rows = rows_of(fields["M"])
     bounds = {key: bounds_of(np.broadcast_to(fields[key], len(rows))) for key in BOUNDS if key in fields}
     return ExactParts(rows, fractions_of(fields["q"]) if "q" in fields else None, **bounds)
-
-
-def _exact_vector(path: str, content: bytes) -> list[Fraction]:
-    """The numbers of a vector, as they are there."""
-    from lcpcli.rational.numbers import exact_vector
-    from lcpcli.rational.problem import fractions_of
-
-    if (form := form_of(path, content)) in OF_ARRAYS:
-        return fractions_of(load(form).values("q", content))
-    return exact_vector(lambda number: vector_in("q", path, content, None, number))
 
 
 def name_of(path: str) -> str:
