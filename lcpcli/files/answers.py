@@ -133,14 +133,6 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
     raise ProblemError(field, fault, f"give {', '.join(allowed[:-1])} or {allowed[-1]}")
 
 
-def first_in(content: bytes) -> tuple[list[Fraction], list[Fraction] | None]:
-    """z, and w if it is there, of the first answer in a table, or a ProblemError that names the line."""
-    first = of_table(content)[0]
-    if first.rows is not None:
-        raise ProblemError("", "has no column headed z", HINT)
-    return first.values, first.w
-
-
 def of_table(content: bytes) -> list[Candidate]:
     """The candidates in CSV, several if these are all solutions of a problem."""
     lines = lines_of(content)

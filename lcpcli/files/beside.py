@@ -245,7 +245,10 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
     from lcpcli.files import answers
 
     if form == "csv_format":
-        z, w = (None if values is None else rounded(values) for values in answers.first_in(content))
+        first = answers.of_table(content)[0]
+        if first.rows is not None:
+            raise ProblemError("", "has no column headed z", answers.HINT)
+        z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
     else:
         held = _first_in(content)
         if not {"z", "w"} <= set(held):

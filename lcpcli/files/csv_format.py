@@ -127,13 +127,10 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
         del below[0]
     bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
     commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(below) :])
-    rows = [
-        [
-            _value(entry, number, i, commas, number_of, all_bounds or i in bounds)
-            for i, entry in enumerate(row[indexed:], 1 + indexed)
-        ]
-        for number, row in below
-    ]
+    rows: list[list[Any]] = []
+    for number, row in below:
+        cells = enumerate(row[indexed:], 1 + indexed)
+        rows.append([_value(cell, number, i, commas, number_of, all_bounds or i in bounds) for i, cell in cells])
     for (number, _), row in zip(below, rows, strict=True):
         if len(row) != len(rows[0]):
             fault = f"has {count(len(row), 'column')} where line {below[0][0]} has {len(rows[0])}"
@@ -150,14 +147,15 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
         if name not in BOUNDS and meant in BOUNDS and "q" in names:
             place = f"line {line}, column {column}"
             raise ProblemError(place, f"is headed {quoted(name)}", f"call it {meant}, if it holds bounds of z")
-    if not set(names) & set(BOUNDS):
+    held = [name for name in ("q", *BOUNDS) if name in names]
+    if not set(held) & set(BOUNDS):
         return {}
-    for name in ("q", *BOUNDS):
+    for name in held:
         if names.count(name) > 1:
             raise ProblemError(f"line {line}", f"heads {names.count(name)} columns {name}", "keep one")
-    if "q" not in names:
+    if "q" not in held:
         raise ProblemError(f"line {line}", "heads columns of bounds, but none q", "name the column of q in it")
-    return {name: names.index(name) for name in ("q", *BOUNDS) if name in names}
+    return {name: names.index(name) for name in held}
 
 
 def _heads_an_index(header: list[str], below: list[str]) -> bool:

@@ -188,7 +188,7 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
         return Input((path,), (content,))
     M: Matrix | None = None
     with suppress(ProblemError):
-        held = None if _opens_an_object(content) else reading.held_in(path, content)
+        held = None if content.lstrip().startswith(b"{") else reading.held_in(path, content)
         M = None if isinstance(held, Problem) else held
     if M is None and not _is_vector(left[0]):
         return Input((path,), (content,))
@@ -198,11 +198,6 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
     return Input((path, q_path), (content, q_content)) if columns is None else QColumns((path, q_path), M, *columns)
 
 
-def _opens_an_object(content: bytes) -> bool:
-    """Whether it is a problem in JSON, if anything."""
-    return content.lstrip().startswith(b"{")
-
-
 def _is_vector(path: str) -> bool:
     """Whether a file holds a vector and no problem."""
     if path == STANDARD_INPUT or path.casefold().endswith(LINES):
@@ -210,7 +205,7 @@ def _is_vector(path: str) -> bool:
     with suppress(ProblemError):
         with opened(path) as file:
             head = file.read(FIRST_BYTES)
-            content = b"" if _opens_an_object(head) else checked(path, head + file.read(), LINE)
+            content = b"" if head.lstrip().startswith(b"{") else checked(path, head + file.read(), LINE)
         with suppress(ProblemError):
             if not content or isinstance(reading.held_in(path, content), Problem):
                 return False

@@ -28,7 +28,6 @@ CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
 DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
 INTEGER = rb"[-+]?\d+"
 WIDTHS = {"array": 1, "coordinate": 3}  # numbers per entry
-SHORTEST = {"array": 2, "coordinate": 6}  # bytes of "0\n" and "1 1 0\n"
 
 
 class _Header(NamedTuple):
@@ -79,11 +78,20 @@ def _written(matrix: Matrix, exact: Exact) -> bytes:
 
 
 def _matrix(field: str, content: bytes, number: Number) -> Any:
-    """The matrix, dense or in scipy's coordinate form, all lines of its entries checked."""
+    """The matrix, dense or in scipy's coordinate form, of a size that the file can fill and memory can hold."""
     header = _header(content)
-    _refuse_impossible(field, header, len(content) - header.end)
+    declared, width = " x ".join(map(str, header.shape)), WIDTHS[header.form]
+    if 0 in header.shape:
+        raise ProblemError(field, f"is {declared}", "give at least one entry")
+    if SIGNS[header.symmetry] and header.shape[0] != header.shape[1]:
+        raise ProblemError(field, f"is {header.symmetry} but {declared}", "make it square or general")
+    if header.form == "array":
+        refuse_beyond_memory(field, header.shape)
+    if header.entries * 2 * width > len(content) - header.end + 1:  # each number has a digit and what parts it
+        fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
+        raise ProblemError(field, fault, "is it cut off?")
     _refuse_other_lines(header, content)
-    words, width = content[header.end :].split(), WIDTHS[header.form]
+    words = content[header.end :].split()
     if len(words) != header.entries * width:
         fault = f"is declared with {count(header.entries, 'entry')} but has {count(len(words) // width, 'entry')}"
         raise ProblemError(field, fault, "make them agree")
@@ -111,8 +119,8 @@ def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -
     """The matrix of entries at indices from 1, with the mirrored ones if it is symmetric."""
     wrong = np.flatnonzero((rows < 1) | (rows > header.shape[0]) | (cols < 1) | (cols > header.shape[1]))
     if wrong.size:
-        place = f"({rows[wrong[0]]}, {cols[wrong[0]]})"
-        raise ProblemError(field, f"has an entry {place} and is {header.shape[0]} x {header.shape[1]}", "count from 1")
+        fault = f"has an entry ({rows[wrong[0]]}, {cols[wrong[0]]}) and is {header.shape[0]} x {header.shape[1]}"
+        raise ProblemError(field, fault, "count from 1")
     if sign := SIGNS[header.symmetry]:
         mirrored = rows != cols
         if sign < 0 and not mirrored.all():
@@ -150,20 +158,6 @@ def _header(content: bytes) -> _Header:
         sign = SIGNS[words[4]]
         entries = [rows * columns - abs(sign) * rows * (rows - sign) // 2]
     return _Header(words[2], words[3], words[4], (rows, columns), entries[0], file.tell())
-
-
-def _refuse_impossible(field: str, header: _Header, left: int) -> None:
-    """Refuse sizes that the rest of the file, of that many bytes, cannot fill or that memory cannot hold."""
-    rows, columns = header.shape
-    if 0 in header.shape:
-        raise ProblemError(field, f"is {rows} x {columns}", "give at least one entry")
-    if header.symmetry != "general" and rows != columns:
-        raise ProblemError(field, f"is {header.symmetry} but {rows} x {columns}", "make it square or general")
-    if header.form == "array":
-        refuse_beyond_memory(field, header.shape)
-    if header.entries * SHORTEST[header.form] > left + 1:
-        fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
-        raise ProblemError(field, fault, "is it cut off?")
 
 
 def _refuse_other_lines(header: _Header, content: bytes) -> None:

@@ -189,7 +189,13 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
         line for each in zip(columns, low.tolist(), high.tolist(), strict=True) for line in _bounds(number, *each)
     ]
     lines += ["BOUNDS", *bounds] if bounds else []
-    lines += ["QUADOBJ", *_triangle(fields["Q"], columns, number)] if "Q" in fields else []
+    if "Q" in fields:
+        from scipy.sparse import coo_array
+
+        upper = coo_array(fields["Q"])
+        entries = zip(upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True)
+        triangle = (f" {columns[j]} {columns[i]} {number(value)}" for i, j, value in entries if i <= j and value)
+        lines += ["QUADOBJ", *triangle]
     return {"": "\n".join([*lines, "ENDATA", ""]).encode()}
 
 
@@ -249,12 +255,3 @@ def _columns(
             yield f" {name} {objective} {number(cost)}"
         for place in own:
             yield f" {name} {rows[A.indices[place]]} {number(A.data[place].item())}"
-
-
-def _triangle(Q: Any, columns: list[str], number: Callable[[float], str]) -> Iterator[str]:
-    from scipy.sparse import coo_array
-
-    upper = coo_array(Q)
-    for i, j, value in zip(upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True):
-        if i <= j and value:
-            yield f" {columns[j]} {columns[i]} {number(value)}"
