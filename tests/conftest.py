@@ -16,6 +16,9 @@ from lcpcli import Problem, read
 from lcpcli.cli import main as cli
 from lcpcli.cli import output
 from lcpcli.files import contents
+from lcpcli.files.inputs import Input
+from lcpcli.files.reading import contents_of
+from lcpcli.rational.problem import ExactProblem
 
 # the same examples every time, so that a change is what makes a test fail; HYPOTHESIS_PROFILE=searching tries new ones
 settings.register_profile("steady", derandomize=True, deadline=None)
@@ -37,6 +40,12 @@ class Outcome:
     code: int
     out: str
     err: str
+
+
+def read_exact(*paths: str) -> ExactProblem:
+    """The problem in one file or two with its numbers as they are written, as the commands take it."""
+    work = Input(paths, contents_of(paths))
+    return ExactProblem(work.read(), *work.exact_parts())
 
 
 @pytest.fixture

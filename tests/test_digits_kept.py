@@ -16,10 +16,10 @@ from hypothesis import example, given, settings
 from lcpcli import read
 from lcpcli.cli.make import read_written
 from lcpcli.cli.problems import Inputs
-from lcpcli.files import reading, writing
+from lcpcli.files import writing
 from lcpcli.rational.numbers import decimal, fraction, places
 
-from .conftest import Outcome
+from .conftest import Outcome, read_exact
 
 Lcp = Callable[..., Outcome]
 DIGITS = "0.1000000000000000055511151231257827"
@@ -51,7 +51,7 @@ def files_of(path: Path) -> list[Path]:
 
 def exact(path: Path) -> list[Any]:
     """All numbers of a problem as they are written."""
-    held = reading.read_exact(*map(str, files_of(path)))
+    held = read_exact(*map(str, files_of(path)))
     rows = [
         {j: Fraction(a, scale) for j, a in row.items() if a} for row, scale in zip(held.rows, held.scales, strict=True)
     ]

@@ -12,9 +12,11 @@ from hypothesis import strategies as st
 
 from lcpcli import Problem
 from lcpcli.errors import ProblemError
-from lcpcli.files import reading, writing
+from lcpcli.files import writing
 from lcpcli.rational import numbers
 from lcpcli.rational.problem import ExactProblem
+
+from .conftest import read_exact
 
 MTX = "%%MatrixMarket matrix"
 TENTHS = ([[Fraction(1, 10), Fraction(-1, 5)], [Fraction(3, 10), Fraction(7)]], [Fraction(-1, 10), Fraction(1, 2)])
@@ -44,7 +46,7 @@ def data_of(data: ExactProblem) -> tuple[list[list[Fraction]], list[Fraction]]:
 @pytest.mark.parametrize("name", SAME)
 def test_decimals_of_one_file(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(SAME[name])
-    assert data_of(reading.read_exact(str(tmp_path / name))) == TENTHS
+    assert data_of(read_exact(str(tmp_path / name))) == TENTHS
 
 
 @pytest.mark.parametrize("M", MATRICES)
@@ -52,7 +54,7 @@ def test_decimals_of_one_file(name: str, tmp_path: Path) -> None:
 def test_decimals_of_two_files(M: str, q: str, tmp_path: Path) -> None:
     (tmp_path / M).write_text(MATRICES[M])
     (tmp_path / q).write_text(VECTORS[q])
-    assert data_of(reading.read_exact(str(tmp_path / M), str(tmp_path / q))) == TENTHS
+    assert data_of(read_exact(str(tmp_path / M), str(tmp_path / q))) == TENTHS
 
 
 @pytest.mark.parametrize(
@@ -67,7 +69,7 @@ def test_decimals_of_two_files(M: str, q: str, tmp_path: Path) -> None:
 def test_symmetric_matrix_market_is_mirrored(text: str, upper: list[list[Fraction]], tmp_path: Path) -> None:
     (tmp_path / "M.mtx").write_text(f"{MTX} {text}")
     (tmp_path / "q.csv").write_text("1 1")
-    data = reading.read_exact(str(tmp_path / "M.mtx"), str(tmp_path / "q.csv"))
+    data = read_exact(str(tmp_path / "M.mtx"), str(tmp_path / "q.csv"))
     M, _ = data_of(data)
     assert M[:1] == upper
     sign = -1 if "skew" in text else 1
@@ -77,21 +79,21 @@ def test_symmetric_matrix_market_is_mirrored(text: str, upper: list[list[Fractio
 def test_npz_holds_doubles(tmp_path: Path) -> None:
     problem = Problem([[0.1]], [-0.3])
     writing.write(problem, tmp_path / "a.npz")
-    data = reading.read_exact(str(tmp_path / "a.npz"))
+    data = read_exact(str(tmp_path / "a.npz"))
     assert data_of(data) == ([[Fraction(0.1)]], [Fraction(-0.3)])
     assert data.are_floats()
 
 
 def test_numbers_below_the_range_of_doubles_count(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text('{"M": [[1e-400]], "q": [-2e-400]}')
-    assert reading.read_exact(str(tmp_path / "a.json")).is_solution([Fraction(2)])
+    assert read_exact(str(tmp_path / "a.json")).is_solution([Fraction(2)])
 
 
 @pytest.mark.parametrize("number", ["1e-999999999", "1e-99999999999999999999999999", "-1E-5300"])
 def test_exponents_out_of_all_proportion_are_refused(number: str, tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [{number}]}}')
     with pytest.raises(ProblemError, match=r"a\.json: has"):
-        reading.read_exact(str(tmp_path / "a.json"))
+        read_exact(str(tmp_path / "a.json"))
 
 
 @pytest.mark.parametrize("text", ["1/0", "1/00", "a", "1//2", "1/-2", "1.5/2", "", "nan", "inf", "1_0", "1_0/3", "/2"])

@@ -19,10 +19,9 @@ from scipy.io import savemat
 
 from lcpcli import read
 from lcpcli.files import beside
-from lcpcli.files.reading import read_exact
 
 from . import small_problem
-from .conftest import Outcome
+from .conftest import Outcome, read_exact
 
 Lcp = Callable[..., Outcome]
 M, Q = np.array(small_problem.M), np.array(small_problem.Q)

@@ -11,10 +11,9 @@ import pytest
 import lcpcli
 from lcpcli import errors
 from lcpcli.files import contents
-from lcpcli.files.reading import read_exact
 from lcpcli.model.origins import Game
 
-from .conftest import Outcome
+from .conftest import Outcome, read_exact
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
 PAYOFFS = HEAD + '{ { "up" "down" } { "left" "mid" "right" } }\n"a comment"\n1 2 3 4\n1/3 -0.5, 1e1 .25\n0 0 -7/2 +1\n'

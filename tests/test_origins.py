@@ -22,6 +22,8 @@ from lcpcli.solving.answer import Equilibrium, Minimum
 from lcpcli.solving.driver import concluded
 from lcpcli.verify.point import Criterion, Point
 
+from .conftest import read_exact
+
 PORTFOLIO_Q = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]]
 PORTFOLIO_A, PORTFOLIO_B = [[1, 1, 1], [-1, -1, -1], [0.12, 0.08, 0.04]], [1, -1, 0.07]
 BATTLE = [[3, 0], [0, 2]], [[2, 0], [0, 3]]
@@ -259,7 +261,6 @@ def test_csv_loses_the_origin(tmp_path: Path) -> None:
 
 def test_exact_minimum_meets_the_conditions_of_the_decimals_as_written(tmp_path: Path) -> None:
     pytest.importorskip("flint")
-    from lcpcli.files.reading import read_exact
     from lcpcli.solving.proof import prove
 
     write(PROBLEMS["qp"](), tmp_path / "own.json")

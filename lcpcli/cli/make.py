@@ -183,17 +183,17 @@ def read_written(inputs: Inputs) -> Written[Problem]:
         problem = inputs.read().problem
         return Written(problem, problem, {})
     fetch = cache(contents.content_of)
-    file, q_file = [*inputs.files, None][:2]
 
     def parse(doubles: Doubles) -> Problem:
-        problem = reading.problem_of(str(file), q_file, fetch, doubles)
+        problem = reading.problem_of(inputs.files, texts, doubles)
         return beside.bounded(problem, inputs.bounds, fetch, doubles)
 
     with inputs.hint_at_game():
+        texts = reading.contents_of(inputs.files)
         found = written(parse)
-    rounded, remarks = without_wrong_solutions(found.rounded, str(file))
+    rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])
     inputs.tell(remarks)
-    return Written(rounded, without_wrong_solutions(found.own, str(file))[0], found.exact)
+    return Written(rounded, without_wrong_solutions(found.own, inputs.files[0])[0], found.exact)
 
 
 def prepare(inputs: Inputs, output: str | None) -> None:

@@ -90,16 +90,12 @@ class Inputs(NamedTuple):
 
     def read(self) -> Held:
         """The problem in one file, in one with M and one with q, or in two with the payoffs of a game."""
-        from lcpcli.files import contents, reading
+        from lcpcli.files import reading
         from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
 
         with self.hint_at_game():
-            if self.game:
-                work = game_in(self.files)
-            else:
-                texts = map(contents.content_of, self.files, (reading.WHOLE, reading.LINE))
-                work = Input(tuple(self.files), tuple(texts))
+            work = game_in(self.files) if self.game else Input(tuple(self.files), reading.contents_of(self.files))
             held = self._single(work)
         self.tell(held.remarks)
         return held

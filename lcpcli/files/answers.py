@@ -19,14 +19,13 @@ from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.contents import decode, within
-from lcpcli.files.csv_format import NUMERIC, is_comment, is_number
+from lcpcli.files.csv_format import delimiter_of, is_header, is_number, lines_of
 from lcpcli.files.json_format import load
 from lcpcli.files.log import record_of
 from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
 
 EXPECTED = "give a list of numbers, or what lcp solve --format json prints"
-DELIMITERS = ";\t,"
 VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of all solutions
 STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # of all equilibria
 RUN = ("problem", "method")  # the columns that tell one result from another
@@ -68,13 +67,8 @@ def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
         return [_of_held(held, lengths)._replace(remark=remark)]
     if not solutions:
         raise ProblemError("solutions", "is empty", "give a solution to check")
-    return [_of_listed(f"solutions[{i}]", each, lengths) for i, each in enumerate(solutions)]
-
-
-def _of_listed(field: str, held: Any, lengths: Lengths) -> Candidate:
-    """The candidate in one of several solutions."""
-    strategies = held.get("equilibrium") if isinstance(held, dict) else None
-    return within(field, _of_held, held if strategies is None else strategies, lengths)
+    own = ((each.get("equilibrium") or each) if isinstance(each, dict) else each for each in solutions)
+    return [within(f"solutions[{i}]", _of_held, each, lengths) for i, each in enumerate(own)]
 
 
 def _of_held(held: Any, lengths: Lengths) -> Candidate:
@@ -100,17 +94,14 @@ def _of_held(held: Any, lengths: Lengths) -> Candidate:
                 return Candidate("answer", values)
     if "z" not in held:
         raise ProblemError("", "is an object without z", EXPECTED)
-    z, y, w = (
-        None if exact.get(key) is None else _listed(f"exact.{key}", exact[key], {n: "z"}) for key in ("z", "y", "w")
-    )
-    if y is not None:
-        return Candidate("farkas", y, exact=True)
-    if z is not None:
-        return Candidate("solution", z, exact=True, w=w)
+    of_z = {n: "z"}
+    y, z, w = (_listed(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
+    if y or z:
+        return Candidate("farkas" if y else "solution", y or z or [], exact=True, w=None if y else w)
     if certificate.get("kind") == "farkas":
-        return Candidate("farkas", _listed("certificate.vector", certificate.get("vector"), {n: "z"}))
+        return Candidate("farkas", _listed("certificate.vector", certificate.get("vector"), of_z))
     claim = "its claimed proof by exhaustion has no certificate to check" * (certificate.get("kind") == "exhaustion")
-    return Candidate("solution", _listed("z", held["z"], {n: "z"}), claim=claim)
+    return Candidate("solution", _listed("z", held["z"], of_z), claim=claim)
 
 
 def _listed(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
@@ -121,11 +112,13 @@ def _listed(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
 def _entries(field: str, values: Any) -> list[Fraction]:
     if not isinstance(values, list):
         raise ProblemError(field, f"is {kind(values)}", "give a list of numbers")
+    found = []
     for i, value in enumerate(values):
         if not isinstance(value, (Fraction, str)):
             hint = f"give a number, or a fraction as a string {FROM_0}"
             raise ProblemError(f"{field}[{i}]", f"is {kind(value)}", hint)
-    return [x if isinstance(x, Fraction) else within(f"{field}[{i}]", ratio, x) for i, x in enumerate(values)]
+        found.append(within(f"{field}[{i}]", ratio, value) if isinstance(value, str) else value)
+    return found
 
 
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
@@ -140,37 +133,23 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
     raise ProblemError(field, fault, f"give {', '.join(allowed[:-1])} or {allowed[-1]}")
 
 
-def first_in(content: bytes) -> Candidate:
-    """z, and w if it is there, of the first answer in a table, or a ProblemError that names the line."""
-    first = of_table(content)[0]
-    if first.rows is not None:
-        raise ProblemError("", "has no column headed z", HINT)
-    return first
-
-
-def of_table(content: bytes, lengths: Lengths | None = None) -> list[Candidate]:
-    """The candidates in CSV, of one of these lengths, several if these are all solutions of a problem."""
-    found = _answers(content)
-    for each in found:
-        if lengths is not None and each.rows is None:
-            of_length("z", each.values, lengths)
-    return found
-
-
-def _answers(content: bytes) -> list[Candidate]:
-    lines = [(k, line) for k, line in enumerate(decode(content).splitlines(), 1)]
-    lines = [(k, line) for k, line in lines if line.strip() and not is_comment(line)]
+def of_table(content: bytes) -> list[Candidate]:
+    """The candidates in CSV, several if these are all solutions of a problem."""
+    lines = lines_of(content)
     rows = [(k, _cells(line)) for k, line in lines]
     header: list[str] = []
-    if rows and not any(is_number(entry) or NUMERIC.match(entry) for entry in rows[0][1]):
+    if rows and is_header(rows[0][1]):
         (_, first), *others = lines
-        mark = _delimiter(first).strip(" ")
+        mark = delimiter_of(first)
         header = [name.casefold() for name in _cells(first, mark)]
         rows = [(k, _cells(line, mark, len(header))) for k, line in others]
     if set(header) >= STRATEGY or set(header) >= VERTEX:
         return _several(header, rows)
     if len(rows) > 1 and max(len(row) for _, row in rows) > 1:
-        return [_table(header or _columns(rows), _first_run(header, rows))]
+        places = [header.index(name) for name in RUN if name in header]
+        runs = [[row[j] for j in places if j < len(row)] for _, row in rows]
+        first_run = [each for each, run in zip(rows, runs, strict=True) if run == runs[0]]
+        return [_table(header or _columns(rows), first_run)]
     if len(header) > 1 and "z" in header:
         return [_table(header, rows)]
     cells = [(f"line {k}, column {j}", cell) for k, row in rows for j, cell in enumerate(row, 1) if cell]
@@ -180,13 +159,12 @@ def _answers(content: bytes) -> list[Candidate]:
 def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
     """The answers in what lcp solve --all writes: each vertex, or each equilibrium with its probabilities."""
     _require_alike(header, rows)
-    place = {name: j for j, name in enumerate(header)}
     of_game = set(header) >= STRATEGY
+    keys = [header.index(name) for name in (["equilibrium"] if of_game else ["piece", "number"])]
     groups: dict[tuple[str, ...], Rows] = {}
     for k, row in rows:
-        if of_game or row[place["kind"]] == "vertex":
-            key = (row[place["equilibrium"]],) if of_game else (row[place["piece"]], row[place["number"]])
-            groups.setdefault(key, []).append((k, row))
+        if of_game or row[header.index("kind")] == "vertex":
+            groups.setdefault(tuple(row[j] for j in keys), []).append((k, row))
     if not groups:
         raise ProblemError("", "has no solution", "give a solution to check")
     return [(_strategies if of_game else _table)(header, own) for own in groups.values()]
@@ -194,40 +172,36 @@ def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
 
 def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
     """The strategies of one equilibrium."""
-    player, strategy, value = (names.index(name) for name in ("player", "strategy", "probability"))
-    own = [[each for each in rows if (each[1][player] == "row") == first] for first in (True, False)]
-    ordered = [_ordered(part, strategy) for part in own]
-    values = [within(f"line {k}, column {value + 1}", ratio, row[value]) for part in ordered for k, row in part]
-    return Candidate("solution", values, rows=len(ordered[0]))
+    player = names.index("player")
+    own = [[each for each in rows if (each[1][player] == "row") == is_first] for is_first in (True, False)]
+    values = [_column("probability", names, _ordered("strategy", names, part)) for part in own]
+    return Candidate("solution", values[0] + values[1], rows=len(values[0]))
+
+
+def _column(name: str, names: Sequence[str], rows: Rows) -> list[Fraction]:
+    """The numbers in a column."""
+    j = names.index(name)
+    return [within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows]
 
 
 def _require_alike(names: Sequence[str], rows: Rows) -> None:
     for k, row in rows:
         if len(row) != len(names):
-            raise ProblemError(
-                f"line {k}", f"has {count(len(row), 'column')} instead of {len(names)}", "make every line alike"
-            )
-
-
-def _delimiter(line: str) -> str:
-    return next((mark for mark in DELIMITERS if mark in line), " ")
+            fault = f"has {count(len(row), 'column')} instead of {len(names)}"
+            raise ProblemError(f"line {k}", fault, "make every line alike")
 
 
 def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
     """The cells of a line; below a header of that width, between its delimiters, they may have spaces or be empty."""
     is_below = bool(delimiter) and delimiter in line
-    mark = delimiter if is_below else _delimiter(line)
+    mark = delimiter if is_below else delimiter_of(line) or " "
     cells = [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
     while len(cells) > (width if is_below else 1) and not cells[-1]:
         cells.pop()
     parts = cells if is_below else [part for cell in cells for part in (cell.split() or [""])]
-    return list(map(_with_point, parts)) if mark in ";\t" else parts
-
-
-def _with_point(part: str) -> str:
-    """A number with a decimal comma, which is unambiguous between semicolons or tabs, with a point."""
-    pointed = part.replace(",", ".", 1)
-    return pointed if is_number(pointed) else part
+    if mark in ";\t":  # between which a decimal comma is unambiguous
+        return [pointed if is_number(pointed := part.replace(",", ".", 1)) else part for part in parts]
+    return parts
 
 
 def _columns(rows: Rows) -> list[str]:
@@ -241,33 +215,24 @@ def _columns(rows: Rows) -> list[str]:
     raise ProblemError("", f"has {len(rows)} rows and {width} columns without a header", HINT)
 
 
-def _first_run(header: Sequence[str], rows: Rows) -> Rows:
-    """The rows of the first result."""
-    places = [header.index(name) for name in RUN if name in header]
-    own = [rows[0][1][j] for j in places]
-    return [(k, row) for k, row in rows if [row[j] for j in places if j < len(row)] == own]
-
-
 def _table(names: Sequence[str], rows: Rows) -> Candidate:
     if "z" not in names:
         raise ProblemError("", "has no column headed z", HINT)
     _require_alike(names, rows)
     if "component" in names:
-        rows = _ordered(rows, names.index("component"))
-    places = [names.index(name) for name in ("z", "w") if name in names]
-    z, *w = [[within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows] for j in places]
-    return Candidate("solution", z, w=w[0] if w else None)
+        rows = _ordered("component", names, rows)
+    return Candidate("solution", _column("z", names, rows), w=_column("w", names, rows) if "w" in names else None)
 
 
-def _ordered(rows: Rows, place: int) -> Rows:
-    """The rows in the order of their components, each of which must occur once."""
-    wanted = dict.fromkeys(str(i) for i in range(1, len(rows) + 1))
-    held: dict[str, tuple[int, list[str]]] = {}
+def _ordered(name: str, names: Sequence[str], rows: Rows) -> Rows:
+    """The rows in the order of their components, which the column of that name has, each once."""
+    place = names.index(name)
+    wanted, held = dict.fromkeys(str(i) for i in range(1, len(rows) + 1)), dict[str, tuple[int, list[str]]]()
     for k, row in rows:
-        if row[place] not in wanted or row[place] in held:
-            here = {row[place] for _, row in rows}
-            missing = next(i for i in wanted if i not in here)
-            fault = f"has component {row[place]!r}{' again' * (row[place] in held)}, while {missing} is missing"
+        here = row[place]
+        if here not in wanted or here in held:
+            missing = next(i for i in wanted if i not in {row[place] for _, row in rows})
+            fault = f"has component {here!r}{' again' * (here in held)}, while {missing} is missing"
             raise ProblemError(f"line {k}, column {place + 1}", fault, f"give each of 1 to {len(rows)} once")
-        held[row[place]] = (k, row)
+        held[here] = (k, row)
     return [held[i] for i in wanted]

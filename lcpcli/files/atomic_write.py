@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import os
 import shutil
@@ -11,6 +10,7 @@ import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, TypeAlias
 
@@ -20,10 +20,8 @@ Content: TypeAlias = "str | bytes | IO[bytes]"
 
 
 def refuse_unwritable(path: str) -> None:
-    """Raise OptionError if `write_whole` could not write there, before anything is computed.
-
-    A file is created and removed there, the only reliable test: permissions say nothing about root or read-only disks.
-    """
+    """Raise OptionError if `write_whole` could not write there, before anything is computed: a file is created and
+    removed there, as permissions say nothing about root or read-only disks."""
     from tempfile import TemporaryFile
 
     if not path:
@@ -35,7 +33,7 @@ def refuse_unwritable(path: str) -> None:
         if not target.parent.is_dir():
             raise OptionError(path, f"there is no folder {target.parent}", "create it first")
         if not _is_special(target):
-            with contextlib.suppress(FileNotFoundError):
+            with suppress(FileNotFoundError):
                 target.lstat()
             TemporaryFile(dir=target.parent).close()
         elif not os.access(target, os.W_OK):
@@ -51,18 +49,16 @@ def write_together(contents: Mapping[str, Content]) -> None:
     """Write several files as `write_whole` does; none is moved into place before all are complete."""
     for path in contents:
         refuse_unwritable(path)
+    files = {path: content for path, content in contents.items() if not _is_special(path)}
+    for path in [path for path in contents if path not in files]:
+        with telling_of(path), Path(path).open("wb") as file:
+            _put(contents[path], file)
     staged: dict[str, Path] = {}
-    for path, content in contents.items():
-        with telling_of(path):
-            if _is_special(Path(path)):
-                with Path(path).open("wb") as file:
-                    _put(content, file)
     with _undisturbed():
         try:
-            for path, content in contents.items():
+            for path, content in files.items():
                 with telling_of(path):
-                    if not _is_special(Path(path)):
-                        staged[path] = _temporary(_target(path), content)
+                    staged[path] = _temporary(_target(path), content)
             for path, temporary in staged.items():
                 with telling_of(path):
                     temporary.replace(_target(path))
@@ -71,7 +67,7 @@ def write_together(contents: Mapping[str, Content]) -> None:
                 temporary.unlink(missing_ok=True)
 
 
-@contextlib.contextmanager
+@contextmanager
 def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
     """A context with a function that adds a text to what is written when the context is left, whatever with."""
     from tempfile import TemporaryFile, gettempdir
@@ -92,11 +88,11 @@ def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
                 file.seek(0)  # which writes the rest
             write_whole(path, file)
         finally:
-            with contextlib.suppress(OSError):  # it tries again to write what could not be written
+            with suppress(OSError):  # it tries again to write what could not be written
                 file.close()
 
 
-@contextlib.contextmanager
+@contextmanager
 def telling_of(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
     """A context in which a fault of the system becomes an OptionError for the output to that file."""
     try:
@@ -105,12 +101,12 @@ def telling_of(path: str, what: str = "written", hint: str = "choose another loc
         raise OptionError(path, f"cannot be {what} ({error.strerror})", hint) from None
 
 
-@contextlib.contextmanager
+@contextmanager
 def _undisturbed() -> Iterator[None]:
     """Defer Ctrl-C and SIGTERM, which would leave temporary files behind, until these are gone."""
     received: list[int] = []
     usual: dict[signal.Signals, Any] = {}
-    with contextlib.suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
+    with suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
         for number in (signal.SIGINT, signal.SIGTERM):
             if signal.getsignal(number) is not None:  # else it was not set from Python, and could not be restored
                 usual[number] = signal.signal(number, lambda number, _: received.append(number))
@@ -126,16 +122,13 @@ def _undisturbed() -> Iterator[None]:
 def _put(content: Content, file: IO[bytes]) -> None:
     if isinstance(content, str):
         content = content.encode("utf-8", errors="backslashreplace")
-    if isinstance(content, bytes):
-        file.write(content)
-    else:
-        shutil.copyfileobj(content, file)
+    shutil.copyfileobj(BytesIO(content) if isinstance(content, bytes) else content, file)
 
 
 def _target(path: str) -> Path:
-    if _is_special(Path(path)):
+    if _is_special(path):
         return Path(path)
-    with contextlib.suppress(RuntimeError):  # raised by pathlib for a link to itself before Python 3.13
+    with suppress(RuntimeError):  # raised by pathlib for a link to itself before Python 3.13
         target = Path(path).resolve()
         if not target.is_symlink():  # the result for such a link since then
             return target
@@ -160,42 +153,36 @@ def _temporary(target: Path, content: Content) -> Path:
     return temporary
 
 
-def _is_special(target: Path) -> bool:
-    return target.exists() and not target.is_file()
+def _is_special(path: str | Path) -> bool:
+    """Whether it is a device, a pipe or a folder."""
+    return Path(path).exists() and not Path(path).is_file()
 
 
 def opened_alone(path: str | Path, name: str) -> IO[bytes]:
     """A file, made where it is missing, that this run alone reads and writes until it is closed; a device or a pipe is
-    only written.
-
-    name : of the file in the OptionError if another run has it.
-    """
-    while True:
-        if Path(path).exists() and not Path(path).is_file():
-            return Path(path).open("ab")
+    only written. OptionError, with the name of the file, if another run has it."""
+    while not _is_special(path):
         file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
         try:
             _lock(file, name)
-            if _is_at(path, file):
-                return file
-            file.close()
+            with suppress(FileNotFoundError):  # who had the lock before may have removed the file, or replaced it
+                if os.path.samestat(os.fstat(file.fileno()), Path(path).stat()):
+                    return file
         except BaseException:
             file.close()
             raise
+        file.close()
+    return Path(path).open("ab")
 
 
 @contextmanager
 def reserved(paths: Iterable[str]) -> Iterator[None]:
     """A context in which no other run has these files, each of which is replaced as a whole: locks are on files beside
-    them.
-
-    OptionError if another run has one.
-    """
-    targets = {Path(path).resolve(): path for path in paths}
+    them. OptionError if another run has one."""
     locks: list[tuple[Path, IO[bytes]]] = []
     try:
-        for target, path in targets.items():
-            if not target.exists() or target.is_file():
+        for target, path in {Path(path).resolve(): path for path in paths}.items():
+            if not _is_special(target):
                 beside = target.with_name(f".{target.name}.lock")
                 with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
                     locks.append((beside, opened_alone(beside, path)))
@@ -210,19 +197,9 @@ def reserved(paths: Iterable[str]) -> Iterator[None]:
 def _lock(file: IO[bytes], name: str) -> None:
     try:
         import fcntl
-    except ImportError:
-        return
-    try:
+
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise OptionError(name, "is being written by another run", "wait for its end, or name another file") from None
-    except OSError:  # a system of files without locks
+    except (ImportError, OSError):  # a system, or a system of files, without locks
         return
-
-
-def _is_at(path: str | Path, file: IO[bytes]) -> bool:
-    """Whether an open file still has that name: who had the lock before may have replaced it or removed it."""
-    try:
-        return os.path.samestat(os.fstat(file.fileno()), Path(path).stat())
-    except FileNotFoundError:
-        return False

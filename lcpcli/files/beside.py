@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -45,10 +45,7 @@ REFUSALS = {  # of bounds of what comes from a program or a game: the fault and 
 
 
 def bounded(
-    problem: Problem,
-    given: Mapping[str, Any],
-    fetch: Fetch = content_of,
-    doubles: Doubles | None = None,
+    problem: Problem, given: Mapping[str, Any], fetch: Fetch = content_of, doubles: Doubles | None = None
 ) -> Problem:
     """The problem with the bounds given by name, lower and upper; those that are None stay as they are. What is known
     of the solutions for other bounds is dropped.
@@ -57,7 +54,10 @@ def bounded(
     what fetch(name, hint for an empty one) gives. From the size infinity on it is none.
     doubles : makes the doubles of the numbers as they are written, in place of the nearest ones.
     """
-    problem = _with_bounds(problem, {name: given[name] for name in BOUNDS if given[name] is not None}, fetch, doubles)
+    names = [name for name in BOUNDS if given[name] is not None]
+    values = {name: _values(name, given[name], fetch, float if doubles is None else doubles.of) for name in names}
+    if values:
+        problem = _with_bounds(problem, values, given)
     if given["infinity"] is None:
         return problem
     from lcpcli.model.far_bounds import with_infinity
@@ -65,41 +65,28 @@ def bounded(
     return within("--infinity", with_infinity, problem, given["infinity"])
 
 
-def remark(problem: Problem, given: Mapping[str, Any]) -> str:
-    """Return the line that tells users of bounds which may stand for none; "" where there are no such bounds, or where
-    --infinity says what they mean."""
-    if given["infinity"] is not None or not problem.may_have_far_bounds:
-        return ""
-    from lcpcli.model.far_bounds import remark
-
-    return remark(problem)
-
-
-def _with_bounds(problem: Problem, given: Mapping[str, str], fetch: Fetch, doubles: Doubles | None) -> Problem:
-    values = {name: _values(name, text, fetch, exact=doubles is not None) for name, text in given.items()}
-    if doubles is not None:
-        values = {name: _doubles_of(value, doubles) for name, value in values.items()}
-    if not values:
-        return problem
+def _with_bounds(problem: Problem, values: Mapping[str, Any], given: Mapping[str, Any]) -> Problem:
     kind = "" if problem.origin is None else problem.origin.data()["kind"]
     if kind in REFUSALS:
         raise ProblemError(f"--{next(iter(values))}", *REFUSALS[kind])
     try:
         return replace(problem, solutions=(), verdict="", **values)
     except ProblemError as error:
-        name = next((name for name in values if error.where.startswith(name)), next(iter(values)))
+        own = next((name for name in values if error.where.startswith(name)), "")
+        name = own or next(iter(values))
         is_typed = _is_typed(given[name])
-        file = "" if is_typed else f"{place(given[name])}: "
-        is_own = is_typed and error.where.startswith(name)
-        where = f"--{error.where}" if is_own else f"--{name}: {file}{error.where}"
-        raise ProblemError(where, error.fault, error.hint) from None
+        where = error.where if is_typed else f"{place(given[name])}: {error.where}"
+        option = "--" if own and is_typed else f"--{name}: "
+        raise ProblemError(f"{option}{where}", error.fault, error.hint) from None
 
 
-def _doubles_of(values: Any, doubles: Doubles) -> Any:
-    """A bound with the doubles of its fractions."""
-    if isinstance(values, list):
-        return [_doubles_of(value, doubles) for value in values]
-    return doubles.of(values) if isinstance(values, Fraction) else values
+def remark(problem: Problem, given: Mapping[str, Any]) -> str:
+    """Return the line on bounds which may stand for none; "" without such bounds, or where --infinity is given."""
+    if given["infinity"] is not None or not problem.may_have_far_bounds:
+        return ""
+    from lcpcli.model.far_bounds import remark
+
+    return remark(problem)
 
 
 def exactly_bounded(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
@@ -114,37 +101,36 @@ def exactly_bounded(data: ExactProblem, problem: Problem, given: Mapping[str, An
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)
         if given[name] is not None:
-            values = _values(name, given[name], fetch, exact=True)
+            values = _values(name, given[name], fetch, Fraction)
             bounds = list(map(exact, values if isinstance(values, list) else data.n * [values]))
         ends = np.broadcast_to(getattr(problem, name), data.n)
         setattr(data, name, [value if math.isfinite(end) else None for value, end in zip(bounds, ends, strict=True)])
     return data
 
 
-def _values(name: str, text: str, fetch: Fetch, exact: bool) -> Any:
-    """What is given for a bound: one value or a list of them, None for no bound."""
+def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any]) -> Any:
+    """What is given for a bound: one value or a list of them, None for no bound. number : makes the values of the
+    numbers; `float` the nearest doubles."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
-        values = [None if word.casefold() in ABSENT else _end(name, word, exact) for word in words]
+        values = [None if word.casefold() in ABSENT else _end(name, word, number) for word in words]
         return values[0] if len(values) == 1 else values
     if text != STANDARD_INPUT and not is_there(text):
         raise OptionError(
             f"--{name}", f"{quoted(text)} is neither a file nor numbers", "write -1,none,0.5 or name a file"
         )
 
+    def as_written(entry: str) -> Any:
+        return float(entry) if "inf" in entry.casefold() else number(fraction(entry))
+
     def parse(content: bytes) -> Any:
         form = form_of(text, content)
         if form not in (*OF_ARRAYS, "json_format", "csv_format"):
             return vector_in(f"--{name}", text, content).tolist()
-        held = load(form).values(f"--{name}", content, _exact_number if exact else float)
-        return held.tolist() if exact and form in OF_ARRAYS else held
+        held = load(form).values(f"--{name}", content, float if number is float else as_written)
+        return held.tolist() if number is not float and form in OF_ARRAYS else held
 
     return parsed(text, EXPECTED, parse, fetch)
-
-
-def _exact_number(text: str) -> Any:
-    """A number with all its digits, which may be infinite."""
-    return float(text) if "inf" in text.casefold() else fraction(text)
 
 
 def _is_typed(text: str) -> bool:
@@ -158,15 +144,13 @@ def is_there(path: str) -> bool:
     return os.path.exists(path)  # noqa: PTH110 (Path.exists raises an error for a long text)
 
 
-def _end(name: str, number: str, exact: bool) -> Any:
+def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
     """A bound that is typed."""
     try:
-        if "inf" in number.casefold() or number.casefold() == "nan":
-            return float(number)
-        value = within(f"--{name}", ratio, number)
-        return value if exact else float(value)
+        is_infinite = "inf" in text.casefold() or text.casefold() == "nan"
+        return float(text) if is_infinite else number(within(f"--{name}", ratio, text))
     except OverflowError:
-        raise ProblemError(f"--{name}", f"has {number}", "give a finite number in double precision, or none") from None
+        raise ProblemError(f"--{name}", f"has {text}", "give a finite number in double precision, or none") from None
 
 
 def typed_numbers(text: str) -> list[str] | None:
@@ -176,25 +160,13 @@ def typed_numbers(text: str) -> list[str] | None:
 
 def typed_vector(field: str, typed: list[str], n: int) -> Vector:
     """Typed numbers, fractions allowed, as a vector of length n, or a ProblemError for the field."""
-    return as_vector(field, [_value(field, number) for number in typed], n)
-
-
-def _value(field: str, number: str) -> float:
-    if "/" in number:
-        return float(rounded([within(field, ratio, number)])[0])
-    try:
-        return float(number)
-    except ValueError:
-        raise ProblemError(field, f"has {quoted(number)}, not a number", "write 1,-2,0.5") from None
+    values = [within(f"{field}[{i}]", ratio, number) for i, number in enumerate(typed)]
+    return as_vector(field, rounded(values), n)
 
 
 def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
-    """A starting point of length n from a file with it or a result that `lcp solve -o` wrote: x for these bounds, or z.
-
-    path : a file, or the numbers themselves.
-
-    A result gives its final iterate; of several results the first is taken.
-    """
+    """A starting point of length n, given in numbers or in a file with it or with results of `lcp solve -o`, of which
+    the first gives its final iterate: x for these bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
         return typed_vector(field, numbers, n)
 
@@ -202,19 +174,20 @@ def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
         form = form_of(path, content)
         if form != "csv_format" and not (form == "json_format" and content.lstrip().startswith(b"{")):
             return vector_in(field, path, content, n)
-        z, w = _result_in(field, form, content, n)
+        try:
+            z, w = _result_in(form, content, n, f"{field}: ")
+        except ProblemError as error:
+            raise error if error.where else error.inside(field) from None
         return z if box is None or w is None else box.x_of(z, w)
 
     return parsed(path, LINE, parse)
 
 
 def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> list[Candidate]:
-    """Proposed solutions, from a result, all solutions or a vector in any format, fractions allowed.
-
-    path : a file, or the numbers themselves.
+    """Proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format, fractions
+    allowed.
     lengths : what it may be, by its length: z and, of a program, x and y, or x. name : of the problem, for which one of
-        several results is taken.
-    """
+    several results is taken."""
     from lcpcli.files import answers
     from lcpcli.rational.problem import fractions_of
 
@@ -225,9 +198,13 @@ def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> li
         if form == "json_format":
             return answers.of_json(content, lengths, name)
         if form == "csv_format":
-            return [each._replace(w=None) for each in answers.of_table(content, lengths)]
-        values = fractions_of(vector_in("z", path, content))
-        return [answers.Candidate("solution", answers.of_length("z", values, lengths))]
+            found = [each._replace(w=None) for each in answers.of_table(content)]
+        else:
+            found = [answers.Candidate("solution", fractions_of(vector_in("z", path, content)))]
+        for each in found:
+            if each.rows is None:
+                answers.of_length("z", each.values, lengths)
+        return found
 
     return parsed(path, LINE, parse, None if numbers is None else lambda *_: " ".join(numbers).encode())
 
@@ -262,31 +239,27 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
             return states
         if states is not None or not isinstance(held, dict) or not {"z", "w"} <= set(held):
             raise ProblemError("basis", "is missing" if states is None else f"is {kind(states)}", OF_STATES)
-    z, w = _result_in("", form, content, problem.n)
+    z, w = _result_in(form, content, problem.n)
     if w is None:
         raise ProblemError("", "has no column headed w", OF_STATES)
     return states_of(problem, z, w)
 
 
-def _result_in(field: str, form: str, content: bytes, n: int) -> tuple[Vector, Vector | None]:
-    """z and, but in CSV perhaps, w of a result, of the first of several. Errors name the field, if there is one."""
-    if form == "csv_format":
-        from lcpcli.files import answers
+def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vector, Vector | None]:
+    """z and, but in CSV perhaps, w of a result, of the first of several. before : what precedes them in messages."""
+    from lcpcli.files import answers
 
-        try:
-            answer = answers.first_in(content)
-        except ProblemError as error:
-            raise error if error.where or not field else error.inside(field) from None
-        z = as_vector(field or "z", rounded(answer.values), n)
-        return z, None if answer.w is None else as_vector(field or "w", rounded(answer.w), n)
-    held = _first_in(content)
-    try:
+    if form == "csv_format":
+        first = answers.of_table(content)[0]
+        if first.rows is not None:
+            raise ProblemError("", "has no column headed z", answers.HINT)
+        z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
+    else:
+        held = _first_in(content)
         if not {"z", "w"} <= set(held):
-            hint = "give a list of numbers, or what lcp solve --format json prints"
-            raise ProblemError("", "is an object without z and w", hint)
-        return as_vector("z", held["z"], n), as_vector("w", held["w"], n)
-    except ProblemError as error:
-        raise error.inside(field) if field else error from None
+            raise ProblemError("", "is an object without z and w", answers.EXPECTED)
+        z, w = held["z"], held["w"]
+    return as_vector(f"{before}z", z, n), None if w is None else as_vector(f"{before}w", w, n)
 
 
 def _first_in(content: bytes) -> Any:

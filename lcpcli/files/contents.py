@@ -7,7 +7,7 @@ import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, NamedTuple, TypeVar
 
@@ -63,11 +63,9 @@ def shipped_file(name: str) -> Path | None:
 
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
-    """The paths, with the files of problems in each folder in its place, in the order of their names.
-
-    tell : is given a line on the results in a folder, which are left out.
-    Raises OptionError for a folder without any problem, or one that cannot be read.
-    """
+    """The paths, with the files of problems in each folder in its place, in the order of their names; a line on the
+    results in it, which are left out, is told. OptionError for a folder without any problem, or one that cannot be
+    read."""
     return [file for path in paths for file in (_inside(path, tell) if path and Path(path).is_dir() else [path])]
 
 
@@ -87,11 +85,9 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
 
 
 def _is_result(file: Path) -> bool:
-    try:
-        with file.open("rb") as opened:
-            return is_result(opened.read(HEAD))
-    except OSError:  # which is said when it is read
-        return False
+    with suppress(OSError), file.open("rb") as opened:  # an error is told when the file is read
+        return is_result(opened.read(HEAD))
+    return False
 
 
 def place(path: str) -> str:
@@ -106,7 +102,7 @@ def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch |
 
 
 def blaming(path: str, parse: Callable[[], T]) -> T:
-    """The result of parse; a ProblemError raised by it is made to name the file."""
+    """As `within` for a file."""
     return within(place(path), parse)
 
 
@@ -134,10 +130,8 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
 
 @contextmanager
 def opened(path: str) -> Iterator[IO[bytes]]:
-    """A file to read from, or standard input; a name that is no file may be that of a shipped problem.
-
-    Raises ProblemError if it cannot be read.
-    """
+    """A file to read from, or standard input; a name that is no file may be that of a shipped problem. ProblemError if
+    it cannot be read."""
     name = place(path)
     if not path:
         raise ProblemError("", "the name of a file is empty", "name a file")
@@ -161,10 +155,9 @@ def _likely_file(path: str) -> str:
     from difflib import get_close_matches
 
     folder, name = Path(path).parent, Path(path)
-    try:
+    names: list[str] = []
+    with suppress(OSError):
         names = [entry.name for entry in folder.iterdir()]
-    except OSError:
-        names = []
     if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
         return f"did you mean {folder / close[0]}?"
     if close := get_close_matches(name.stem, shipped_problems(), n=1, cutoff=0.75):
@@ -175,22 +168,18 @@ def _likely_file(path: str) -> str:
 def without_mark(content: bytes) -> bytes:
     """The content without a byte order mark, and in UTF-8 if the mark is that of UTF-16, as of Excel's Unicode text."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        try:
+        with suppress(UnicodeError):
             return content.decode("utf-16").encode()
-        except UnicodeError:
-            return content
     return content.removeprefix(codecs.BOM_UTF8)
 
 
 def decode(content: bytes) -> str:
     """The text in UTF-8 bytes, or a ProblemError."""
-    try:
+    with suppress(UnicodeDecodeError):
         text = content.decode("utf-8")
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text:
-        raise ProblemError("", "is not UTF-8 text", "save it as UTF-8")
-    return text
+        if "\0" not in text:
+            return text
+    raise ProblemError("", "is not UTF-8 text", "save it as UTF-8")
 
 
 def unpacked(content: bytes) -> bytes:
@@ -215,7 +204,5 @@ def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) 
         return
     size = math.prod(shape) * itemsize
     if size > memory:
-        declared = " x ".join(map(str, shape))
-        raise ProblemError(
-            field, f"is {declared}, {size / 1e9:.3g} GB, more than this machine's memory", "give it in sparse form"
-        )
+        fault = f"is {' x '.join(map(str, shape))}, {size / 1e9:.3g} GB, more than this machine's memory"
+        raise ProblemError(field, fault, "give it in sparse form")

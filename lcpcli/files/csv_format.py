@@ -15,24 +15,21 @@ import csv
 import math
 import re
 from collections.abc import Callable, Mapping
-from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, misread, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
+from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg import matrices
 from lcpcli.rational.numbers import RATIO, decimal
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 NAME = re.compile(r"[^\W\d]")  # begins like a name
-SPREADSHEET_ERROR = re.compile(r"\s*#[A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$)")  # such as #N/A, #REF!, #DIV/0!
+COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # no error of a spreadsheet, such as #N/A or #REF!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
 UNNAMED = "; is the first column an index? leave the first cell of the header empty"
 HEADED = "name q, lower and upper in a header, if the last columns are these"
@@ -51,15 +48,15 @@ class Table(NamedTuple):
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """The fields in a text of n rows of n + 1 columns, or M in one of n rows of n columns; with bounds by a header."""
     rows, places, header, _ = table_of(content, number)
-    if _is_counted(rows, places, header):
+    n, first = len(rows), [row[0] for row in rows]
+    is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
+    if is_long and first in (list(range(n)), list(range(1, n + 1))):  # it only counts
         rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
-    n, columns = len(rows), len(rows[0])
+    columns = len(rows[0])
     if not places and columns not in (n, n + 1):
-        hint = _numbering(rows)
-        if not hint:
-            hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
-            hint += UNNAMED * (columns == n + 2 and bool(header))
-        raise ProblemError("", f"has {count(n, 'row')} of {count(columns, 'column')}", hint)
+        hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
+        hint += UNNAMED * (columns == n + 2 and bool(header))
+        raise ProblemError("", f"has {count(n, 'row')} of {count(columns, 'column')}", _numbering(rows) or hint)
     if not places:
         return of_table(np.array(rows))
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
@@ -84,35 +81,44 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """[M | q], one row per line, with all digits; with bounds [M | q | lower | upper] below a header."""
     given = [name for name in ("q", *BOUNDS) if name in fields]
     table = np.column_stack((matrices.dense(fields["M"]), *(fields[name] for name in given)))
-    rows = [list(map(partial(_text, exact), row)) for row in table.tolist()]
+
+    def text(x: float) -> str:
+        return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
+
+    rows = [list(map(text, row)) for row in table.tolist()]
     if len(given) > 1:
         rows.insert(0, [*(f"M{i}" for i in range(1, len(rows) + 1)), *given])
     return {"": "".join(f"{','.join(row)}\n" for row in rows).encode()}
 
 
-def _text(exact: Exact, x: float) -> str:
-    return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
+def lines_of(content: bytes) -> list[tuple[int, str]]:
+    """The lines of a text with their numbers, without blank ones and comments."""
+    lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not COMMENT.match(line)]
 
 
-def is_comment(line: str) -> bool:
-    """Whether a line begins with #, but not with an error that a spreadsheet has left in its first cell."""
-    return line.lstrip().startswith("#") and not SPREADSHEET_ERROR.match(line)
+def delimiter_of(line: str) -> str:
+    """What separates the columns, by the first line; "" for blanks."""
+    return next((mark for mark in DELIMITERS if mark in line), "")
+
+
+def is_header(cells: list[str]) -> bool:
+    """Whether no cell of a first line is a number, or begins like one."""
+    return not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
 
 
 def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False) -> Table:
     """The table in a text. With all_bounds, all numbers are bounds, and a header may name anything."""
-    all_lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    lines = [(number, line) for number, line in enumerate(all_lines, 1) if line.strip() and not is_comment(line)]
+    lines = lines_of(content)
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
-    delimiter = next((mark for mark in DELIMITERS if mark in lines[0][1]), None)
+    delimiter = delimiter_of(lines[0][1])
     below = [(number, _fields(number, line, delimiter)) for number, line in lines]
     top, first = below[0]
     indexed = _heads_an_index(first, [row[0] for _, row in below[1:]])
     places: dict[str, int] = {}
     header: list[str] = []
-    absent = all_bounds and any(map(is_absent, first))
-    if indexed or not (absent or any(is_number(entry) or NUMERIC.match(entry) for entry in first)):
+    if indexed or (is_header(first) and not (all_bounds and any(map(is_absent, first)))):
         header = [name.strip() for name in first[indexed:]]
         places = {} if all_bounds else _places(top, header)
         if "q" in header[:-1] and not (places or all_bounds):
@@ -121,13 +127,10 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
         del below[0]
     bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
     commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(below) :])
-    rows = [
-        [
-            _value(entry, number, i, commas, number_of, all_bounds or i in bounds)
-            for i, entry in enumerate(row[indexed:], 1 + indexed)
-        ]
-        for number, row in below
-    ]
+    rows: list[list[Any]] = []
+    for number, row in below:
+        cells = enumerate(row[indexed:], 1 + indexed)
+        rows.append([_value(cell, number, i, commas, number_of, all_bounds or i in bounds) for i, cell in cells])
     for (number, _), row in zip(below, rows, strict=True):
         if len(row) != len(rows[0]):
             fault = f"has {count(len(row), 'column')} where line {below[0][0]} has {len(rows[0])}"
@@ -144,33 +147,23 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
         if name not in BOUNDS and meant in BOUNDS and "q" in names:
             place = f"line {line}, column {column}"
             raise ProblemError(place, f"is headed {quoted(name)}", f"call it {meant}, if it holds bounds of z")
-    if not set(names) & set(BOUNDS):
+    held = [name for name in ("q", *BOUNDS) if name in names]
+    if not set(held) & set(BOUNDS):
         return {}
-    for name in ("q", *BOUNDS):
+    for name in held:
         if names.count(name) > 1:
             raise ProblemError(f"line {line}", f"heads {names.count(name)} columns {name}", "keep one")
-    if "q" not in names:
+    if "q" not in held:
         raise ProblemError(f"line {line}", "heads columns of bounds, but none q", "name the column of q in it")
-    return {name: names.index(name) for name in ("q", *BOUNDS) if name in names}
+    return {name: names.index(name) for name in held}
 
 
 def _heads_an_index(header: list[str], below: list[str]) -> bool:
     """Whether the first line is a header whose first column is an index: it has no name, as pandas writes it, or one
     with names alone below it, and the others have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
-    named = bool(below) and is_name(first) and all(map(is_name, below))
-    return (
-        (named or not first)
-        and bool(others)
-        and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
-    )
-
-
-def _is_counted(rows: list[list[Any]], places: dict[str, int], header: list[str]) -> bool:
-    """Whether a table with a header and one column too many for a problem has a first one that only counts."""
-    n, first = len(rows), [row[0] for row in rows]
-    is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
-    return is_long and first in (list(range(n)), list(range(1, n + 1)))
+    is_index = not first or (below and all(map(_is_name, (first, *below))))
+    return bool(is_index and others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
 
 
 def _numbering(rows: list[list[Any]]) -> str:
@@ -182,19 +175,19 @@ def _numbering(rows: list[list[Any]]) -> str:
     return ""
 
 
-def _fields(number: int, line: str, delimiter: str | None) -> list[str]:
-    if delimiter is None:
+def _fields(number: int, line: str, delimiter: str) -> list[str]:
+    if not delimiter:
         line, delimiter = " ".join(line.split()), " "
     try:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
     except csv.Error:
-        most = csv.field_size_limit()
-        long = f"it may have an entry of more than {most} characters"
-        fault = long if len(line) > most else "its quotation marks do not match"
+        most, fault = csv.field_size_limit(), "its quotation marks do not match"
+        if len(line) > most:
+            fault = f"it may have an entry of more than {most} characters"
         raise ProblemError(f"line {number}", f"is not CSV ({fault})", "correct it there") from None
 
 
-def is_name(entry: str) -> bool:
+def _is_name(entry: str) -> bool:
     """Whether a cell is a name, and neither a number nor an absent bound."""
     return bool(NAME.match(entry.strip())) and not is_number(entry) and not is_absent(entry)
 
@@ -212,10 +205,8 @@ def is_number(entry: str) -> bool:
 
 
 def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
-    """The number in a cell, of a text also a fraction; a bound may be absent, None, or infinite.
-
-    commas : whether the decimal mark of the file is a comma.
-    """
+    """The number in a cell, of a text also a fraction; a bound may be absent, None, or infinite. commas : whether the
+    decimal mark of the file is a comma."""
     if is_bound and is_absent(entry):
         return None
     if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):
@@ -227,11 +218,11 @@ def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable
     is_mixed = commas and "." in entry
     if is_number(number) and math.isfinite(float(number)) and not is_mixed:
         return number_of(number)
-    text, hint = quoted(entry.strip()), "give a number"
+    text = quoted(entry.strip())
     if is_ratio:
-        fault = f"is {text}, a division by 0"
+        fault, hint = f"is {text}, a division by 0", "give a number"
     elif not entry.strip():
-        fault = "is empty"
+        fault, hint = "is empty", "give a number"
     elif is_mixed:
         fault = f"is {quoted(entry)} in a file with decimal commas"
         hint = "use one decimal mark and no thousands separators"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 from lcpcli.errors import ProblemError
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from fractions import Fraction
 
-    Number = Callable[[str], float]  # what makes a double of a number in a text
-    Exact = Mapping[float, Fraction]  # what doubles stand for, where that is not their shortest decimals
+Number: TypeAlias = "Callable[[str], float]"  # what makes a double of a number in a text
+Exact: TypeAlias = "Mapping[float, Fraction]"  # what doubles stand for, where that is not their shortest decimals
 
 FORMATS = {  # the module that reads and writes it
     ".json": "json_format",

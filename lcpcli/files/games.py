@@ -9,25 +9,26 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 from lcpcli.errors import LCPError, OptionError, ProblemError, count, quoted
 from lcpcli.files.contents import decode, parsed, place, unpacked
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
-from lcpcli.files.formats import form_of
+from lcpcli.files.formats import Number, form_of
 from lcpcli.files.inputs import Input
+from lcpcli.files.json_format import payoff_of
 from lcpcli.rational.numbers import ratio
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Number
 
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"')
 LARGEST = 100_000  # bytes of a table that is read again for a hint
 HINT = "give the payoffs of the row player and those of the column player"
+
+T = TypeVar("T")
+Pair = tuple[Fraction, Fraction]
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
@@ -48,48 +49,37 @@ class _Reader:
             raise self._error("is not the beginning of a game", "a file begins with NFG 1 R")
         self._take()  # R or D: how numbers are meant, which their digits tell
         title = self._text("the title")
-        self._refuse_other_players(len(self._texts("the names of the players")))
-        m, k, names = self._strategies()
+        players, sides = self._texts("the names of the players"), self._braced("the strategies", self._strategies)
+        if max(len(players), len(sides)) > 2:
+            raise ProblemError("", *THREE_PLAYERS)
+        if (fewest := min(len(players), len(sides))) < 2:
+            raise ProblemError("", f"is a game of {count(fewest, 'player')}", "give one of two players")
+        m, k = (own if isinstance(own, int) else len(own) for own in sides)
+        if not m * k:
+            raise self._error("a player has no strategy", "give each at least one")
         if self._peek()[:1] == '"':
             self._take()  # a comment
         cells = self._cells(m * k)
         if self._next < len(self._tokens):
             raise self._error(f"is more than the payoffs of {m} x {k} strategies", "remove it", self._take())
-        A, B = ([[_payoff(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
-        return {"A": A, "B": B, "rows": names[0], "columns": names[1], "name": title}
+        A, B = ([[payoff_of(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
+        named = ([] if isinstance(own, int) else own for own in sides)
+        rows, columns = ([] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in named)
+        return {"A": A, "B": B, "rows": rows, "columns": columns, "name": title}
 
-    def _strategies(self) -> tuple[int, int, list[list[str]]]:
-        """How many strategies each player has, and their names, none if they are numbers."""
-        self._expect("{", "the strategies")
-        counts, names = [], []
-        while self._peek() != "}":
-            if self._peek() == "{":
-                names.append(self._texts("the names of the strategies"))
-                counts.append(len(names[-1]))
-            else:
-                names.append([])
-                counts.append(self._whole("the number of strategies"))
-        self._take()
-        self._refuse_other_players(len(counts))
-        if not all(counts):
-            raise self._error("a player has no strategy", "give each at least one")
-        named = [[] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in names]
-        return counts[0], counts[1], named
-
-    def _cells(self, count: int) -> list[tuple[Fraction, Fraction]]:
+    def _cells(self, count: int) -> list[Pair]:
         """The payoffs of both players, of so many pairs of strategies."""
         if self._peek() != "{":
-            return [(self._fraction(), self._fraction()) for _ in range(count)]
+            return [self._pair() for _ in range(count)]
         self._take()
-        outcomes = [(Fraction(0), Fraction(0))]
+        outcomes, chosen = [(Fraction(0), Fraction(0))], list[Pair]()
         while self._peek() == "{":
             self._take()
             if self._peek()[:1] == '"':
                 self._take()
-            outcomes.append((self._fraction(), self._fraction()))
+            outcomes.append(self._pair())
             self._expect("}", "the end of an outcome")
         self._expect("}", "the end of the outcomes")
-        chosen = []
         for _ in range(count):
             number = self._whole("the number of an outcome")
             if number >= len(outcomes):
@@ -97,11 +87,22 @@ class _Reader:
             chosen.append(outcomes[number])
         return chosen
 
+    def _pair(self) -> Pair:
+        return self._fraction(), self._fraction()
+
+    def _strategies(self) -> list[str] | int:
+        """The names of a player's strategies, or their number."""
+        is_named = self._peek() == "{"
+        return self._texts("the names of the strategies") if is_named else self._whole("the number of strategies")
+
     def _texts(self, what: str) -> list[str]:
+        return self._braced(what, lambda: self._text(what))
+
+    def _braced(self, what: str, item: Callable[[], T]) -> list[T]:
         self._expect("{", what)
         found = []
         while self._peek() != "}":
-            found.append(self._text(what))
+            found.append(item())
         self._take()
         return found
 
@@ -139,25 +140,10 @@ class _Reader:
         self._next += 1
         return token
 
-    def _refuse_other_players(self, players: int) -> None:
-        if players > 2:
-            raise ProblemError("", *THREE_PLAYERS)
-        if players < 2:
-            raise ProblemError("", f"is a game of {count(players, 'player')}", "give one of two players")
-
     def _error(self, fault: str, hint: str, token: str = "") -> ProblemError:
         """An error in the line of the last token."""
         line = self._content.count("\n", 0, self._tokens[self._next - 1][1]) + 1
         return ProblemError(f"line {line}", f"{quoted(token)} {fault}" if token else fault, hint)
-
-
-def _payoff(value: Fraction) -> Fraction | float:
-    """A payoff as a double if its shortest decimal is the payoff."""
-    try:
-        double = float(value)
-    except OverflowError:
-        return value
-    return double if Fraction(repr(double)) == value else value
 
 
 def game_in(paths: Sequence[str]) -> Input:
@@ -165,12 +151,9 @@ def game_in(paths: Sequence[str]) -> Input:
     if len(paths) != 2:
         raise OptionError("--game", f"takes two files, not {len(paths)}", HINT)
     (A, rows, columns), (B, own_rows, own_columns) = map(_table, paths)
-    names = {
-        "rows": _shared(paths[1], "rows", rows, own_rows),
-        "columns": _shared(paths[1], "columns", columns, own_columns),
-    }
     parts = [f'"{key}": [{", ".join(map(_row, table))}]' for key, table in (("A", A), ("B", B))]
-    parts += [f'"{key}": {json.dumps(own)}' for key, own in names.items()]
+    for key, *names in (("rows", rows, own_rows), ("columns", columns, own_columns)):
+        parts.append(f'"{key}": {json.dumps(_shared(paths[1], key, *names))}')
     return Input((paths[0],), (f"{{{', '.join(parts)}}}".encode(),))
 
 

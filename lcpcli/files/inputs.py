@@ -58,13 +58,11 @@ class Input:
     marks: Sequence[Mapping[str, Any]] = ()
 
     @property
-    def sources(self) -> list[Source]:
-        """Where its problem is."""
+    def sources(self) -> list[Source]:  # where its problem is
         return [Source(place(self.paths[0]), self.line, *self.marks)]
 
     @property
-    def digests(self) -> list[str]:
-        """The digest of its problem, as it is written."""
+    def digests(self) -> list[str]:  # that of its problem, as it is written
         return [digest(*self.contents)]
 
     def read(self) -> Problem:
@@ -72,7 +70,7 @@ class Input:
         if self.fault is not None:
             raise self.fault
         if self.line is None:
-            return reading.problem_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
+            return reading.problem_of(self.paths, self.contents)
         try:
             problem = cast(Problem, made(json_format.fields(self.contents[0])))
         except ProblemError as error:
@@ -81,18 +79,14 @@ class Input:
         return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
 
     def length(self) -> int:
-        """Return the number of bytes of the texts among its contents, in which numbers may have any number of
-        digits."""
+        """The bytes of the texts among its contents, in which numbers may have any number of digits."""
         return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:
         """The numbers of the problem as they are written, where `read` has accepted it."""
         if self.line is not None:
             return reading.exact_parts_in("json_format", self.contents[0])
-        return reading.exact_parts_of(self.paths[0], "".join(self.paths[1:]) or None, self._fetch)
-
-    def _fetch(self, path: str, expected: str) -> bytes:  # noqa: ARG002 (as `content_of`)
-        return self.contents[self.paths.index(path)]
+        return reading.exact_parts_of(self.paths, self.contents)
 
 
 @dataclass(frozen=True)
@@ -109,14 +103,12 @@ class QColumns:
     marks: Sequence[Mapping[str, Any]] = ()
 
     @property
-    def sources(self) -> list[Source]:
-        """Where its problems are."""
+    def sources(self) -> list[Source]:  # where its problems are
         file, marks = place(self.paths[1]), self.marks
         return [Source(file, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
 
     @property
-    def digests(self) -> list[str]:
-        """The digests of its problems."""
+    def digests(self) -> list[str]:  # those of its problems
         M = self.M.tocsr() if is_sparse(self.M) else self.M
         whole = digest(*(part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))))
         return [digest(whole.encode(), q.tobytes()) for q in self.Q.T]
@@ -144,18 +136,21 @@ def digest(*contents: bytes) -> str:
 
 
 def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
-    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q.
-
-    streams : whether a first line of standard input that is an object is a problem, whatever comes after it.
-    """
+    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q. streams :
+    whether a first line of standard input that is an object is a problem, whatever comes after it."""
     left = list(paths)
     while left:
         path = left.pop(0)
         try:
             with opened(path) as file:
-                head, is_lines = _head(path, file, streams and path == STANDARD_INPUT)
-                if is_lines:
-                    yield from _lines(path, head, file)
+                head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
+                if are_lines:
+                    for number, line in enumerate(chain(head, file), 1):
+                        if text := (without_mark(line) if number == 1 else line).strip():
+                            yield Input((path,), (text,), line=number)
+                    if not head:
+                        hint = "give one problem in each line"
+                        yield Input((path,), fault=ProblemError(place(path), "is empty", hint))
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
             yield _followed(path, content, left)
@@ -172,44 +167,28 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
     for line in file:
         head.append(line)
         told = [part for part in map(bytes.strip, head) if part]
-        if path.casefold().endswith(LINES):
-            return head, True
-        if streams and len(told) == 1 and _is_object(told[0]):
+        if path.casefold().endswith(LINES) or (streams and len(told) == 1 and _is_object(told[0])):
             return head, True
         if len(told) == 2 or (told and not (told[0].startswith(b"{") and told[0].endswith(b"}"))):
             return head, len(told) == 2 and told[1].startswith(b"{")
-    return head, False
+    return head, path.casefold().endswith(LINES)
 
 
 def _is_object(line: bytes) -> bool:
     """Whether it is a whole object of JSON."""
-    try:
+    with suppress(ValueError, RecursionError):
         return isinstance(json.loads(without_mark(line)), dict)
-    except (ValueError, RecursionError):
-        return False
-
-
-def _lines(path: str, head: Sequence[bytes], file: IO[bytes]) -> Iterator[Input]:
-    """The problems in the lines of a file, the first of which have been read."""
-    number = 0
-    for number, line in enumerate(chain(head, file), 1):
-        text = (without_mark(line) if number == 1 else line).strip()
-        if text:
-            yield Input((path,), (text,), line=number)
-    if not number:
-        yield Input((path,), fault=ProblemError(place(path), "is empty", "give one problem in each line"))
+    return False
 
 
 def _followed(path: str, content: bytes, left: list[str]) -> Work:
-    """The problem in a file, which takes the next one as its q if it holds M alone.
-
-    It takes the next one too if that is no problem but a vector, so that what is wrong with the two can be said.
-    """
+    """The problem in a file. The next one is taken as its q if it holds M alone, and also if it is no problem but a
+    vector, so that what is wrong with the two can be said."""
     if not left:
         return Input((path,), (content,))
     M: Matrix | None = None
     with suppress(ProblemError):
-        held = None if _opens_an_object(content) else reading.held_in(path, lambda *_: content)
+        held = None if content.lstrip().startswith(b"{") else reading.held_in(path, content)
         M = None if isinstance(held, Problem) else held
     if M is None and not _is_vector(left[0]):
         return Input((path,), (content,))
@@ -219,22 +198,16 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
     return Input((path, q_path), (content, q_content)) if columns is None else QColumns((path, q_path), M, *columns)
 
 
-def _opens_an_object(content: bytes) -> bool:
-    """Whether it is a problem in JSON, if anything."""
-    return content.lstrip().startswith(b"{")
-
-
 def _is_vector(path: str) -> bool:
     """Whether a file holds a vector and no problem."""
     if path == STANDARD_INPUT or path.casefold().endswith(LINES):
         return False
     with suppress(ProblemError):
         with opened(path) as file:
-            if _opens_an_object(file.read(FIRST_BYTES)):
-                return False
-        content = content_of(path, LINE)
+            head = file.read(FIRST_BYTES)
+            content = b"" if head.lstrip().startswith(b"{") else checked(path, head + file.read(), LINE)
         with suppress(ProblemError):
-            if isinstance(reading.held_in(path, lambda *_: content), Problem):
+            if not content or isinstance(reading.held_in(path, content), Problem):
                 return False
         reading.vector_in("q", path, content)
         return True

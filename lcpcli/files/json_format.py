@@ -12,21 +12,20 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
+from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.typing import Indices, Matrix
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 SHORTEST = 15  # digits that every double has
@@ -82,12 +81,18 @@ def payoff(text: str) -> float | Fraction:
         return double
     from lcpcli.rational.numbers import fraction
 
-    exact = fraction(text)
-    if exact == Fraction(repr(double)):
-        return double
-    if max(abs(exact.numerator), exact.denominator) >= LARGEST:
+    exact = payoff_of(fraction(text))
+    if isinstance(exact, Fraction) and max(abs(exact.numerator), exact.denominator) >= LARGEST:
         raise ProblemError("", f"has the payoff {quoted(text)}", "write it with at most 1000 digits")
     return exact
+
+
+def payoff_of(value: Fraction) -> Fraction | float:
+    """A payoff as a double if its shortest decimal is the payoff."""
+    with suppress(OverflowError):
+        double = float(value)
+        return double if Fraction(repr(double)) == value else value
+    return value
 
 
 def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
@@ -135,7 +140,13 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
             raise ProblemError(f"{field}.{key}", "is missing", f"add the key {key}")
     if given["format"] != "coo":
         raise ProblemError(f"{field}.format", f"is {kind(given['format'])}", 'the only format is "coo"')
-    m, k = _shape(field, given["shape"], n)
+    shape = as_vector(f"{field}.shape", given["shape"])
+    declared = " x ".join(f"{side:g}" for side in shape) or "empty"
+    if n is not None and (shape.size != 2 or (shape != n).any()):
+        raise ProblemError(f"{field}.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
+    if shape.size != 2 or (shape < 1).any() or (shape % 1 != 0).any() or (shape > np.iinfo(np.int32).max).any():
+        raise ProblemError(f"{field}.shape", f"is {declared}", "give two whole numbers from 1")
+    m, k = map(int, shape)
     values = as_vector(f"{field}.values", given["values"])
     rows, cols = (_indices(field, key, given[key], values.size, size) for key, size in (("rows", m), ("cols", k)))
     if (i := repeated(rows, cols)) is not None:
@@ -146,26 +157,16 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
     return csr_array((values, (rows, cols)), shape=(m, k))
 
 
-def _shape(field: str, given: Any, n: int | None) -> tuple[int, int]:
-    shape = as_vector(f"{field}.shape", given)
-    declared = " x ".join(f"{side:g}" for side in shape) or "empty"
-    if n is not None and (shape.size != 2 or (shape != n).any()):
-        raise ProblemError(f"{field}.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
-    if shape.size != 2 or (shape < 1).any() or (shape % 1 != 0).any() or (shape > np.iinfo(np.int32).max).any():
-        raise ProblemError(f"{field}.shape", f"is {declared}", "give two whole numbers from 1")
-    return int(shape[0]), int(shape[1])
-
-
 def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
     field = f"{matrix}.{key}"
     numbers = as_vector(field, given)
     if numbers.size != size:
         fault = f"has {count(numbers.size, 'entry')} where {matrix}.values has {size}"
         raise ProblemError(field, fault, "make them agree")
-    wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers != np.floor(numbers)))
+    wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers % 1 != 0))
     if wrong.size:
-        i = int(wrong[0])
-        raise ProblemError(f"{field}[{i}]", f"is {numbers[i]:g}", f"indices are whole numbers from 0 to {n - 1}")
+        fault = f"is {numbers[wrong[0]]:g}"
+        raise ProblemError(f"{field}[{wrong[0]}]", fault, f"indices are whole numbers from 0 to {n - 1}")
     return numbers.astype(np.intp)
 
 
@@ -194,9 +195,7 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         return json.dumps(value, ensure_ascii=False)
     if value.ndim == 2:
         return "[\n    " + ",\n    ".join(_text(row, number) for row in value) + "\n  ]"
-    if value.dtype == object:
-        return "[" + ", ".join(map(_payoff_text, value)) + "]"
-    return "[" + ", ".join(map(number, value.tolist())) + "]"
+    return "[" + ", ".join(map(_payoff_text if value.dtype == object else number, value.tolist())) + "]"
 
 
 def number_text(exact: Exact, x: float) -> str:

@@ -45,17 +45,16 @@ class Log:
             self._file.flush()
 
     def records(self) -> Iterator[tuple[int, Mapping[str, Any]]]:
-        """The finished records, each with the number of its problem; OptionError if it is no log.
-
-        What is not finished at the end, a line that was cut off or a record of an interrupted run, is removed.
-        """
+        """The finished records, each with the number of its problem; OptionError if it is no log. What is not finished
+        at the end, a line that was cut off or a record of an interrupted run, is removed."""
         if not self._is_file:
             raise OptionError(self._path, "is not a file", EXPECTED)
         finished = place = 0
         self._file.seek(0)
         for at, line in enumerate(self._file, 1):
-            if _is_torn(line):
-                break
+            text = line.rstrip(b"\0")  # a failure of power may leave zeros
+            if not line.endswith(b"\n") and (text.startswith(OPENING) or OPENING.startswith(text)):
+                break  # it is torn
             record = _record(self._path, at, line)
             place += len(line)
             if record["status"] != UNFINISHED:
@@ -66,10 +65,8 @@ class Log:
             self._file.truncate()
 
     def end(self, has_replaced: bool) -> None:
-        """Say in the last record that all are there.
-
-        has_replaced : whether records have taken the place of others of the same number, which are removed.
-        """
+        """Say in the last record that all are there. has_replaced : whether records have taken the place of others of
+        the same number, which are removed."""
         if not self._is_file:
             return
         with telling_of(self._path):
@@ -91,15 +88,13 @@ class Log:
 
 @contextmanager
 def opened(path: str, anew: bool) -> Iterator[Log]:
-    """A context with a log, which is made where it is missing.
-
-    anew : whether its records are going to be replaced; OptionError if they are of a run that did not come to its end.
-    """
+    """A context with a log, which is made where it is missing. anew : whether its records are going to be replaced;
+    OptionError if they are of a run that did not come to its end."""
     is_made = not Path(path).exists()
     with telling_of(path):
         file = opened_alone(path, path)
     try:
-        if anew and Path(path).is_file() and _is_cut_off(file):
+        if anew and Path(path).is_file() and NUMBER.search(file.readline()) and not _is_complete(file):
             hint = f"go on with --resume {path}, or delete it to begin anew"
             raise OptionError(path, "has results of a run that did not come to its end", hint)
         yield Log(path, file)
@@ -135,8 +130,8 @@ def _name(line: str) -> str:
 
 def first_of(text: str) -> str:
     """Return, of several results with one in each line, that of the first problem: the least number, else the first."""
-    numbered = enumerate(text.split("\n"), 1)
-    return min(numbered, key=lambda each: _number(each[1].encode(errors="backslashreplace"), each[0]))[1]
+    lines = text.split("\n")
+    return min(enumerate(lines, 1), key=lambda each: _number(each[1].encode(errors="backslashreplace"), each[0]))[1]
 
 
 def _number(line: bytes, otherwise: int) -> int:
@@ -144,27 +139,14 @@ def _number(line: bytes, otherwise: int) -> int:
     return int(found[1]) if found else otherwise
 
 
-def _is_cut_off(file: IO[bytes]) -> bool:
-    """Whether a file is a log, with digests, of a run that did not come to its end."""
-    return NUMBER.search(file.readline()) is not None and not _is_complete(file)
-
-
 def _is_complete(file: IO[bytes]) -> bool:
     file.seek(-min(len(COMPLETE), file.seek(0, 2)), 2)
     return file.read() == COMPLETE
 
 
-def _is_torn(line: bytes) -> bool:
-    """Whether it is the beginning of a record, perhaps with zeros behind it, as a failure of power leaves them."""
-    written = line.rstrip(b"\0")
-    return not line.endswith(b"\n") and (written.startswith(OPENING) or OPENING.startswith(written))
-
-
 def _record(path: str, number: int, line: bytes) -> Mapping[str, Any]:
-    try:
+    with suppress(ValueError, RecursionError, AttributeError):
         held: Mapping[str, Any] = json.loads(line)
         if {"file", "item", "status", "exact"} <= held.keys():
             return held
-    except (ValueError, RecursionError, AttributeError):
-        pass
     raise OptionError(path, f"is not a log of results (line {number})", EXPECTED)

@@ -13,18 +13,16 @@ import struct
 import warnings
 import zlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
-from lcpcli.files.npy_format import flat, named, of_arrays, texts
+from lcpcli.files.formats import Exact, Number
+from lcpcli.files.npy_format import OF_NAMES, flat, named, of_arrays, texts, written
 from lcpcli.linalg.matrices import is_sparse
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
 TYPES = {*range(1, 8), 9, *range(12, 19)}  # of the elements that version 5 has
@@ -63,15 +61,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
     """The fields, numbers bit for bit; sparse matrices are sparse, names cells, several solutions columns."""
     from scipy.io import savemat
 
-    variables = dict(fields)
-    for key in ("names", "rows", "columns"):
-        if key in variables:
-            variables[key] = np.array(variables[key], dtype=object)
+    variables = dict(fields) | {key: np.array(fields[key], dtype=object) for key in OF_NAMES if key in fields}
     if isinstance(variables.get("solution"), list):
         variables["solution"] = np.array(variables["solution"]).T
-    file = io.BytesIO()
-    savemat(file, variables, oned_as="column")
-    return {"": file.getvalue()}
+    return {"": written(savemat, variables, oned_as="column")}
 
 
 def _variables(content: bytes) -> dict[str, Any]:
@@ -104,26 +97,20 @@ def _refuse_broken(content: bytes, order: str) -> list[int]:
         inner = b"" if small else content[at + 8 : at + 8 + size]
         if kind == COMPRESSED:
             _refuse_broken(zlib.decompress(inner), order)
-        elif kind == MATRIX and inner:
-            _refuse_inconsistent(_refuse_broken(inner, order), inner, order)
+        elif kind == MATRIX and inner:  # an array, whose elements have to be those that its flags declare
+            own = _refuse_broken(inner, order)
+            if len(inner) < 16:
+                raise _broken("it has an array without flags")
+            (flags,) = struct.unpack_from(f"{order}I", inner, 8)
+            parts = {4: 4, 5: 6}.get(flags & 0xFF, 4 if 6 <= flags & 0xFF <= 15 else 0)  # texts, sparse, numbers
+            if parts and (len(own) != parts + (flags >> 11 & 1) or {MATRIX, COMPRESSED} & set(own)):
+                raise _broken("it has an array with other parts than it declares")
         at += 8 if small else 8 + size + (0 if kind == COMPRESSED else -size % 8)
     return kinds
 
 
-def _refuse_inconsistent(kinds: list[int], array: bytes, order: str) -> None:
-    """Raise ProblemError for an array of numbers whose elements are not those that its flags declare."""
-    if len(array) < 16:
-        raise _broken("it has an array without flags")
-    (flags,) = struct.unpack_from(f"{order}I", array, 8)
-    number = flags & 0xFF
-    parts = {4: 4, 5: 6}.get(number, 4 if 6 <= number <= 15 else 0)  # of characters, sparse numbers, numbers
-    if parts and (len(kinds) != parts + (flags >> 11 & 1) or {MATRIX, COMPRESSED} & set(kinds)):
-        raise _broken("it has an array with other parts than it declares")
-
-
 def _broken(fault: str) -> ProblemError:
-    hint = "is it cut off? save it again, in MATLAB with -v7"
-    return ProblemError("", f"is not a MAT file ({fault})", hint)
+    return ProblemError("", f"is not a MAT file ({fault})", "is it cut off? save it again, in MATLAB with -v7")
 
 
 def _array(name: str, value: Any) -> Any:

@@ -9,27 +9,25 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import REAL as REAL_ONLY
-from lcpcli.errors import ProblemError, count, quoted
+from lcpcli.errors import REAL, ProblemError, count, quoted
 from lcpcli.files.contents import refuse_beyond_memory, unpacked
+from lcpcli.files.formats import Exact, Number
 from lcpcli.files.json_format import repeated
+from lcpcli.files.npy_format import written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
 
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
-
 BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
-CHOICES = (("array", "coordinate"), ("real", "double", "integer"), ("general", "symmetric", "skew-symmetric"))
-REAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
+SIGNS = {"general": 0, "symmetric": 1, "skew-symmetric": -1}  # of the mirrored entries
+CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
+DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"  # unambiguous, so that matching does not backtrack
 INTEGER = rb"[-+]?\d+"
 WIDTHS = {"array": 1, "coordinate": 3}  # numbers per entry
-SHORTEST = {"array": 2, "coordinate": 6}  # bytes of "0\n" and "1 1 0\n"
 
 
 class _Header(NamedTuple):
@@ -69,11 +67,10 @@ def _written(matrix: Matrix, exact: Exact) -> bytes:
     """The matrix as scipy writes it, with other numbers in place of its doubles."""
     from scipy.io import mmwrite
 
-    file = io.BytesIO()
-    mmwrite(file, matrix, symmetry="general")
+    text = written(mmwrite, matrix, symmetry="general")
     if not exact:
-        return file.getvalue()
-    lines = [line.split() for line in file.getvalue().decode().splitlines()]
+        return text
+    lines = [line.split() for line in text.decode().splitlines()]
     first = next(i for i, line in enumerate(lines) if not line[0].startswith("%")) + 1
     for words in lines[first:]:
         words[-1] = decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
@@ -81,11 +78,20 @@ def _written(matrix: Matrix, exact: Exact) -> bytes:
 
 
 def _matrix(field: str, content: bytes, number: Number) -> Any:
-    """The matrix, dense or in scipy's coordinate form, all lines of its entries checked."""
+    """The matrix, dense or in scipy's coordinate form, of a size that the file can fill and memory can hold."""
     header = _header(content)
-    _refuse_impossible(field, header, len(content) - header.end)
+    declared, width = " x ".join(map(str, header.shape)), WIDTHS[header.form]
+    if 0 in header.shape:
+        raise ProblemError(field, f"is {declared}", "give at least one entry")
+    if SIGNS[header.symmetry] and header.shape[0] != header.shape[1]:
+        raise ProblemError(field, f"is {header.symmetry} but {declared}", "make it square or general")
+    if header.form == "array":
+        refuse_beyond_memory(field, header.shape)
+    if header.entries * 2 * width > len(content) - header.end + 1:  # each number has a digit and what parts it
+        fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
+        raise ProblemError(field, fault, "is it cut off?")
     _refuse_other_lines(header, content)
-    words, width = content[header.end :].split(), WIDTHS[header.form]
+    words = content[header.end :].split()
     if len(words) != header.entries * width:
         fault = f"is declared with {count(header.entries, 'entry')} but has {count(len(words) // width, 'entry')}"
         raise ProblemError(field, fault, "make them agree")
@@ -102,9 +108,9 @@ def _dense(header: _Header, values: Vector) -> Matrix:
     """The matrix from its values by columns, only those of the lower triangle if it is symmetric."""
     if header.symmetry == "general":
         return np.ascontiguousarray(values.reshape(header.shape, order="F"))
-    matrix = np.zeros(header.shape)
-    upper = np.triu_indices(header.shape[0], int(header.symmetry == "skew-symmetric"))
-    matrix[upper] = values if header.symmetry == "symmetric" else -values
+    matrix, sign = np.zeros(header.shape), SIGNS[header.symmetry]
+    upper = np.triu_indices(header.shape[0], int(sign < 0))
+    matrix[upper] = sign * values
     matrix.T[upper] = values
     return matrix
 
@@ -113,13 +119,12 @@ def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -
     """The matrix of entries at indices from 1, with the mirrored ones if it is symmetric."""
     wrong = np.flatnonzero((rows < 1) | (rows > header.shape[0]) | (cols < 1) | (cols > header.shape[1]))
     if wrong.size:
-        place = f"({rows[wrong[0]]}, {cols[wrong[0]]})"
-        raise ProblemError(field, f"has an entry {place} and is {header.shape[0]} x {header.shape[1]}", "count from 1")
-    if header.symmetry != "general":
+        fault = f"has an entry ({rows[wrong[0]]}, {cols[wrong[0]]}) and is {header.shape[0]} x {header.shape[1]}"
+        raise ProblemError(field, fault, "count from 1")
+    if sign := SIGNS[header.symmetry]:
         mirrored = rows != cols
-        if header.symmetry == "skew-symmetric" and not mirrored.all():
+        if sign < 0 and not mirrored.all():
             raise ProblemError(field, "is skew-symmetric with entries on its diagonal", "leave them out")
-        sign = 1 if header.symmetry == "symmetric" else -1
         values = np.concatenate((values, sign * values[mirrored]))
         rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
     if (again := repeated(rows, cols)) is not None:
@@ -135,7 +140,7 @@ def _header(content: bytes) -> _Header:
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
         raise ProblemError("line 1", "is not a Matrix Market header", f"begin with {BANNER}")
     if "complex" in words:
-        raise ProblemError("line 1", "is the header of a complex matrix", REAL_ONLY)
+        raise ProblemError("line 1", "is the header of a complex matrix", REAL)
     for word, choices in zip(words[2:], CHOICES, strict=True):
         if word not in choices:
             raise ProblemError("line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
@@ -149,35 +154,17 @@ def _header(content: bytes) -> _Header:
         shown = quoted(line.decode("latin-1"))
         raise ProblemError(f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}")
     rows, columns, *entries = map(int, sizes)
-    symmetry = words[4]
     if not entries:
-        less = {"general": 0, "symmetric": rows * (rows - 1) // 2, "skew-symmetric": rows * (rows + 1) // 2}[symmetry]
-        entries = [rows * columns - less]
-    return _Header(words[2], words[3], symmetry, (rows, columns), entries[0], file.tell())
-
-
-def _refuse_impossible(field: str, header: _Header, left: int) -> None:
-    """Refuse sizes that the rest of the file, of that many bytes, cannot fill or that memory cannot hold."""
-    rows, columns = header.shape
-    if 0 in header.shape:
-        raise ProblemError(field, f"is {rows} x {columns}", "give at least one entry")
-    if header.symmetry != "general" and rows != columns:
-        raise ProblemError(field, f"is {header.symmetry} but {rows} x {columns}", "make it square or general")
-    if header.form == "array":
-        refuse_beyond_memory(field, header.shape)
-    if header.entries * SHORTEST[header.form] > left + 1:
-        fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
-        raise ProblemError(field, fault, "is it cut off?")
+        sign = SIGNS[words[4]]
+        entries = [rows * columns - abs(sign) * rows * (rows - sign) // 2]
+    return _Header(words[2], words[3], words[4], (rows, columns), entries[0], file.tell())
 
 
 def _refuse_other_lines(header: _Header, content: bytes) -> None:
-    number = INTEGER if header.field == "integer" else REAL
-    blank = rb"[ \t]"
-    entry = number if header.form == "array" else rb"\d{1,18}%b+\d{1,18}%b+%b" % (blank, blank, number)
-    other = re.compile(rb"^(?!%b*(?:%b%b*)?\r?$)[^\n]*" % (blank, entry, blank), re.MULTILINE)
-    found = other.search(content, header.end)
-    if found:
+    number, kind = (INTEGER, "whole number") if header.field == "integer" else (DECIMAL, "number")
+    entry = number if header.form == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
+    other = re.compile(rb"^(?![ \t]*(?:%b[ \t]*)?\r?$)[^\n]*" % entry, re.MULTILINE)
+    if found := other.search(content, header.end):
         line = content.count(b"\n", 0, found.start()) + 1
-        kind = "whole number" if header.field == "integer" else "number"
         expected = f"give one {kind}" if header.form == "array" else f"give a row, a column and a {kind}"
         raise ProblemError(f"line {line}", f"is {quoted(found.group().decode('latin-1').strip())}", expected)

@@ -8,16 +8,19 @@ and ranges of 1e20 or more are none. Reading needs highspy.
 
 from __future__ import annotations
 
+import math
 import re
 import tempfile
 from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import unpacked
+from lcpcli.files.formats import Number
 from lcpcli.files.mps_lines import (
     MPS,
     NUMBER,
@@ -30,14 +33,9 @@ from lcpcli.files.mps_lines import (
     unknown_row,
 )
 from lcpcli.files.mps_lines import render as render
-from lcpcli.linalg.doubles import EPS
 from lcpcli.model.box import NO_BOUND
 from lcpcli.rational.numbers import Doubles
-from lcpcli.typing import Matrix, Vector
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Number
-
+from lcpcli.typing import Matrix
 
 Interval = tuple[float, float]
 
@@ -49,16 +47,13 @@ NAME = re.compile(rb"^NAME[ \t]+(\S+)", re.MULTILINE)
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """The program in a file, in the native keys.
-
-    number : makes the doubles of the numbers in MPS, one for each of them if it is a `Doubles`.
-    """
+    """The program in a file, in the native keys. number : makes the doubles of the numbers in MPS, one for each of them
+    if it is a `Doubles`."""
     text = unpacked(content)
     if not MPS.search(text):
         return _fields(_read(text, ".lp"), text, {}, is_mps=False)
     refuse_misread(text)
-    double_of = number.of if isinstance(number, Doubles) else float
-    sides = {row: (double_of(low), double_of(high)) for row, (low, high) in range_sides(text).items()}
+    sides = {row: (_double(low, number), _double(high, number)) for row, (low, high) in range_sides(text).items()}
     return _fields(_read(text if number is float else as_written(text, number), ".mps"), text, sides, is_mps=True)
 
 
@@ -72,9 +67,7 @@ def _read(text: bytes, ending: str) -> Any:
     highs.setOptionValue("log_to_console", False)
     highs.setOptionValue("infinite_bound", NO_BOUND)
     told: list[str] = []
-    highs.cbLogging.subscribe(
-        lambda event: told.append(event.message) if event.message.startswith(("WARNING", "ERROR")) else None
-    )
+    highs.cbLogging.subscribe(lambda event: told.append(event.message))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"program{ending}"
         file.write_bytes(text)
@@ -82,7 +75,7 @@ def _read(text: bytes, ending: str) -> Any:
             status = highs.readModel(str(file))
         except UnicodeDecodeError:  # a complaint that quotes what is no text
             status = highspy.HighsStatus.kError
-    complaints = [" ".join(line.partition(":")[2].split()) for line in told]
+    complaints = [" ".join(line.partition(":")[2].split()) for line in told if line.startswith(("WARNING", "ERROR"))]
     complaints = [line for line in complaints if not any(words in line for words in TOLD_BETTER)]
     is_error = status == highspy.HighsStatus.kError
     if (complaints or is_error) and ending == ".mps" and (place := spaced_row(text)):
@@ -115,13 +108,19 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
         Q = (triangle + triangle.T - diags_array(triangle.diagonal())).tocsr()
     if is_mps:
         _refuse_undeclared(lp, A, names, text)
-    _refuse_crossed(low, high, names, text)
-    rows = _sides(np.array(lp.row_lower_), np.array(lp.row_upper_))
-    _round_once(rows, list(lp.row_names_), ranges)
+    for j in np.flatnonzero(low > high)[:1]:
+        place = line_of(text, f'"{names[j]}" in BOUNDS section')
+        fault = f"gives {quoted(names[j])} the upper bound {high[j]:g}, below its lower bound {low[j]:g}"
+        hint = "make the lower bound the smaller one" if low[j] else "give a lower bound too: LO, or MI for none"
+        raise ProblemError(place, fault, hint)
+    ends = np.array([lp.row_lower_, lp.row_upper_])
+    places = {name: i for i, name in enumerate(lp.row_names_)} if ranges else {}
+    for row in ranges.keys() & places.keys():  # which HiGHS rounds twice, and takes for finite beyond NO_BOUND
+        ends[:, places[row]] = ranges[row]
     if k + lp.num_row_ <= DENSE:
         A, Q = A.toarray(), None if Q is None else Q.toarray()
     name = NAME.search(text)
-    of_rows = {"A": A, "row_lower": rows[0], "row_upper": rows[1]} if lp.num_row_ else {}
+    of_rows = {"A": A, "row_lower": ends[0], "row_upper": ends[1]} if lp.num_row_ else {}
     return {
         **({} if Q is None else {"Q": Q}),
         "c": np.array(lp.col_cost_),
@@ -136,20 +135,10 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
     }
 
 
-def _sides(low: Vector, high: Vector) -> tuple[Vector, Vector]:
-    """The sides of rows, without the one that a range of NO_BOUND makes of a right-hand side that is not 0."""
-    ranges = (high - low >= (1 - EPS) * NO_BOUND) & np.isfinite(high - low)
-    return np.where(ranges & (-low > high), -np.inf, low), np.where(ranges & (-low <= high), np.inf, high)
-
-
-def _round_once(sides: tuple[Vector, Vector], names: list[str], ranges: Mapping[str, Interval]) -> None:
-    """Put the sides of rows with ranges in their place, where rounding alone tells them from what HiGHS computes."""
-    places = {name: i for i, name in enumerate(names)} if ranges else {}
-    for name, ends in ranges.items():
-        i = places.get(name)
-        if i is None or not np.allclose([sides[0][i], sides[1][i]], ends, rtol=1e-12, atol=1e-12 * max(map(abs, ends))):
-            continue
-        sides[0][i], sides[1][i] = ends
+def _double(side: Fraction | float, number: Number) -> float:
+    """The double of a side of a row, infinite from NO_BOUND on."""
+    double = side if isinstance(side, float) else number.of(side) if isinstance(number, Doubles) else float(side)
+    return double if abs(double) < NO_BOUND else math.copysign(math.inf, double)
 
 
 def _matrix(form: Any, matrix: Any, shape: tuple[int, int]) -> Any:
@@ -158,12 +147,11 @@ def _matrix(form: Any, matrix: Any, shape: tuple[int, int]) -> Any:
 
 
 def _refuse_integers(lp: Any, names: list[str], text: bytes) -> None:
-    kinds = [kind.name for kind in lp.integrality_]
-    j = next((j for j, name in enumerate(kinds) if name != "kContinuous"), None)
-    if j is not None:
-        what = "an integer" if kinds[j] == "kInteger" else "a semicontinuous"
-        hint = "lcp solves programs with continuous variables only"
-        raise ProblemError(line_of(text, f'"{names[j]}"'), f"makes {quoted(names[j])} {what} variable", hint)
+    for name, kind in zip(names, lp.integrality_, strict=False):
+        if kind.name != "kContinuous":
+            what = "an integer" if kind.name == "kInteger" else "a semicontinuous"
+            hint = "lcp solves programs with continuous variables only"
+            raise ProblemError(line_of(text, f'"{name}"'), f"makes {quoted(name)} {what} variable", hint)
 
 
 def _refuse_undeclared(lp: Any, A: Matrix, names: list[str], text: bytes) -> None:
@@ -176,17 +164,6 @@ def _refuse_undeclared(lp: Any, A: Matrix, names: list[str], text: bytes) -> Non
     if unknown:
         hint = "correct the name, or declare it there"
         raise ProblemError(line_of(text, f'"{unknown}"'), f"names {quoted(unknown)}, which is not in COLUMNS", hint)
-
-
-def _refuse_crossed(low: Vector, high: Vector, names: list[str], text: bytes) -> None:
-    crossed = np.flatnonzero(low > high)
-    if not crossed.size:
-        return
-    j = int(crossed[0])
-    place = line_of(text, f'"{names[j]}" in BOUNDS section')
-    fault = f"gives {quoted(names[j])} the upper bound {high[j]:g}, below its lower bound {low[j]:g}"
-    hint = "make the lower bound the smaller one" if low[j] else "give a lower bound too: LO, or MI for none"
-    raise ProblemError(place, fault, hint)
 
 
 LEAST, MOST = 1e-9, 1e15  # the sizes of entries that HiGHS takes
@@ -220,12 +197,17 @@ UNIDENTIFIED = re.compile(r'Entry "(.*)" in (\w+) section')
 def fault_of(text: bytes, complaint: str) -> ProblemError:
     """The error for a complaint about a program."""
     if "|value|" in complaint:
-        return _of_size(text)
+        for number, _, line in lines(text):
+            for word in line.split()[1:]:
+                if re.fullmatch(NUMBER, word) and float(word) and not LEAST < abs(float(word)) < MOST:
+                    hint = "change the units of its row or its column, or write the program as .json"
+                    return ProblemError(f"line {number}", f"has the entry {quoted(word.decode())}, {NOT_OF_SIZE}", hint)
+        return ProblemError("", f"has an entry {NOT_OF_SIZE}", "change the units")
     if match := UNIDENTIFIED.search(complaint):
         entry = match[1].encode().split()
-        number = next((number for number, _, line in lines(text) if line.split() == entry), None)
+        places = [f"line {number}" for number, _, line in lines(text) if line.split() == entry]
         hint = "is the heading of the next section misspelt, or the first word of the line?"
-        return ProblemError(f"line {number}" * bool(number), f"has {quoted(match[1])} in {match[2]}", hint)
+        return ProblemError("".join(places[:1]), f"has {quoted(match[1])} in {match[2]}", hint)
     for pattern, wrong, hint, section in WORDS:
         if match := re.search(pattern, complaint):
             place = line_of(text, f"{complaint} in {section}" if section else complaint)
@@ -238,14 +220,3 @@ def fault_of(text: bytes, complaint: str) -> ProblemError:
     about = [quoted(name) for name in re.findall(r'"([^"]+)"', complaint)]
     because = f" because of {', '.join(about)}" if about else ""
     return ProblemError(line_of(text, complaint), f"cannot be read{because}", "compare it with a file that is read")
-
-
-def _of_size(text: bytes) -> ProblemError:
-    """The error for an entry that is too small or too large."""
-    for number, _, line in lines(text):
-        for word in line.split()[1:]:
-            if re.fullmatch(NUMBER, word) and float(word) and not LEAST < abs(float(word)) < MOST:
-                shown = quoted(word.decode("ascii"))
-                hint = "change the units of its row or its column, or write the program as .json"
-                return ProblemError(f"line {number}", f"has the entry {shown}, {NOT_OF_SIZE}", hint)
-    return ProblemError("", f"has an entry {NOT_OF_SIZE}", "change the units")

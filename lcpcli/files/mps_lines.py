@@ -9,20 +9,16 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
+from lcpcli.files.formats import Exact
 from lcpcli.files.json_format import number_text
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import decimal, fraction, shortest_decimal
-from lcpcli.typing import Vector
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact
-
 
 MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
 NUMBER = rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -31,36 +27,53 @@ SENSES = (b"MIN", b"MAX", b"MINIMIZE", b"MAXIMIZE")
 OF_ENTRIES = (b"COLUMNS", b"RHS", b"RANGES", b"QUADOBJ", b"QMATRIX")  # sections of names followed by numbers
 HEADING = re.compile(rb"\n([A-Z]+)[^\n]*")
 USUAL = rb"[ \t]+\S+[ \t]+\S+[ \t]+%b(?:[ \t]+\S+[ \t]+%b)?[ \t]*\r?\n" % (NUMBER, NUMBER)  # a line of entries
-OTHERS = re.compile(rb"\n(?!%b)(?=[^*\r\n]*\S)(?=([^\n]*))" % USUAL)
-VALUE = re.compile(
-    rb"(?<=[ \t])(%b)(?=[ \t]+\S+[ \t]+%b[ \t]*\r?\n|[ \t]*\r?\n)" % (NUMBER, NUMBER)
-)  # in a line of entries
-WITHOUT_NUMBER = (b"FR", b"MI", b"PL", b"BV")  # bounds
+OTHERS = re.compile(rb"\n(?!%b|\*|\s*\n)([^\n]*)" % USUAL)
+VALUE = re.compile(rb"(?<=\S)([ \t]+)(%b)(?=[ \t]+\S+[ \t]+%b[ \t]*$|[ \t]*$)" % (NUMBER, NUMBER))  # in such a line
+WITH_NUMBER = (b"UP", b"LO", b"FX")  # bounds
 BOUNDS = re.compile(
-    rb"\n[ \t]+(?:UP|LO|FX)[ \t](?=[^\n]*[ \t](?!(?:%b|%b)[ \t]*\r?\n)\S+[ \t]*\r?\n)" % (NUMBER, INFINITE)
+    rb"\n[ \t]+(?:%b)[ \t][^\n]*[ \t](?!(?:%b|%b)[ \t]*\r?\n)(\S+)[ \t]*\r?(?=\n)"
+    % (b"|".join(WITH_NUMBER), NUMBER, INFINITE)
 )
 
 
 def refuse_misread(text: bytes) -> None:
     """Refuse a file that is cut off, and an entry or a bound whose number is none: HiGHS reads it as 0."""
-    places = _sections(text)
-    if b"ENDATA" not in places:
+    spans = _sections(text)
+    if b"ENDATA" not in spans:
         raise ProblemError("", "has no ENDATA", "is it cut off?")
-    if b"OBJSENSE" in places:
-        start = text.rfind(b"\n", 0, places[b"OBJSENSE"][0] - 1) + 1
-        words = text[start : places[b"OBJSENSE"][1]].split()[1:]
+    if b"OBJSENSE" in spans:
+        start = text.rfind(b"\n", 0, spans[b"OBJSENSE"][0] - 1) + 1
+        words = text[start : spans[b"OBJSENSE"][1]].split()[1:]
         if len(words) != 1 or words[0].upper() not in SENSES:
             raise _misread(text, start, b" ".join(words), "as the sense of the objective", "give MIN or MAX")
     rows: set[bytes] = set()
-    for section in filter(places.__contains__, OF_ENTRIES):
-        for match in OTHERS.finditer(text, *places[section]):
-            rows = rows or {line.split()[-1] for line in text[slice(*places[b"ROWS"])].splitlines() if line.strip()}
+    for section in filter(spans.__contains__, OF_ENTRIES):
+        for match in OTHERS.finditer(text, *spans[section]):
+            rows = rows or {words[-1] for words in _words(text, spans[b"ROWS"])}
             for word in _numbers(match[1].split(), rows):
                 if not re.fullmatch(NUMBER, word):
-                    raise _misread(text, match.start() + 1, word)
-    if b"BOUNDS" in places and (wrong := BOUNDS.search(text, *places[b"BOUNDS"])):
-        line = text[wrong.start() + 1 :].partition(b"\n")[0]
-        raise _misread(text, wrong.start() + 1, line.split()[-1])
+                    raise _misread(text, match.start(1), word)
+    if wrong := BOUNDS.search(text, *spans.get(b"BOUNDS", (0, 0))):
+        raise _misread(text, wrong.start(1), wrong[1])
+
+
+def _misread(
+    text: bytes, at: int, word: bytes, role: str = "in place of a number", hint: str = "give a number"
+) -> ProblemError:
+    line = text.count(b"\n", 0, at) + 1
+    return ProblemError(f"line {line}", f"has {quoted(word.decode('utf-8', 'replace'))} {role}", hint)
+
+
+def _sections(text: bytes) -> dict[bytes, tuple[int, int]]:
+    """Where the lines of each section begin, at the end of its own line, and end."""
+    found = [*HEADING.finditer(text)]
+    ends = [match.start() + 1 for match in found[1:]] + [len(text)]
+    return {match[1]: (match.end(), end) for match, end in zip(found, ends, strict=True)}
+
+
+def _words(text: bytes, span: tuple[int, int]) -> list[list[bytes]]:
+    """The words of the lines of a section."""
+    return [words for line in text[slice(*span)].splitlines() if not line.startswith(b"*") and (words := line.split())]
 
 
 def _numbers(words: list[bytes], rows: set[bytes]) -> list[bytes]:
@@ -72,14 +85,14 @@ def _numbers(words: list[bytes], rows: set[bytes]) -> list[bytes]:
 
 def unknown_row(text: bytes) -> str:
     """The first name in COLUMNS, RHS or RANGES that is not in ROWS; "" if all are."""
-    rows, unknown = set(), ""
+    rows, unknown = set[bytes](), list[bytes]()
     for _, section, line in lines(text):
         words = line.split()
         if section == b"ROWS":
             rows |= set(words[1:])
-        if section in (b"COLUMNS", b"RHS", b"RANGES") and len(words) in (3, 5) and line[:1].isspace() and not unknown:
-            unknown = next((word.decode("utf-8", "replace") for word in words[1::2] if word not in rows), "")
-    return unknown
+        elif section in (b"COLUMNS", b"RHS", b"RANGES") and len(words) in (3, 5) and line[:1].isspace():
+            unknown += [word for word in words[1::2] if word not in rows]
+    return unknown[0].decode("utf-8", "replace") if unknown else ""
 
 
 def spaced_row(text: bytes) -> str:
@@ -90,41 +103,38 @@ def spaced_row(text: bytes) -> str:
 
 def as_written(text: bytes, number: Callable[[str], float]) -> bytes:
     """The text with the doubles that are made of its numbers, where these are not the nearest ones."""
-    sections, parts, end = _sections(text), list[bytes](), 0
-    spans = sorted(sections[name] for name in (*OF_ENTRIES, b"BOUNDS") if name in sections)
-    for match in (match for span in spans for match in VALUE.finditer(text, *span)):
-        before = text[text.rfind(b"\n", 0, match.start()) + 1 : match.start()].split()
-        if not before or before[0] in WITHOUT_NUMBER:
-            continue  # it is a name
-        written = match[1].decode("ascii")
+
+    def own(match: re.Match[bytes]) -> bytes:
+        written = match[2].decode("ascii")
         double = number(written)
-        if double != float(written):
-            parts += [text[end : match.start(1)], repr(double).encode()]
-            end = match.end(1)
-    return b"".join([*parts, text[end:]])
+        return match[0] if double == float(written) else match[1] + repr(double).encode()
+
+    found = []
+    for _, section, line in lines(text):
+        is_bound = section == b"BOUNDS" and line.split()[:1] in ([kind] for kind in WITH_NUMBER)
+        has_numbers = is_bound or (section in OF_ENTRIES and line[:1].isspace())
+        found.append(VALUE.sub(own, line) if has_numbers else line)
+    return b"\n".join([*found, b""])
 
 
-def range_sides(text: bytes) -> dict[str, tuple[Fraction, Fraction]]:
-    """The two sides of the rows that have a range, as written."""
-    sections = _sections(text)
-    sizes = _values(text, sections.get(b"RANGES", (0, 0)))
-    kinds = {words[-1]: words[0] for words in map(bytes.split, text[slice(*sections[b"ROWS"])].splitlines()) if words}
-    given = _values(text, sections.get(b"RHS", (0, 0))) if sizes else {}
-    found = {}
-    for row, size in sizes.items():
-        side, kind = given.get(row, Fraction(0)), kinds.get(row, b"")
-        goes_up = kind in (b"G", b"g") or (kind in (b"E", b"e") and size > 0)
-        ends = (side, side + abs(size)) if goes_up else (side - abs(size), side)
-        found[row.decode("utf-8", "replace")] = ends
+def range_sides(text: bytes) -> dict[str, tuple[Fraction | float, Fraction | float]]:
+    """The two sides of the rows that have a range, as written; a range of NO_BOUND leaves only one."""
+    spans = _sections(text)
+    if b"RANGES" not in spans:
+        return {}
+    kinds = {words[-1]: words[0].upper() for words in _words(text, spans[b"ROWS"])}
+    given: list[dict[bytes, Fraction]] = []
+    for section in (b"RHS", b"RANGES"):
+        lines = [words[len(words) % 2 :] for words in _words(text, spans.get(section, (0, 0)))]
+        pairs = [pair for words in lines for pair in zip(words[::2], words[1::2], strict=True)]
+        given.append({row: fraction(value.decode()) for row, value in pairs if re.fullmatch(NUMBER, value)})
+    found: dict[str, tuple[Fraction | float, Fraction | float]] = {}
+    for row, size in given[1].items():
+        side, kind = given[0].get(row, Fraction(0)), kinds.get(row, b"")
+        width = abs(size) if abs(size) < NO_BOUND else math.inf
+        goes_up = kind == b"G" or (kind == b"E" and size > 0)
+        found[row.decode("utf-8", "replace")] = (side, side + width) if goes_up else (side - width, side)
     return found
-
-
-def _values(text: bytes, span: tuple[int, int]) -> dict[bytes, Fraction]:
-    """The numbers in the lines of a section, by the names before them."""
-    entries = [line.split() for line in text[slice(*span)].splitlines() if not line.startswith(b"*")]
-    words = [words[len(words) % 2 :] for words in entries]
-    pairs = [pair for line in words for pair in zip(line[::2], line[1::2], strict=True)]
-    return {name: fraction(value.decode("ascii")) for name, value in pairs if re.fullmatch(NUMBER, value)}
 
 
 def line_of(text: bytes, complaint: str) -> str:
@@ -148,20 +158,6 @@ def lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
         yield number, section, line
 
 
-def _sections(text: bytes) -> dict[bytes, tuple[int, int]]:
-    """Where the lines of each section begin, at the end of its own line, and end."""
-    found = [*HEADING.finditer(text)]
-    ends = [match.start() + 1 for match in found[1:]] + [len(text)]
-    return {match[1]: (match.end(), end) for match, end in zip(found, ends, strict=True)}
-
-
-def _misread(
-    text: bytes, start: int, word: bytes, role: str = "in place of a number", hint: str = "give a number"
-) -> ProblemError:
-    line = text.count(b"\n", 0, start) + 1
-    return ProblemError(f"line {line}", f"has {quoted(word.decode('utf-8', 'replace'))} {role}", hint)
-
-
 NONE = -1e30  # the right-hand side of a row without bounds
 TAKEN = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX", "OBJSENSE", "MAX", "MIN", "ENDATA")
 
@@ -172,7 +168,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))
     ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
-    _refuse_far(lower=low, upper=high, row_lower=ends[0], row_upper=ends[1])
+    for field, values in zip(("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True):
+        if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
+            fault = f"has a bound of {NO_BOUND:g} or more, which means none in MPS"
+            raise ProblemError(field, fault, "give --infinity 1e20 if it means none here too, or write .json")
     columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
     kinds, sides, ranges = (
@@ -190,7 +189,13 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
         line for each in zip(columns, low.tolist(), high.tolist(), strict=True) for line in _bounds(number, *each)
     ]
     lines += ["BOUNDS", *bounds] if bounds else []
-    lines += ["QUADOBJ", *_triangle(fields["Q"], columns, number)] if "Q" in fields else []
+    if "Q" in fields:
+        from scipy.sparse import coo_array
+
+        upper = coo_array(fields["Q"])
+        entries = zip(upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True)
+        triangle = (f" {columns[j]} {columns[i]} {number(value)}" for i, j, value in entries if i <= j and value)
+        lines += ["QUADOBJ", *triangle]
     return {"": "\n".join([*lines, "ENDATA", ""]).encode()}
 
 
@@ -213,13 +218,6 @@ def _free(name: str, *taken: Any) -> str:
     while any(name in some for some in taken):
         name += "_"
     return name
-
-
-def _refuse_far(**bounds: Vector) -> None:
-    for field, values in bounds.items():
-        if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
-            fault = f"has a bound of {NO_BOUND:g} or more, which means none in MPS"
-            raise ProblemError(field, fault, "give --infinity 1e20 if it means none here too, or write .json")
 
 
 def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
@@ -257,12 +255,3 @@ def _columns(
             yield f" {name} {objective} {number(cost)}"
         for place in own:
             yield f" {name} {rows[A.indices[place]]} {number(A.data[place].item())}"
-
-
-def _triangle(Q: Any, columns: list[str], number: Callable[[float], str]) -> Iterator[str]:
-    from scipy.sparse import coo_array
-
-    upper = coo_array(Q)
-    for i, j, value in zip(upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True):
-        if i <= j and value:
-            yield f" {columns[j]} {columns[i]} {number(value)}"

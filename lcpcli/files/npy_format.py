@@ -8,7 +8,7 @@ import io
 import math
 import warnings
 from collections.abc import Callable, Mapping
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
@@ -16,11 +16,9 @@ from numpy.lib import format as npy
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import refuse_beyond_memory, within
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, TEXTS, kind_of, of_table
+from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
 
 OF_NAMES = ("rows", "columns", "names")
 
@@ -37,12 +35,13 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
     """M, dense, and q, bit for bit."""
-    return {"": _written(matrices.dense(fields["M"])), ".q": _written(fields["q"])}
+    return {"": written(np.save, matrices.dense(fields["M"])), ".q": written(np.save, fields["q"])}
 
 
-def _written(array: Any) -> bytes:
+def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
+    """What a function writes to the file that it is given first."""
     file = io.BytesIO()
-    np.save(file, array)
+    save(file, *given, **options)
     return file.getvalue()
 
 
@@ -52,14 +51,21 @@ def flat(array: Any) -> Any:
 
 
 def checked(name: str, opened: Callable[[], IO[bytes]], size: int) -> Any:
-    """The array in a file of that size, refused before memory is allocated if its header is false.
-
-    opened : opens the file; called twice, as parts of archives cannot be rewound.
-    """
+    """The array in a file of that size, refused before memory is allocated if its header is false: if it declares an
+    array of objects, or one larger than the file. It is opened twice, as parts of archives cannot be rewound."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # about files written by Python 2, which are fine
         with opened() as file:
-            _refuse_false_header(name, file, size)
+            read_header = npy.read_array_header_1_0 if npy.read_magic(file) == (1, 0) else npy.read_array_header_2_0
+            shape, _, dtype = read_header(file)
+            held = size - file.tell()
+        if dtype.hasobject:
+            raise ProblemError(name, "is an array of objects", "save it as an array of numbers or a text")
+        if math.prod(shape) * dtype.itemsize != held:
+            declared = " x ".join(map(str, shape)) or "one number"
+            hint = f"save it again with numpy.save{'z' * bool(name)}"
+            raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {held} bytes", hint)
+        refuse_beyond_memory(name, shape, dtype.itemsize)
         with opened() as file:
             return npy.read_array(file, allow_pickle=False)
 
@@ -73,25 +79,9 @@ def _array(content: bytes) -> Any:
         raise ProblemError("", "is no NPY file, or a damaged one", "save it again with numpy.save") from None
 
 
-def _refuse_false_header(name: str, file: IO[bytes], size: int) -> None:
-    """Refuse an array of objects, or one larger than its file of that size."""
-    version = npy.read_magic(file)
-    shape, _, dtype = (npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0)(file)
-    if dtype.hasobject:
-        raise ProblemError(name, "is an array of objects", "save it as an array of numbers or a text")
-    held = size - file.tell()
-    if math.prod(shape) * dtype.itemsize != held:
-        declared = " x ".join(map(str, shape)) or "one number"
-        hint = f"save it again with numpy.save{'z' * bool(name)}"
-        raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {held} bytes", hint)
-    refuse_beyond_memory(name, shape, dtype.itemsize)
-
-
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
     """The fields in arrays by name: of a program or a game all, of a problem those that it has, of M alone no others.
-
-    Several solutions are rows.
-    """
+    Several solutions are rows."""
     if kind_of(arrays):
         return {key: _plain(key, array) for key, array in arrays.items()}
     fields = {key: _plain(key, arrays[key]) for key in (KEYS if "q" in arrays else ("M", *BOUNDS)) if key in arrays}
@@ -119,7 +109,7 @@ def _plain(key: str, array: Any) -> Any:
     if is_sparse(array) or key == "M":
         return array
     if key in MATRICES:
-        return array if array.ndim == 2 else np.atleast_2d(array)
+        return np.atleast_2d(array)
     if key in OF_NAMES and (names := texts(array)) is not None:
         return names
     if key == "names":

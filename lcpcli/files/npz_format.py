@@ -12,35 +12,32 @@ import io
 import zipfile
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
-from lcpcli.files.npy_format import checked, named, of_arrays, text
+from lcpcli.files.formats import Exact, Number
+from lcpcli.files.npy_format import checked, named, of_arrays, text, written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
 
-if TYPE_CHECKING:
-    from lcpcli.files.formats import Exact, Number
-
 COMPRESSED = ("data", "indices", "indptr")
-PARTS = {
-    "csr": COMPRESSED,
-    "csc": COMPRESSED,
-    "bsr": COMPRESSED,
-    "coo": ("data", "row", "col"),
-    "dia": ("data", "offsets"),
-}
+PARTS = dict.fromkeys(("csr", "csc", "bsr"), COMPRESSED) | {"coo": ("data", "row", "col"), "dia": ("data", "offsets")}
 OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "format", "_is_array")
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
     """The fields in an archive."""
-    arrays = _arrays(content)
-    held = _with_sparse(arrays)
+    held = arrays = _arrays(content)
+    for key in MATRICES:  # of programs, such as A.data
+        names = [f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in held]
+        if names:
+            parts = {name.removeprefix(f"{key}."): held[name] for name in names}
+            others = {name: array for name, array in held.items() if name not in names}
+            held = others | {key: within(key, _matrix, parts)}
     if not kind_of(held):
         refuse_unknown("", arrays, (*KEYS, *OF_SPARSE))
         held = {**arrays, "M": _matrix(arrays)}
@@ -62,9 +59,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
         prefix = "" if key == "M" else f"{key}."
         arrays |= {f"{prefix}{part}": getattr(value, part) for part in (*COMPRESSED, "shape")}
         arrays |= {"format": value.format.encode(), "_is_array": True} if key == "M" else {}
-    file = io.BytesIO()
-    np.savez(file, **arrays)
-    return {"": file.getvalue()}
+    return {"": written(np.savez, **arrays)}
 
 
 def _arrays(content: bytes) -> dict[str, Any]:
@@ -87,16 +82,6 @@ def _arrays(content: bytes) -> dict[str, Any]:
     return arrays
 
 
-def _with_sparse(arrays: dict[str, Any]) -> dict[str, Any]:
-    """The arrays with the sparse matrices of programs put together from their parts, such as A.data."""
-    held = dict(arrays)
-    for key in MATRICES:
-        parts = {part: held.pop(f"{key}.{part}") for part in (*COMPRESSED, "shape") if f"{key}.{part}" in held}
-        if parts:
-            held[key] = within(key, _matrix, parts)
-    return held
-
-
 def _matrix(arrays: dict[str, Any]) -> Matrix:
     parts = [key for key in OF_SPARSE if key in arrays]
     if "M" in arrays:
@@ -116,13 +101,9 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     shape = arrays["shape"].tolist()
     if not isinstance(shape, list) or len(shape) != 2:
         raise ProblemError("shape", f"is {shape}", "give two numbers")
-    return _assembled(form, [arrays[key] for key in PARTS[form]], (shape[0], shape[1]))
-
-
-def _assembled(form: str, parts: list[Any], shape: tuple[int, int]) -> Matrix:
     from scipy import sparse
 
-    data, *places = parts
+    data, *places = (arrays[key] for key in PARTS[form])
     try:
         M = getattr(sparse, f"{form}_array")((data, tuple(places)) if form == "coo" else (data, *places), shape=shape)
         if PARTS[form] == COMPRESSED:

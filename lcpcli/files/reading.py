@@ -6,23 +6,21 @@ import math
 import os
 from collections.abc import Sequence
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.contents import STANDARD_INPUT, Fetch, blaming, content_of, place
+from lcpcli.files.contents import STANDARD_INPUT, blaming, content_of, place
 from lcpcli.files.fields import BOUNDS, kind_of, made
-from lcpcli.files.formats import NO_VECTORS, OF_ARRAYS, form_of, is_result, load, uncompressed
+from lcpcli.files.formats import NO_VECTORS, OF_ARRAYS, Number, form_of, is_result, load, uncompressed
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
-    from lcpcli.files.formats import Number
-    from lcpcli.rational.problem import ExactParts, ExactProblem
+    from lcpcli.rational.problem import ExactParts
 
 ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
@@ -45,65 +43,55 @@ def read(
     Traceback (most recent call last):
     lcpcli.errors.ProblemError: missing.json: ...
     """
-    name = os.fspath(path)
-    problem = problem_of(name, None if q_path is None else os.fspath(q_path), content_of)
-    return _with_infinity(problem, infinity, name)
-
-
-def _with_infinity(problem: Problem, infinity: float, name: str) -> Problem:
+    paths = [os.fspath(each) for each in (path, q_path) if each is not None]
+    problem = problem_of(paths, contents_of(paths))
     if infinity == math.inf:
         return problem
     from lcpcli.model.far_bounds import with_infinity
 
-    return blaming(name, lambda: with_infinity(problem, infinity))
+    return blaming(paths[0], lambda: with_infinity(problem, infinity))
 
 
 def read_origin(kind: str, path: str) -> Problem:
-    """The problem in a file that holds what it comes from: a program ("qp") or a game of two players ("game").
-
-    Raises ProblemError as `read` does.
-    """
-    problem = problem_of(path, None, content_of)
+    """The problem in a file that holds what it comes from: a program ("qp") or a game of two players ("game")."""
+    problem = read(path)
     if problem.origin is None or problem.origin.data()["kind"] != kind:
         what, hint = ORIGINS[kind]
         raise ProblemError(place(path), f"is not {what}", hint)
     return problem
 
 
-def read_exact(path: str, q_path: str | None = None) -> ExactProblem:
-    """As `read`, with the numbers of the files as they are there: decimals as exact rationals, in arrays also integers
-    beyond those that are doubles.
-
-    Raises ProblemError as `read` does, also for a number beyond the range of doubles.
-    """
-    from lcpcli.rational.problem import ExactProblem
-
-    fetch = cache(content_of)  # standard input can be read only once
-    return ExactProblem(problem_of(path, q_path, fetch), *exact_parts_of(path, q_path, fetch))
-
-
 def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem, Sequence[str]]:
-    """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is in.
-
-    Raises ProblemError as `read` does.
-    """
-    held = held_in(paths[0], content_of)
-    used = paths[: 1 if isinstance(held, Problem) else 2]
-    problem = _completed(held, paths[0], "".join(used[1:]) or None, content_of)
-    return _with_infinity(problem, infinity, paths[0]), used
+    """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is
+    in."""
+    used = paths[: 1 if isinstance(held_in(paths[0], content_of(paths[0], WHOLE)), Problem) else 2]
+    return read(*used, infinity=infinity), used
 
 
-def problem_of(path: str, q_path: str | None, fetch: Fetch, number: Number = float) -> Problem:
-    """The problem in the contents that fetch(path, hint for an empty one) gives, of one file or of two.
-
-    number : makes the doubles of the numbers in texts.
-    """
-    return _completed(held_in(path, fetch, number), path, q_path, fetch, number)
+def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
+    """The contents of the file of a problem, or of that of M and that of q."""
+    return tuple(map(content_of, paths, (WHOLE, LINE)))
 
 
-def held_in(path: str, fetch: Fetch, number: Number = float) -> Problem | Matrix:
+def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number = float) -> Problem:
+    """The problem in the contents of one file, or of two. number : makes the doubles of the numbers in texts."""
+    (path, *q_paths), held = paths, held_in(paths[0], contents[0], number)
+    if isinstance(held, Problem):
+        if q_paths:
+            hint = "leave it out; has the table an index or a second problem? see lcp help formats"
+            raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", hint)
+        problem = held
+    else:
+        if not q_paths:
+            shape = " x ".join(map(str, held.shape)) or "one number"
+            raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
+        q = blaming(q_paths[0], lambda: vector_in("q", q_paths[0], contents[1], None, number))
+        problem = blaming(path, lambda: Problem(held, q))
+    return problem if problem.name else problem.named(name_of(path))
+
+
+def held_in(path: str, content: bytes, number: Number = float) -> Problem | Matrix:
     """The problem in a file, or M alone."""
-    content = fetch(path, WHOLE)
     if is_result(content):
         raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
     return blaming(path, lambda: made(load(form_of(path, content)).fields(content, number)))
@@ -117,31 +105,18 @@ def vector_in(field: str, path: str, content: bytes, n: int | None = None, numbe
     return as_vector(field, load(form).values(field, content, number), n)
 
 
-def _completed(held: Problem | Matrix, path: str, q_path: str | None, fetch: Fetch, number: Number = float) -> Problem:
-    """What a file holds, with q from the other file if that is M alone."""
-    if isinstance(held, Problem):
-        if q_path is not None:
-            hint = "leave it out; has the table an index or a second problem? see lcp help formats"
-            raise ProblemError(q_path, f"is not needed: {place(path)} contains M and q", hint)
-        problem = held
-    else:
-        if q_path is None:
-            shape = " x ".join(map(str, held.shape)) or "one number"
-            raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
-        line = fetch(q_path, LINE)
-        q = blaming(q_path, lambda: vector_in("q", q_path, line, None, number))
-        problem = blaming(path, lambda: Problem(held, q))
-    return problem if problem.name else problem.named(name_of(path))
-
-
-def exact_parts_of(path: str, q_path: str | None, fetch: Fetch) -> ExactParts:
+def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
     """The numbers of contents that `problem_of` has accepted, as they are there."""
-    content = fetch(path, WHOLE)
-    parts = blaming(path, lambda: exact_parts_in(form_of(path, content), content))
-    if parts.q is not None:
-        return parts
-    q_place = cast(str, q_path)
-    return parts._replace(q=blaming(q_place, lambda: _exact_vector(q_place, fetch(q_place, LINE))))
+    from lcpcli.rational.numbers import exact_vector
+    from lcpcli.rational.problem import fractions_of
+
+    def vector(path: str, content: bytes) -> list[Fraction]:
+        if (form := form_of(path, content)) in OF_ARRAYS:
+            return fractions_of(load(form).values("q", content))
+        return exact_vector(lambda number: vector_in("q", path, content, None, number))
+
+    parts = blaming(paths[0], lambda: exact_parts_in(form_of(paths[0], contents[0]), contents[0]))
+    return parts if parts.q is not None else parts._replace(q=blaming(paths[1], lambda: vector(paths[1], contents[1])))
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
@@ -157,17 +132,6 @@ def exact_parts_in(form: str, content: bytes) -> ExactParts:
     rows = rows_of(fields["M"])
     bounds = {key: bounds_of(np.broadcast_to(fields[key], len(rows))) for key in BOUNDS if key in fields}
     return ExactParts(rows, fractions_of(fields["q"]) if "q" in fields else None, **bounds)
-
-
-def _exact_vector(path: str, content: bytes) -> list[Fraction]:
-    """The numbers of a vector, as they are there."""
-    from lcpcli.rational.numbers import exact_vector
-    from lcpcli.rational.problem import fractions_of
-
-    form = form_of(path, content)
-    if form in OF_ARRAYS:
-        return fractions_of(load(form).values("q", content))
-    return exact_vector(lambda number: vector_in("q", path, content, None, number))
 
 
 def name_of(path: str) -> str:

@@ -55,10 +55,13 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
     if ending in OF_PROGRAMS and kind_of(problem) != "qp":
         raise ProblemError(path, "is for programs, and the problem is not made from one", f"use {_or(COMPLETE)}")
-    if ending in OF_PROGRAMS or (as_program and ending in COMPLETE and _is_whole(problem)):
-        fields = fields_of_origin(problem, in_text)
+    others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
+    is_whole = as_program and ending in COMPLETE and not others  # it holds nothing for which its origin has no key
+    fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
+    if ending in OF_PROGRAMS or (is_whole and isinstance(problem.origin, (Program, Game))):
+        fields |= _fields_of_origin(problem, in_text)
     else:
-        fields = _fields(problem, in_text)
+        fields |= _fields(problem, in_text)
     try:
         return load((FORMATS | READ_ONLY)[ending]).render(fields, exact)
     except ProblemError as error:
@@ -66,10 +69,8 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
 
 
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
-    """All that a problem holds, texts as texts, an origin as an object or, but for a text, as JSON."""
-    fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
-    fields |= {"M": problem.M, "q": problem.q}
-    fields |= problem.bounds
+    """All that a problem holds but for its texts; an origin is an object or, but for a text, JSON."""
+    fields: dict[str, Any] = {"M": problem.M, "q": problem.q, **problem.bounds}
     fields |= {key: getattr(problem, key) for key in STARTS if getattr(problem, key) is not None}
     if problem.solutions:
         fields["solution"] = list(problem.solutions) if len(problem.solutions) > 1 else problem.solutions[0]
@@ -82,57 +83,41 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
     return fields
 
 
-def _is_whole(problem: Problem) -> bool:
-    """Whether a problem was made from a program or a game and holds nothing for which that has no key."""
-    others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
-    return isinstance(problem.origin, (Program, Game)) and not others
-
-
-def fields_of_origin(problem: Problem, in_text: bool = True) -> dict[str, Any]:
-    """The program or the game that a problem was made from, a program in its own sense: arrays, texts, a number and
-    lists of names, without what is as by default.
-
-    in_text : whether the payoffs are as they are written.
-    """
+def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
+    """The program, in its own sense, or the game that a problem was made from: arrays, a text, a number and lists of
+    names, without what is as by default. In texts payoffs are as they are written."""
     origin = problem.origin
     assert isinstance(origin, (Program, Game))
-    fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
-    if isinstance(origin, Program):
-        fields |= _fields_of_program(problem, origin)
-    elif in_text and origin.written is not None:
-        fields |= zip("AB", (np.array(payoffs, dtype=object) for payoffs in origin.written), strict=True)
+    held: dict[str, Any]
+    if isinstance(origin, Game):
+        exact = origin.written if in_text else None
+        payoffs = (origin.A, origin.B) if exact is None else (np.array(each, dtype=object) for each in exact)
+        held = dict(zip("AB", payoffs, strict=True))
     else:
-        fields |= {"A": origin.A, "B": origin.B}
-    return fields | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
-
-
-def _fields_of_program(problem: Problem, origin: Program) -> dict[str, Any]:
-    data = origin.program(conditions_of(problem))
-    assert data is not None
-    sign = SENSES[origin.sense]
-    held: dict[str, Any] = {"sense": origin.sense} if sign < 0 else {}
-    held |= {"Q": _without_minus_zero(sign * data.Q)} if (data.Q != 0).sum() else {}
-    held["c"] = sign * data.c + 0.0
-    if data.row_lower.size:
-        held |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
-    held |= {"lower": data.lower} if data.lower.any() else {}
-    held |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
-    return held | ({"constant": origin.constant} if origin.constant else {})
-
-
-def _without_minus_zero(A: Any) -> Any:
-    if not is_sparse(A):
-        return A + 0.0
-    A.data += 0.0
-    return A
+        data = origin.program(conditions_of(problem))
+        assert data is not None
+        sign = SENSES[origin.sense]
+        held = {"sense": origin.sense} if sign < 0 else {}
+        if (data.Q != 0).sum():
+            held["Q"] = sign * data.Q
+            entries = held["Q"].data if is_sparse(data.Q) else held["Q"]
+            entries += 0.0  # which leaves no -0
+        held["c"] = sign * data.c + 0.0
+        if data.row_lower.size:
+            held |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
+        held |= {"lower": data.lower} if data.lower.any() else {}
+        held |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
+        held |= {"constant": origin.constant} if origin.constant else {}
+    return held | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     """The problem of a game for a file with M and q, with its costs as the payoffs are written; as it is where some are
     no decimals, and for any other file."""
     game = found.rounded.origin
-    is_of_costs = isinstance(game, Game) and path.endswith(TEXTS) and not path.endswith(COMPLETE)
-    return (of_game(found.rounded, game) or found) if is_of_costs and isinstance(game, Game) else found
+    if isinstance(game, Game) and path.endswith(TEXTS) and not path.endswith(COMPLETE):
+        return of_game(found.rounded, game) or found
+    return found
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
@@ -150,9 +135,8 @@ def kind_of(problem: Problem) -> str:
 
 def exact_endings(problem: Problem) -> list[str]:
     """The suffixes of files that keep all digits of a problem: of a program and of a game those that keep it."""
-    if kind_of(problem) in ("qp", "game"):
-        return [".json", *OF_PROGRAMS] if kind_of(problem) == "qp" else [".json"]
-    return [ending for ending in TEXTS if ending in _formats_for(problem)]
+    of_origin = {"qp": [".json", *OF_PROGRAMS], "game": [".json"]}
+    return of_origin.get(kind_of(problem)) or [ending for ending in TEXTS if ending in _formats_for(problem)]
 
 
 def _formats_for(problem: Problem) -> Collection[str]:
@@ -163,15 +147,12 @@ def _formats_for(problem: Problem) -> Collection[str]:
 def ending_of(path: str) -> str:
     """The suffix of a file to be written, one of FORMATS or OF_PROGRAMS, or a ProblemError."""
     ending = Path(path).suffix
-    if ending in OF_PROGRAMS:
+    if ending in FORMATS or ending in OF_PROGRAMS:
         return ending
     if ending in READ_ONLY:
-        raise ProblemError(
-            path, "is of a format that is only read", f"use {_or(COMPLETE)}, or {_or(OF_PROGRAMS)} for a program"
-        )
-    if ending not in FORMATS:
-        raise ProblemError(path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {WRITTEN}")
-    return ending
+        hint = f"use {_or(COMPLETE)}, or {_or(OF_PROGRAMS)} for a program"
+        raise ProblemError(path, "is of a format that is only read", hint)
+    raise ProblemError(path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {WRITTEN}")
 
 
 def _or(endings: Iterable[str]) -> str:
