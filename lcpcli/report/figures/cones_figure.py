@@ -34,8 +34,8 @@ from lcpcli.report.figures.cone_shapes import (
     generators,
     turn_to,
 )
-from lcpcli.report.figures.convergence_figure import GREY
 from lcpcli.report.figures.data import Cones
+from lcpcli.report.figures.run_figures import GREY
 from lcpcli.report.figures.style import FONT, METHODS, SMALL, WIDTH, extent, fitted
 
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
