@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import textwrap
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from lcpcli.bench.statistics import summary
 from lcpcli.bench.tables import conditions, sheets, title
 from lcpcli.report import markup
 from lcpcli.report.markup import escape_markdown
+from lcpcli.report.result_csv import written
 from lcpcli.report.wording import in_a_line
 
 PAGE = 80  # columns of a table without a terminal
@@ -44,16 +44,13 @@ def render(record: Record, form: str, width: int | None, color: bool) -> str:
 def _csv(record: Record, comments: Sequence[str]) -> str:
     """Comments on how it was measured, a header, and one line per measurement: parameters are JSON, booleans as in
     JSON, missing values empty."""
-    out = StringIO()
-    out.writelines(f"# {line}\n" for line in comments)
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*COPIED, *COMPUTED])
+    rows: list[Sequence[object]] = [[*COPIED, *COMPUTED]]
     for row in record.measurements:
         values = [getattr(row, name) for name in COPIED]
-        cells = ["" if v is None else v if isinstance(v, str) else json.dumps(v, ensure_ascii=False) for v in values]
+        cells = [v if v is None or isinstance(v, str) else json.dumps(v, ensure_ascii=False) for v in values]
         times = vars(summary(row.seconds)).values() if row.seconds else ("", "", "", 0)
-        writer.writerow([*cells, *times])
-    return out.getvalue()
+        rows.append([*cells, *times])
+    return written(rows, comments)
 
 
 def _markdown(head: Sequence[str], shown: Sequence[Sheet]) -> str:

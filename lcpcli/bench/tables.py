@@ -82,9 +82,9 @@ def _solvers(record: Record) -> Sheet:
 
 def _times(record: Record, width: int | None) -> Sheet:
     """One row per problem if that fits, else one row per problem and solver."""
-    side_by_side = _side_by_side(record)
-    fits = len(record.solvers) <= MOST_SOLVERS if width is None else _width(side_by_side) <= width
-    return side_by_side if fits else _one_below_another(record)
+    sheet = _side_by_side(record)
+    fits = len(record.solvers) <= MOST_SOLVERS if width is None else _width(sheet) <= width
+    return sheet if fits else _one_below_another(record)
 
 
 def _width(sheet: Sheet) -> int:
@@ -193,7 +193,8 @@ def draw_figure(record: Record, form: str) -> bytes:
 
 
 def _panels(record: Record) -> list[Panel]:
-    """The problems with the most successes, the largest of each series and the one with the longest curves first."""
+    """The problems with the most successes, the largest of each series and the one with the longest curves first: the
+    curves of the methods; a peer, of which only the end is known, is a single point."""
     problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
     problems.sort(
         key=lambda rows: (sum(row.success for row in rows), max(len(row.curve or ()) for row in rows)), reverse=True
@@ -203,20 +204,17 @@ def _panels(record: Record) -> list[Panel]:
         name = series(rows[0].family, rows[0].parameters) if rows[0].family else rows[0].problem
         if name not in largest or rows[0].n > largest[name][0].n:
             largest[name] = rows
-    drawable = [rows for rows in largest.values() if any(row.curve for row in rows)]
-    return [_panel(rows) for rows in drawable[:MOST_PANELS]]
-
-
-def _panel(rows: list[Measurement]) -> Panel:
-    """The curves of the methods; a peer, of which only the end is known, is a single point."""
-    measure = next(row.curve_of for row in rows if row.curve_of)
-    curves = []
-    for row in rows:
-        end = row.error if measure == "error" else row.residual
-        points: Sequence[tuple[int | None, float, float | None]] = row.curve or []
-        if not points and not row.excluded and end is not None:
-            points = [(None, summary(row.seconds).median, end)]
-        if points:
-            k, seconds, errors = zip(*points, strict=True)
-            curves.append(Curve(method_of(row.solver), row.solver, k, seconds, errors, row.success))
-    return Panel(rows[0].problem, measure, curves)
+    panels = []
+    for rows in [rows for rows in largest.values() if any(row.curve for row in rows)][:MOST_PANELS]:
+        measure = next(row.curve_of for row in rows if row.curve_of)
+        curves = []
+        for row in rows:
+            end = row.error if measure == "error" else row.residual
+            points: Sequence[tuple[int | None, float, float | None]] = row.curve or []
+            if not points and not row.excluded and end is not None:
+                points = [(None, summary(row.seconds).median, end)]
+            if points:
+                k, seconds, errors = zip(*points, strict=True)
+                curves.append(Curve(method_of(row.solver), row.solver, k, seconds, errors, row.success))
+        panels.append(Panel(rows[0].problem, measure, curves))
+    return panels
