@@ -50,7 +50,7 @@ def growth(count: int) -> GrowthPanel:
     for i, name in enumerate((METHODS + PEERS)[:count]):
         times = [1e-6 * v ** (2 + i / 50) for v in n]
         lower, upper = [0.9 * t for t in times], [1.2 * t for t in times]
-        growths.append(Growth(name, name, n, times, lower, upper, Power(2 + i / 50, 0.1, 1e-6)))
+        growths.append(Growth(name, name, n, times, lower, upper, Power(2 + i / 50, 0.1, 1e-6, 1.0)))
     return GrowthPanel("random", growths)
 
 

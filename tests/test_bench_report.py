@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import figure
 from lcpcli.bench import record as records
+from lcpcli.bench import tables as figure
 from lcpcli.bench.formats import render
 from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
 from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
@@ -227,7 +227,7 @@ def test_unfinished_and_empty_records_can_be_shown(record: Record) -> None:
 
 @pytest.mark.parametrize(("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_picture_is_drawn(record: Record, form: str, begins: bytes) -> None:
-    assert figure.draw(record, form).startswith(begins)
+    assert figure.draw_figure(record, form).startswith(begins)
 
 
 def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(record: Record) -> None:

@@ -88,7 +88,7 @@ def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M: list[list[floa
         if independent and direction is not None:
             coefficients = np.linalg.solve(basis, q)
             if np.abs(coefficients).min() > 1e-9:
-                assert cone_shapes.holds(cone, direction) == (coefficients.min() > 0)
+                assert cone.holds(direction) == (coefficients.min() > 0)
 
 
 @pytest.mark.parametrize("name", DEGENERATE)

@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli.report.figures import convergence_figure, data, style
+from lcpcli.report.figures import data, run_figures, style
 from lcpcli.report.figures.data import Curve, Panel, Range
 
 from .figure_samples import odd
@@ -42,7 +42,7 @@ def test_zero_lies_below_the_scale_and_infinity_above_it() -> None:
 def test_what_is_beyond_the_axes_is_ringed_and_explained() -> None:
     solved = Curve("lemke", "lemke", [0, 1, 2], [0.0, 1.0, 2.0], [1.0, 0.1, 0.0], True)
     with style.context():
-        figure = convergence_figure.draw([Panel("p", "error", [solved])])
+        figure = run_figures.draw_convergence([Panel("p", "error", [solved])])
     rings = [line for line in figure.axes[1].lines if line.get_markerfacecolor() == "none" and len(line.get_xdata())]
     assert [list(ring.get_xdata()) for ring in rings] == [[2]]
     assert "0 or beyond the axis" in [text.get_text() for text in figure.legends[0].get_texts()]

@@ -22,7 +22,7 @@ from matplotlib.text import Text
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.report import plotting as figures
-from lcpcli.report.figures import bench_figure, convergence_figure, style
+from lcpcli.report.figures import run_figures, style
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
 from .figure_samples import METHODS, PEERS, crowd, decaying, growth, odd, paper_panel, profiles, strange
@@ -56,19 +56,19 @@ def overlaps(one: Any, other: Any, by: float = 0.3) -> bool:
 
 def drawings() -> dict[str, Any]:
     """Figures by name, as functions that draw them."""
-    crowds = {f"crowd {n}": lambda n=n: convergence_figure.draw([crowd(n)]) for n in (1, 2, 6, 11)}
+    crowds = {f"crowd {n}": lambda n=n: run_figures.draw_convergence([crowd(n)]) for n in (1, 2, 6, 11)}
     benches = {
-        f"bench {n}": lambda n=n: bench_figure.draw(profiles(n), [crowd(n), crowd(1)], [growth(n)])
+        f"bench {n}": lambda n=n: run_figures.draw_bench(profiles(n), [crowd(n), crowd(1)], [growth(n)])
         for n in (1, 2, 6, 11)
     }
     others = {
-        "paper": lambda: convergence_figure.draw([paper_panel()]),
-        "7 panels": lambda: convergence_figure.draw([crowd(1 + i) for i in range(6)] + [paper_panel()]),
-        "profile alone": lambda: bench_figure.draw(profiles(4), [], []),
-        "growth alone": lambda: bench_figure.draw([], [], [growth(11), growth(2)]),
-        "nothing measured": lambda: convergence_figure.draw([Panel("p", "residual", [odd("shi", [None, None])])]),
-        "no curves": lambda: convergence_figure.draw([Panel("p", "error", [])]),
-        "strange texts": lambda: convergence_figure.draw([Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])]),
+        "paper": lambda: run_figures.draw_convergence([paper_panel()]),
+        "7 panels": lambda: run_figures.draw_convergence([crowd(1 + i) for i in range(6)] + [paper_panel()]),
+        "profile alone": lambda: run_figures.draw_bench(profiles(4), [], []),
+        "growth alone": lambda: run_figures.draw_bench([], [], [growth(11), growth(2)]),
+        "nothing measured": lambda: run_figures.draw_convergence([Panel("p", "residual", [odd("shi", [None, None])])]),
+        "no curves": lambda: run_figures.draw_convergence([Panel("p", "error", [])]),
+        "strange texts": lambda: run_figures.draw_convergence([Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])]),
     }
     return crowds | benches | others
 
@@ -88,7 +88,7 @@ def test_no_text_lies_on_another_or_leaves_the_figure(name: str) -> None:
 @pytest.mark.parametrize("count", [1, 2, 6, 11])
 def test_one_legend_below_the_axes_names_every_curve_and_explains_the_signs(count: int) -> None:
     with style.context():
-        figure = convergence_figure.draw([crowd(count), crowd(count)])
+        figure = run_figures.draw_convergence([crowd(count), crowd(count)])
         (legend,) = figure.legends
         named = [text.get_text() for text in texts(figure) if text in legend.get_texts()]
         below = min(axes.xaxis.label.get_window_extent().y0 for axes in figure.axes)
@@ -99,7 +99,7 @@ def test_one_legend_below_the_axes_names_every_curve_and_explains_the_signs(coun
 
 def test_figure_is_no_higher_than_its_rows_and_its_legend() -> None:
     with style.context():
-        figure = convergence_figure.draw([paper_panel()])
+        figure = run_figures.draw_convergence([paper_panel()])
         assert figure.get_figheight() < 1.12 * style.ROW
 
 
@@ -162,25 +162,25 @@ def test_long_runs_make_small_files() -> None:
 
 def test_a_curve_has_few_markers_and_its_ends_among_them() -> None:
     with style.context():
-        figure = convergence_figure.draw([Panel("p", "error", [decaying("shi", 0.99, 1000)])])
+        figure = run_figures.draw_convergence([Panel("p", "error", [decaying("shi", 0.99, 1000)])])
     for axes in figure.axes:
         markers = [line for line in axes.lines if line.get_marker() == style.METHODS["shi"].marker]
         xs = np.concatenate([line.get_xdata() for line in markers[:1]])
-        assert 5 <= xs.size <= convergence_figure.MOST_MARKERS + 2
+        assert 5 <= xs.size <= run_figures.MOST_MARKERS + 2
         line = next(line for line in axes.lines if line.get_linestyle() != "None")
         assert {xs[0], xs[-1]} == {line.get_xdata()[0], line.get_xdata()[-1]}
 
 
 def test_lines_are_solid() -> None:
     with style.context():
-        figure = convergence_figure.draw([crowd(15)])
+        figure = run_figures.draw_convergence([crowd(15)])
     drawn = {line.get_linestyle() for axes in figure.axes for line in axes.lines}
     assert drawn <= {"-", "None"}
 
 
 def test_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any], tmp_path: Path) -> None:
     with style.context():
-        figure = convergence_figure.draw([crowd(15)] * figures.MOST_PANELS)
+        figure = run_figures.draw_convergence([crowd(15)] * figures.MOST_PANELS)
         FigureCanvasAgg(figure).draw()
     assert figure.get_figwidth() <= 8.27
     assert figure.get_figheight() <= 11.69
@@ -192,16 +192,16 @@ def test_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any], tmp
 
 def test_a_profile_is_the_share_of_problems_within_each_ratio() -> None:
     with style.context():
-        figure = bench_figure.draw([Profile("shi", "shi", [1.0, 2.0, 2.0, math.inf])], [], [])
+        figure = run_figures.draw_bench([Profile("shi", "shi", [1.0, 2.0, 2.0, math.inf])], [], [])
     line = figure.axes[0].lines[0]
     assert list(zip(*line.get_data(), strict=True))[:2] == [(1.0, 0.25), (2.0, 0.75)]
     assert line.get_ydata()[-1] == 0.75
 
 
 def test_growth_draws_the_fit_the_quartiles_and_the_interval_of_the_exponent() -> None:
-    fit = Power(2.0, 0.25, 1e-3)
+    fit = Power(2.0, 0.25, 1e-3, 1.0)
     with style.context():
-        figure = bench_figure.draw(
+        figure = run_figures.draw_bench(
             [], [], [GrowthPanel("p", [Growth("shi", "shi", [10, 1000], [1.0, 3.0], [1.0, 2.0], [1.0, 4.0], fit)])]
         )
     axes = figure.axes[0]
@@ -212,7 +212,7 @@ def test_growth_draws_the_fit_the_quartiles_and_the_interval_of_the_exponent() -
 
 def test_times_of_few_sizes_are_joined_and_no_exponent_is_named() -> None:
     with style.context():
-        figure = bench_figure.draw(
+        figure = run_figures.draw_bench(
             [], [], [GrowthPanel("p", [Growth("shi", "shi", [10, 1000], [1.0, 3.0], [1.0, 2.0], [1.0, 4.0], None)])]
         )
     assert figure.axes[0].lines[0].get_ydata() == pytest.approx([1.0, 3.0])
@@ -222,7 +222,7 @@ def test_times_of_few_sizes_are_joined_and_no_exponent_is_named() -> None:
 @pytest.mark.parametrize("count", [1, 6, 11])
 def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int) -> None:
     with style.context():
-        figure = bench_figure.draw([], [crowd(1)], [growth(count)])
+        figure = run_figures.draw_bench([], [crowd(1)], [growth(count)])
         FigureCanvasAgg(figure).draw()
         axes = figure.axes[1]
         legend = axes.get_legend()

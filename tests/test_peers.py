@@ -166,14 +166,14 @@ def test_solving_with_a_missing_package_names_the_extra(name: str, monkeypatch: 
 
 def test_a_new_peer_needs_only_its_call_and_its_line(monkeypatch: pytest.MonkeyPatch) -> None:
     def guess(_: Any, problem: Problem, *__: Any) -> packages.Ending:
-        return np.zeros(problem.n), None, True, 0.5, "guessed"
+        return np.zeros(problem.n), None, True, "guessed"
 
     monkeypatch.setattr(packages, "toy_one", packages.Solver("numpy", guess, ()), raising=False)
     monkeypatch.setitem(peers.REGISTRY, "toy-one", ("packages", "guesses zero"))
     assert peers.load("toy-one").version() == np.__version__
     assert peers.select(["toy"]) == ["toy-one"]
     claim = peers.load("toy-one").solve(INDEFINITE, TOL, 1.0)
-    assert (claim.solved, claim.seconds, claim.statement) == (True, 0.5, "guessed")
+    assert (claim.solved, claim.statement) == (True, "guessed")
 
 
 def test_a_prefix_selects_all_of_a_package_once() -> None:

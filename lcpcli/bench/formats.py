@@ -1,23 +1,21 @@
-"""The report on a bench in each format, as pure functions from its record to text; only JSON and CSV have all digits.
-
-Nothing heavy is imported, so that the formats can be listed in help.
-"""
+"""The report on a bench in each of bench.FORMATS, from its record to text; only JSON and CSV have all digits."""
 
 from __future__ import annotations
 
+import json
 import textwrap
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from io import StringIO
 
-if TYPE_CHECKING:
-    from lcpcli.bench.record import Record
+from lcpcli.bench.accuracy_tables import Sheet
+from lcpcli.bench.record import Record, to_json
+from lcpcli.bench.statistics import summary
+from lcpcli.bench.tables import conditions, sheets, title
+from lcpcli.report import markup
+from lcpcli.report.markup import escape_markdown
+from lcpcli.report.result_csv import written
+from lcpcli.report.wording import in_a_line
 
-FORMATS = {
-    "table": "human-readable",
-    "json": "the record, to resume from",
-    "csv": "one row per measurement, all digits",
-    "markdown": "the tables in Markdown",
-    "latex": "the tables in LaTeX with booktabs",
-}
 PAGE = 80  # columns of a table without a terminal
 LEFT = ("solver", "problem", "family", "how it ended", "why", "in", "up", "then")  # left-aligned columns
 COPIED = (
@@ -34,93 +32,64 @@ def render(record: Record, form: str, width: int | None, color: bool) -> str:
     width, color : of the terminal; width is None if there is none.
     """
     if form == "json":
-        from lcpcli.bench.record import to_json
-
         return to_json(record)
+    head = [title(record), *conditions(record)]
     if form == "csv":
-        return _csv(record)
+        return _csv(record, head[1:])
     if form == "table":
-        return _text(record, width or PAGE, color)
-    return _markdown(record) if form == "markdown" else _latex(record)
+        return _text(head, sheets(record, width or PAGE), width or PAGE, color)
+    return _markdown(head, sheets(record, None)) if form == "markdown" else _latex(head, sheets(record, None))
 
 
-def _csv(record: Record) -> str:
+def _csv(record: Record, comments: Sequence[str]) -> str:
     """Comments on how it was measured, a header, and one line per measurement: parameters are JSON, booleans as in
     JSON, missing values empty."""
-    import csv
-    import json
-    from io import StringIO
-
-    from lcpcli.bench.statistics import summary
-    from lcpcli.bench.tables import conditions
-
-    out = StringIO()
-    out.writelines(f"# {line}\n" for line in conditions(record))
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*COPIED, *COMPUTED])
+    rows: list[Sequence[object]] = [[*COPIED, *COMPUTED]]
     for row in record.measurements:
         values = [getattr(row, name) for name in COPIED]
-        cells = ["" if v is None else v if isinstance(v, str) else json.dumps(v, ensure_ascii=False) for v in values]
+        cells = [v if v is None or isinstance(v, str) else json.dumps(v, ensure_ascii=False) for v in values]
         times = vars(summary(row.seconds)).values() if row.seconds else ("", "", "", 0)
-        writer.writerow([*cells, *times])
-    return out.getvalue()
+        rows.append([*cells, *times])
+    return written(rows, comments)
 
 
-def _markdown(record: Record) -> str:
+def _markdown(head: Sequence[str], shown: Sequence[Sheet]) -> str:
     """A heading, the conditions of measurement, and one section per table."""
-    from lcpcli.bench.tables import conditions, sheets, title
-    from lcpcli.report.markup import escape_markdown, grid
-
-    parts = [
-        "\n".join(
-            [f"## {escape_markdown(title(record))}", "", *(f"- {escape_markdown(line)}" for line in conditions(record))]
-        )
-    ]
-    for sheet in sheets(record, None):
+    name, *lines = map(escape_markdown, head)
+    parts = ["\n".join([f"## {name}", "", *(f"- {line}" for line in lines)])]
+    for sheet in shown:
         rows = [row for group in sheet.groups for row in group]
-        parts += [
-            f"### {escape_markdown(sheet.title)}",
-            grid(sheet.header, rows, LEFT),
-            *map(escape_markdown, sheet.notes),
-        ]
+        table = markup.grid(sheet.header, rows, LEFT)
+        parts += [f"### {escape_markdown(sheet.title)}", table, *map(escape_markdown, sheet.notes)]
     return "\n\n".join(parts) + "\n"
 
 
-def _latex(record: Record) -> str:
+def _latex(head: Sequence[str], shown: Sequence[Sheet]) -> str:
     """A comment with the conditions of measurement, then one table environment per table, ready to be \\input."""
-    from lcpcli.bench import tables
-    from lcpcli.report import markup
-
-    head = (tables.title(record), *tables.conditions(record))
-    lines = [markup.NEEDED, *(f"% {' '.join(line.split())}" for line in head)]
-    sheets = tables.sheets(record, None)
-    for sheet, label in zip(sheets, markup.labels([sheet.title for sheet in sheets]), strict=True):
-        lines.append(
-            markup.float_of(sheet.title, label, [markup.tabular(sheet.header, sheet.groups, LEFT)], sheet.notes)
-        )
+    lines = [markup.NEEDED, *(f"% {in_a_line(line)}" for line in head)]
+    for sheet, label in zip(shown, markup.labels([sheet.title for sheet in shown]), strict=True):
+        table = markup.tabular(sheet.header, sheet.groups, LEFT)
+        lines.append(markup.float_of(sheet.title, label, [table], sheet.notes))
     return "\n".join(lines) + "\n"
 
 
-def _text(record: Record, width: int, color: bool) -> str:
+def _text(head: Sequence[str], shown: Sequence[Sheet], width: int, color: bool) -> str:
     """Text of that width, styled by rich on a terminal. Numbers are never truncated or broken."""
-    from io import StringIO
-
     from rich.text import Text
 
-    from lcpcli.bench.tables import conditions, sheets, title
     from lcpcli.report.terminal import UNLIMITED, console_on, grid, trimmed
 
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
 
-    def show(lines: list[str], style: str = "") -> None:
+    def show(lines: Sequence[str], style: str = "") -> None:
         for line in lines:
             for part in textwrap.wrap(line, width, break_long_words=False, break_on_hyphens=False):
                 console.print(Text(part, style=style))
 
-    show([title(record)], "bold")
-    show(conditions(record))
-    for sheet in sheets(record, width):
+    show(head[:1], "bold")
+    show(head[1:])
+    for sheet in shown:
         console.print()
         show([sheet.title], "bold")
         console.print(grid(sheet.header, sheet.groups, width, LEFT))

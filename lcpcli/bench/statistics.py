@@ -37,18 +37,6 @@ class Summary:
         return (self.upper - self.lower) / 2 / max(self.median, RESOLUTION) if self.repeats > 1 else None
 
 
-@dataclass(frozen=True)
-class Fit(Power):
-    """seconds = coefficient n^exponent, by least squares on the logarithms.
-
-    margin : of the exponent: the interval exponent +- margin has CONFIDENCE, for independent normal errors in the
-        logarithms. r_squared : the fraction of the variance explained by the fit. sizes : the number of different n.
-    """
-
-    r_squared: float
-    sizes: int
-
-
 def summary(times: Sequence[float]) -> Summary:
     """Median and quartiles of at least one time; the quartiles are interpolated between the order statistics."""
     if len(times) == 1:
@@ -96,10 +84,9 @@ def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, li
     }
 
 
-def growth(points: Sequence[tuple[int, float]]) -> Fit | None:
+def growth(points: Sequence[tuple[int, float]]) -> Power | None:
     """The growth of times with n, from pairs (n, seconds); None for fewer than LEAST_SIZES different n."""
-    sizes = len({n for n, _ in points})
-    if sizes < LEAST_SIZES:
+    if len({n for n, _ in points}) < LEAST_SIZES:
         return None
     from scipy.special import stdtrit
 
@@ -110,7 +97,7 @@ def growth(points: Sequence[tuple[int, float]]) -> Fit | None:
     total, freedom = statistics.variance(y) * (len(y) - 1), len(x) - 2
     error = math.sqrt(unexplained / freedom / statistics.variance(x) / (len(x) - 1))
     margin = float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) * error
-    return Fit(exponent, margin, math.exp(intercept), 1 - unexplained / total if total > 0 else 1.0, sizes)
+    return Power(exponent, margin, math.exp(intercept), 1 - unexplained / total if total > 0 else 1.0)
 
 
 def times(record: Record) -> dict[str, dict[str, float]]:
@@ -123,26 +110,23 @@ def times(record: Record) -> dict[str, dict[str, float]]:
 
 
 def growths(record: Record) -> list[GrowthPanel]:
-    """The growth of the time of each solver on each series in which it solved two sizes or more; its fit is a `Fit`."""
+    """The growth of the time of each solver on each series in which it solved two sizes or more."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:
             solved.setdefault(series(row.family, row.parameters), {}).setdefault(row.solver, []).append(row)
-    panels = [GrowthPanel(name, _growths(record.solvers, own)) for name, own in solved.items()]
-    return [panel for panel in panels if panel.growths]
-
-
-def _growths(solvers: Sequence[str], solved: Mapping[str, Sequence[Measurement]]) -> list[Growth]:
-    found = []
-    for solver in solvers:
-        rows = sorted(solved.get(solver, []), key=lambda row: row.n)
-        n, own = [row.n for row in rows], [summary(row.seconds) for row in rows]
-        if len(set(n)) > 1:
-            medians = [each.median for each in own]
-            quartiles = [each.lower for each in own], [each.upper for each in own]
-            fit = growth(list(zip(n, medians, strict=True)))
-            found.append(Growth(method_of(solver), solver, n, medians, *quartiles, fit))
-    return found
+    panels = []
+    for name, by_solver in solved.items():
+        found = []
+        for solver in record.solvers:
+            rows = sorted(by_solver.get(solver, []), key=lambda row: row.n)
+            n, own = [row.n for row in rows], [summary(row.seconds) for row in rows]
+            if len(set(n)) > 1:
+                medians, lower, upper = ([getattr(each, key) for each in own] for key in ("median", "lower", "upper"))
+                fit = growth(list(zip(n, medians, strict=True)))
+                found.append(Growth(method_of(solver), solver, n, medians, lower, upper, fit))
+        panels += [GrowthPanel(name, found)] * bool(found)
+    return panels
 
 
 def method_of(solver: str) -> str:

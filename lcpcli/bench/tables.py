@@ -1,19 +1,23 @@
-"""The report on a bench as tables of cells of text. The formats differ only in how they typeset them."""
+"""The report on a bench as tables of cells of text, which the formats only typeset, and as a figure."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections import Counter
+from collections.abc import Sequence
 from itertools import groupby
 
-from lcpcli.bench import accuracy_tables
+from lcpcli.bench import accuracy_tables, statistics
 from lcpcli.bench.accuracy_tables import Sheet
 from lcpcli.bench.record import Measurement, Record
-from lcpcli.bench.statistics import SHIFT, Fit, growths, performance_ratios, shifted_geometric_mean, summary, times
+from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
+from lcpcli.bench.suites import series
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.report import plotting as figures
 from lcpcli.report import wording
+from lcpcli.report.figures.data import Curve, Panel, Profile
 
 MOST_SOLVERS = 6  # side by side if no width is given
 SHORTEST = 20  # least number of characters of a failure's description in a table; JSON and CSV have all of it
@@ -78,9 +82,9 @@ def _solvers(record: Record) -> Sheet:
 
 def _times(record: Record, width: int | None) -> Sheet:
     """One row per problem if that fits, else one row per problem and solver."""
-    side_by_side = _side_by_side(record)
-    fits = len(record.solvers) <= MOST_SOLVERS if width is None else _width(side_by_side) <= width
-    return side_by_side if fits else _one_below_another(record)
+    sheet = _side_by_side(record)
+    fits = len(record.solvers) <= MOST_SOLVERS if width is None else _width(sheet) <= width
+    return sheet if fits else _one_below_another(record)
 
 
 def _width(sheet: Sheet) -> int:
@@ -162,13 +166,55 @@ def _exclusions(record: Record) -> Sheet:
 def _growth(record: Record) -> Sheet:
     header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
     groups = []
-    for panel in growths(record):
+    for panel in statistics.growths(record):
         rows: list[list[str]] = []
         for growth in panel.growths:
-            if isinstance(growth.fit, Fit):
-                low, high = growth.fit.exponent - growth.fit.margin, growth.fit.exponent + growth.fit.margin
-                figures = [f"{growth.fit.exponent:.2f}", f"{low:.2f} to {high:.2f}", f"{growth.fit.r_squared:.3f}"]
-                sizes = f"{growth.n[0]}-{growth.n[-1]}"
-                rows.append(["" if rows else panel.title, growth.label, sizes, *figures])
+            if fit := growth.fit:
+                interval = f"{fit.exponent - fit.margin:.2f} to {fit.exponent + fit.margin:.2f}"
+                cells = [f"{growth.n[0]}-{growth.n[-1]}", f"{fit.exponent:.2f}", interval, f"{fit.r_squared:.3f}"]
+                rows.append(["" if rows else panel.title, growth.label, *cells])
         groups += [rows] * bool(rows)
     return Sheet("Growth of the time with n: n^exponent", header, groups)
+
+
+MOST_PANELS = 4
+LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of them
+
+
+def draw_figure(record: Record, form: str) -> bytes:
+    """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
+    panels, growth_panels = _panels(record), statistics.growths(record)[:MOST_PANELS]
+    ratios = performance_ratios(times(record))
+    profiles = [Profile(method_of(name), name, own) for name, own in ratios.items() if own]
+    measured = len({row.problem for row in record.measurements})
+    if measured < LEAST_PROBLEMS and (panels or growth_panels):
+        profiles = []
+    return figures.bench(profiles, panels, growth_panels, form, conditions(record))
+
+
+def _panels(record: Record) -> list[Panel]:
+    """The problems with the most successes, the largest of each series and the one with the longest curves first: the
+    curves of the methods; a peer, of which only the end is known, is a single point."""
+    problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
+    problems.sort(
+        key=lambda rows: (sum(row.success for row in rows), max(len(row.curve or ()) for row in rows)), reverse=True
+    )
+    largest: dict[str, list[Measurement]] = {}
+    for rows in problems:
+        name = series(rows[0].family, rows[0].parameters) if rows[0].family else rows[0].problem
+        if name not in largest or rows[0].n > largest[name][0].n:
+            largest[name] = rows
+    panels = []
+    for rows in [rows for rows in largest.values() if any(row.curve for row in rows)][:MOST_PANELS]:
+        measure = next(row.curve_of for row in rows if row.curve_of)
+        curves = []
+        for row in rows:
+            end = row.error if measure == "error" else row.residual
+            points: Sequence[tuple[int | None, float, float | None]] = row.curve or []
+            if not points and not row.excluded and end is not None:
+                points = [(None, summary(row.seconds).median, end)]
+            if points:
+                k, seconds, errors = zip(*points, strict=True)
+                curves.append(Curve(method_of(row.solver), row.solver, k, seconds, errors, row.success))
+        panels.append(Panel(rows[0].problem, measure, curves))
+    return panels

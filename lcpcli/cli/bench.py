@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lcpcli import options
-from lcpcli.bench.formats import FORMATS
+from lcpcli.bench import FORMATS
 from lcpcli.bench.suites import ALL, SUITES, budget_of
 from lcpcli.cli.command import command, option
 from lcpcli.cli.main import INTERRUPTED
@@ -147,10 +147,10 @@ def _run(asked: Request, outputs: dict[str, str]) -> int:
     is_interrupted = _measure(record, outputs, asked.quiet)
     _keep(record, outputs)
     if asked.plot is not None and record.measurements:
-        from lcpcli.bench import figure
+        from lcpcli.bench import tables
         from lcpcli.report import plotting
 
-        show(figure.draw(record, plotting.form_of(asked.plot)), asked.plot)
+        show(tables.draw_figure(record, plotting.form_of(asked.plot)), asked.plot)
     if not asked.quiet:
         width, color = terminal()
         emit(render(record, str(asked.form), width, color), color)

@@ -31,11 +31,12 @@ class Entry(NamedTuple):
 
 
 SPD = "symmetric positive definite"
+SEMIDEFINITE = "positive semidefinite"
 REGISTRY = {
-    "harker-pang": Entry("random_matrices", "random, dense (Harker and Pang 1990)", "positive definite"),
-    "ill-scaled": Entry("random_matrices", "harker-pang, badly scaled", "P"),
-    "tridiagonal": Entry("random_matrices", "tridiag(-1, 4, -1), random q", f"{SPD}, M"),
-    "dominant": Entry("random_matrices", "random, ten entries per row", "H+"),
+    "harker-pang": Entry("known", "random, dense (Harker and Pang 1990)", "positive definite"),
+    "ill-scaled": Entry("known", "harker-pang, badly scaled", "P"),
+    "tridiagonal": Entry("known", "tridiag(-1, 4, -1), random q", f"{SPD}, M"),
+    "dominant": Entry("known", "random, ten entries per row", "H+"),
     "obstacle": Entry("differences", "membrane over an obstacle on a square grid", f"{SPD}, M"),
     "two-obstacles": Entry("differences", "membrane between two obstacles, with bounds", f"{SPD}, M"),
     "torsion": Entry("differences", "elastic-plastic torsion of a bar, with bounds", f"{SPD}, M"),
@@ -43,18 +44,16 @@ REGISTRY = {
     "american-put": Entry("differences", "option pricing, one implicit time step", f"{SPD}, M"),
     "contact": Entry("systems", "rigid bodies with Coulomb friction", "copositive"),
     "bimatrix": Entry("systems", "random two-player game", "copositive"),
-    "circuit": Entry("systems", "bridge rectifiers with ideal diodes, free potentials", "positive semidefinite"),
-    "relays": Entry("systems", "switching system, with bounds", "positive semidefinite"),
-    "spatial-prices": Entry(
-        "systems", "trade between regions, free prices, flows with capacities", "positive semidefinite"
-    ),
+    "circuit": Entry("systems", "bridge rectifiers with ideal diodes, free potentials", SEMIDEFINITE),
+    "relays": Entry("systems", "switching system, with bounds", SEMIDEFINITE),
+    "spatial-prices": Entry("systems", "trade between regions, free prices, flows with capacities", SEMIDEFINITE),
     "boxes": Entry("known", "random, with bounds of every kind", SPD),
     "lp": Entry("programs", "random linear program and its dual", "skew-symmetric"),
-    "qp": Entry("programs", "random convex quadratic program", "positive semidefinite"),
-    "portfolio": Entry("programs", "least variance with a factor model, a program", "positive semidefinite"),
-    "control": Entry("programs", "masses and springs under bounded forces, a program", "positive semidefinite"),
-    "transport": Entry("programs", "least cost from plants to markets, a linear program", "positive semidefinite"),
-    "murty": Entry("literature", "exponential for least-index pivoting (Murty 1978)", "P, positive semidefinite"),
+    "qp": Entry("programs", "random convex quadratic program", SEMIDEFINITE),
+    "portfolio": Entry("programs", "least variance with a factor model, a program", SEMIDEFINITE),
+    "control": Entry("programs", "masses and springs under bounded forces, a program", SEMIDEFINITE),
+    "transport": Entry("programs", "least cost from plants to markets, a linear program", SEMIDEFINITE),
+    "murty": Entry("literature", "exponential for least-index pivoting (Murty 1978)", f"P, {SEMIDEFINITE}"),
     "fathi": Entry("literature", "exponential for Lemke's method (Fathi 1979)", SPD),
     "ben-gharbia-gilbert": Entry("literature", "plain Newton-min cycles (2012)", "P"),
     "curtis-han-robinson": Entry("literature", "plain active-set method cycles (2015)", SPD, 3),
@@ -64,7 +63,7 @@ REGISTRY = {
     "growth": Entry("literature", "solution 1, 2, 4, ..., 2^(n-1)", "M"),
     "hilbert": Entry("literature", "Hilbert matrix, scaled to integers up to n = 18", SPD),
     "diagonal": Entry("known", "diagonal matrix with entries over many decades", f"{SPD}, M"),
-    "near-singular": Entry("random_matrices", "smallest eigenvalue epsilon", SPD),
+    "near-singular": Entry("known", "smallest eigenvalue epsilon", SPD),
     "degenerate": Entry("known", "z_i = w_i = 0 for half of the indices", SPD),
     "near-degenerate": Entry("known", "max(z_i, w_i) = epsilon for half of the indices", SPD),
     "infeasible": Entry("known", "no z >= 0 with Mz + q >= 0", "none"),

@@ -8,7 +8,6 @@ import numpy as np
 
 from lcpcli.gallery.families import require
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
 
 LARGEST_POWER = 1023  # of two in double precision
 EXACT = 18  # the largest Hilbert matrix for which all numbers are integers representable in double precision
@@ -19,10 +18,9 @@ def murty(n: int, _seed: int) -> Problem:
 
     K. G. Murty, Computational complexity of complementary pivot methods, Math. Programming Study 7 (1978) 61-73.
     """
-    z = np.zeros(n)
-    z[-1] = 1
+    U = 2 * np.triu(np.ones((n, n))) - np.eye(n)
     note = f"Pivoting on the least index needs 2^{n} - 1 steps from z = 0."
-    return Problem(_triangle(n), -np.ones(n), name=f"murty-{n}", solutions=[z], source="Murty 1978", note=note)
+    return Problem(U, -np.ones(n), name=f"murty-{n}", solutions=[np.eye(n)[-1]], source="Murty 1978", note=note)
 
 
 def fathi(n: int, _seed: int) -> Problem:
@@ -31,18 +29,9 @@ def fathi(n: int, _seed: int) -> Problem:
     Y. Fathi, Computational complexity of LCPs associated with positive definite symmetric matrices, Math. Programming
     17 (1979) 335-344.
     """
-    U = _triangle(n)
-    z = np.zeros(n)
-    z[0] = 1
+    U = 2 * np.triu(np.ones((n, n))) - np.eye(n)
     note = f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4."
-    return Problem(U.T @ U, -np.ones(n), name=f"fathi-{n}", solutions=[z], source="Fathi 1979", note=note)
-
-
-def _triangle(n: int) -> Vector:
-    """U, of shape (n, n): 1 on the diagonal, 2 above it."""
-    U: Vector = np.triu(np.full((n, n), 2.0), 1)
-    np.fill_diagonal(U, 1)
-    return U
+    return Problem(U.T @ U, -np.ones(n), name=f"fathi-{n}", solutions=[np.eye(n)[0]], source="Fathi 1979", note=note)
 
 
 def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
@@ -55,7 +44,7 @@ def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
     alpha : 1 < alpha <= 1e6.
     """
     require("alpha", alpha, 1 < alpha <= 1e6, "1 < alpha <= 1e6")
-    unit = np.eye(_odd(n))
+    unit = np.eye(max(3, n + 1 - n % 2))
     return Problem(
         unit + alpha * np.roll(unit, 1, axis=0),
         np.ones(len(unit)),
@@ -72,15 +61,11 @@ def kostreva(n: int, _seed: int) -> Problem:
 
     M. M. Kostreva, Cycling in linear complementarity problems, Math. Programming 16 (1979) 127-130, for n = 3.
     """
-    n = _odd(n)
+    n = max(3, n + 1 - n % 2)
     M = np.eye(n) + 2 * np.roll(np.eye(n), -1, axis=0)
     z = np.full(n, 1 / 3)
     note = "For n = 3 Lemke's method cycles if ties are broken by the smallest index."
     return Problem(M, -np.ones(n), name=f"kostreva-{n}", solutions=[z], source="Kostreva 1979", note=note)
-
-
-def _odd(n: int) -> int:
-    return max(3, n + 1 - n % 2)
 
 
 def curtis_han_robinson(_n: int, _seed: int) -> Problem:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.random import Generator
 
 from lcpcli.gallery.families import require
 from lcpcli.gallery.known import complementary, integer_matrix
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import bordered
 from lcpcli.model.reductions import from_qp
-from lcpcli.typing import Vector
+from lcpcli.typing import Matrix, Vector
 
 A_ROW = 10  # entries of the constraints of lp and qp
 DENSE = 200  # unknowns up to which M of lp is dense
@@ -29,12 +27,9 @@ def lp(n: int, seed: int) -> Problem:
     G. B. Dantzig, R. W. Cottle, Positive (semi-)definite programming, in: Nonlinear Programming, North-Holland (1967)
     55-73. The random data are original to lcp.
     """
-    random = np.random.default_rng([seed, max(2, n)])
-    A = _constraints(random, max(2, n))
-    z, q = _solution(random, A, None)
+    M, q, z = _program(n, seed, is_linear=True)
     source = "Dantzig and Cottle 1967, random program"
     note = "The diagonal of M is zero; x solves the program and y its dual."
-    M = bordered(None, A, sparse=n > DENSE)
     return Problem(M, q, name=f"lp-{q.size}", solutions=[z], source=source, note=note)
 
 
@@ -46,20 +41,21 @@ def qp(n: int, seed: int) -> Problem:
     R. W. Cottle, G. B. Dantzig, Complementary pivot theory of mathematical programming, Linear Algebra Appl. 1 (1968)
     103-125. The random data are original to lcp.
     """
-    random = np.random.default_rng([seed, max(2, n)])
-    A = _constraints(random, max(2, n))
-    Q = integer_matrix(random, A.shape[1])
-    z, q = _solution(random, A, Q)
+    M, q, z = _program(n, seed, is_linear=False)
     source = "Cottle and Dantzig 1968, random program"
     note = "x solves the program, and y holds the multipliers of its constraints."
-    return Problem(bordered(Q, A), q, name=f"qp-{q.size}", solutions=[z], source=source, note=note)
+    return Problem(M, q, name=f"qp-{q.size}", solutions=[z], source=source, note=note)
 
 
-def _constraints(random: Generator, n: int) -> Any:
-    """A of n // 2 rows and the rest of n as columns, sparse, of integers, up to ten per row; its leading square is
-    diagonally dominant."""
+def _program(n: int, seed: int, is_linear: bool) -> tuple[Matrix, Vector, Vector]:
+    """M, q and a random z = (x, y) of integers, of which (m + 1) // 2 each are positive.
+
+    The leading square of A is diagonally dominant.
+    """
     from scipy.sparse import csr_array
 
+    n = max(2, n)
+    random = np.random.default_rng([seed, n])
     m, k = n // 2, n - n // 2
     count = min(A_ROW, k) - 1
     rows, columns = np.repeat(np.arange(m), count), random.integers(0, k, m * count)
@@ -68,18 +64,13 @@ def _constraints(random: Generator, n: int) -> Any:
     corner = np.arange(m)
     A = csr_array((np.concatenate((values, sums)), (np.concatenate((rows, corner)), np.concatenate((columns, corner)))))
     A.resize(m, k)
-    return A
-
-
-def _solution(random: Generator, A: Any, Q: Vector | None) -> tuple[Vector, Vector]:
-    """A random z = (x, y) of integers, of which (m + 1) // 2 each are positive, and the q that it solves."""
-    m, k = A.shape
+    Q = None if is_linear else integer_matrix(random, k)
     (x, r), (y, s) = (
         complementary(random.integers(1, 10, length).astype(np.float64), np.arange(length) < (m + 1) // 2)
         for length in (k, m)
     )
-    c = A.T @ y + r
-    return np.concatenate((x, y)), np.concatenate((c if Q is None else c - Q @ x, s - A @ x))
+    c = A.T @ y + r if Q is None else A.T @ y + r - Q @ x
+    return bordered(Q, A, sparse=is_linear and n > DENSE), np.concatenate((c, s - A @ x)), np.concatenate((x, y))
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:

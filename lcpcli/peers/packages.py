@@ -21,9 +21,10 @@ from lcpcli.model.program import Program, ProgramData
 from lcpcli.peers.quadratic import bounded, columns, dense, not_convex, not_dense, not_monotone, not_sparse, program_of
 from lcpcli.peers.registry import Claim
 
-Ending = tuple[Any, Any, bool, float, str]
-"""x and y, and the rest of a `Claim`. x is the minimizer of the program, None if there is none; y are the multipliers
-of its rows, the derivatives of the minimum with respect to their bounds; without them x is z."""
+Ending = tuple[Any, Any, bool, str]
+"""x and y, whether it is solved, and the statement of a `Claim`. x is the minimizer of the program, None if there is
+none; y are the multipliers of its rows, the derivatives of the minimum with respect to their bounds; without them x is
+z."""
 
 
 @dataclass
@@ -33,13 +34,14 @@ class Solver:
     module : what is imported, of the distribution of its first name.
     call : of the module, with the problem, its program, the tolerance and the time limit.
     refusals : each says why a problem is excluded.
-    infinite : its infinity.
+    infinite : its infinity. compile : of the module, called before the clock starts.
     """
 
     module: str
     call: Callable[[Any, Problem, ProgramData, float, float], Ending]
     refusals: tuple[Callable[[Problem], str], ...]
     infinite: float = np.inf
+    compile: Callable[[Any], object] = id
 
     def version(self) -> str | None:
         try:
@@ -51,23 +53,23 @@ class Solver:
         return next(filter(None, (refusal(problem) for refusal in self.refusals)), "")
 
     def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
-        module, program = self._imported(), program_of(problem, self.infinite)
-        with silence():  # OSQP prints a message when a factorization fails
-            x, y, solved, seconds, statement = self.call(module, problem, program, tol, time_limit)
-        z = None if x is None else np.array(x)
-        if z is not None and y is not None and isinstance(problem.origin, Program):
-            z = problem.origin.z_of(z, np.array(y), program_of(problem))
-        return Claim(z, solved, seconds, statement)
-
-    def _imported(self) -> Any:
-        """The module. OptionError if it is not installed."""
         try:
-            return import_module(self.module)
+            module = import_module(self.module)
         except ModuleNotFoundError as error:
             if error.name != self.module.partition(".")[0]:
                 raise
             hint = "pip install 'linear-complementarity[peers]'"
             raise OptionError("--peer", f"{error.name} is not installed", hint) from None
+        program = program_of(problem, self.infinite)
+        with silence():  # OSQP prints a message when a factorization fails
+            self.compile(module)
+            began = clock.seconds()
+            x, y, solved, statement = self.call(module, problem, program, tol, time_limit)
+            seconds = clock.seconds() - began
+        z = None if x is None else np.array(x)
+        if z is not None and y is not None and isinstance(problem.origin, Program):
+            z = problem.origin.z_of(z, np.array(y), program_of(problem))
+        return Claim(z, solved, seconds, statement)
 
 
 QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
@@ -78,16 +80,17 @@ def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
 
     It has no tolerance and no time limit.
     """
+    result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
+    return result.z, None, bool(result.success), QUANTECON_STATUS.get(result.status, f"status {result.status}")
+
+
+quantecon = Solver(
+    "quantecon.optimize",
+    _quantecon,
+    (bounded, not_dense),
     # a first call compiles it for writable arrays in row-major order, as M and q are
-    optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6)
-    began = clock.seconds()
-    M, q = dense(problem.M), problem.q.copy()
-    result = optimize.lcp_lemke(M, q, max_iter=10**6)
-    seconds = clock.seconds() - began
-    return result.z, None, bool(result.success), seconds, QUANTECON_STATUS.get(result.status, f"status {result.status}")
-
-
-quantecon = Solver("quantecon.optimize", _quantecon, (bounded, not_dense))
+    compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
+)
 
 
 def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
@@ -100,10 +103,9 @@ def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_
     from scipy.sparse import eye, triu
 
     settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.time_limit = time_limit
+    settings.verbose, settings.time_limit = False, time_limit
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
-    began, one = clock.seconds(), eye(program.c.size).tocsr()
+    one = eye(program.c.size).tocsr()
     low, high = np.isfinite(program.lower), np.isfinite(program.upper)
     equal = program.row_lower == program.row_upper
     below, above = np.isfinite(program.row_lower) & ~equal, np.isfinite(program.row_upper) & ~equal
@@ -112,14 +114,12 @@ def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_
     b = np.concatenate((program.row_lower[equal], *ends))
     cones = [clarabel.ZeroConeT(int(equal.sum()))] if equal.any() else []
     cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
-    P, q = columns(triu(program.Q)), program.c.copy()
-    solution = clarabel.DefaultSolver(P, q, A, b, cones, settings).solve()
-    seconds = clock.seconds() - began
+    solution = clarabel.DefaultSolver(columns(triu(program.Q)), program.c.copy(), A, b, cones, settings).solve()
     y, dual = np.zeros(equal.size), np.split(np.array(solution.z), np.cumsum([equal.sum(), below.sum(), above.sum()]))
     y[equal] = -dual[0]
     y[below] += dual[1]
     y[above] -= dual[2]
-    return solution.x, y, solution.status == clarabel.SolverStatus.Solved, seconds, str(solution.status)
+    return solution.x, y, solution.status == clarabel.SolverStatus.Solved, str(solution.status)
 
 
 clarabel = Solver("clarabel", _clarabel, (not_sparse, not_convex))
@@ -146,16 +146,14 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     A nonsymmetric M is treated as an affine variational inequality, provided that v'Mv >= 0 for all v. The tolerance is
     the primal one; the dual tolerance stays at 1e-12.
     """
-    limit = min(time_limit, INFINITE_TO_DAQP)
+    limit, k = min(time_limit, INFINITE_TO_DAQP), program.c.size
     settings = {"is_avi": not is_symmetric(program.Q), "primal_tol": tol, "time_limit": limit}
-    began, k = clock.seconds(), program.c.size
     Q, c, A = dense(program.Q), program.c.copy(), dense(program.A)
     lower = np.concatenate((program.lower, program.row_lower))
     upper = np.concatenate((program.upper, program.row_upper))
     sense = np.where((lower == upper) & (np.arange(lower.size) >= k), EQUATION, 0).astype(np.int32)
     x, _, flag, more = daqp.solve(Q, c, A, upper, lower, sense, **settings)
-    seconds = clock.seconds() - began
-    return x, -np.array(more["lam"])[k:], flag == 1, seconds, DAQP_STATUS.get(flag, f"exit flag {flag}")
+    return x, -np.array(more["lam"])[k:], flag == 1, DAQP_STATUS.get(flag, f"exit flag {flag}")
 
 
 daqp = Solver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)
@@ -180,7 +178,7 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
     highs.setOptionValue("time_limit", time_limit)
     highs.setOptionValue("kkt_tolerance", max(tol, SMALLEST_TOLERANCE))
     highs.setOptionValue("qp_regularization_value", 0.0)
-    began, k, m = clock.seconds(), program.c.size, program.row_lower.size
+    k, m = program.c.size, program.row_lower.size
     model = highspy.HighsModel()
     lp, hessian = model.lp_, model.hessian_
     rows = columns(program.A if m else np.eye(1, k))
@@ -194,16 +192,13 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
         triangle = columns(tril(program.Q))
         hessian.dim_, hessian.format_ = k, highspy.HessianFormat.kTriangular
         hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
-    accepted = highs.passModel(model) != highspy.HighsStatus.kError
-    if accepted:
-        highs.run()
-    seconds = clock.seconds() - began
-    if not accepted:
-        return None, None, False, seconds, "refused the model"
+    if highs.passModel(model) == highspy.HighsStatus.kError:
+        return None, None, False, "refused the model"
+    highs.run()
     status, solution = highs.getModelStatus(), highs.getSolution()
     x = solution.col_value if solution.value_valid else None
-    y = solution.row_dual[:m]
-    return x, y, status == highspy.HighsModelStatus.kOptimal, seconds, highs.modelStatusToString(status)
+    is_optimal = status == highspy.HighsModelStatus.kOptimal
+    return x, solution.row_dual[:m], is_optimal, highs.modelStatusToString(status)
 
 
 highs = Solver("highspy", _highs, (not_sparse, not_convex))
@@ -222,7 +217,6 @@ def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
 
     solver, known = osqp.OSQP(), osqp.SolverStatus
     limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, LONGEST)}
-    began = clock.seconds()
     P, q = columns(triu(program.Q)), program.c.copy()
     A = columns(program.A, eye(q.size))
     lower = np.concatenate((program.row_lower, program.lower))
@@ -231,14 +225,14 @@ def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
         solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
         result = solver.solve(raise_error=False)
     except osqp.OSQPException as error:
-        return None, None, False, clock.seconds() - began, f"refused the problem with error {error}"
-    seconds, status = clock.seconds() - began, result.info.status_val
+        return None, None, False, f"refused the problem with error {error}"
+    status = result.info.status_val
     if status == known.OSQP_SIGINT:
         raise KeyboardInterrupt  # Ctrl-C, which OSQP has intercepted
     limited = known.OSQP_MAX_ITER_REACHED, known.OSQP_TIME_LIMIT_REACHED
     x = result.x if status in (known.OSQP_SOLVED, known.OSQP_SOLVED_INACCURATE, *limited) else None
     y = -np.array(result.y)[: program.row_lower.size]
-    return x, y, status == known.OSQP_SOLVED, seconds, result.info.status
+    return x, y, status == known.OSQP_SOLVED, result.info.status
 
 
 osqp = Solver("osqp", _osqp, (not_sparse, not_convex))
@@ -251,12 +245,10 @@ def _piqp(piqp: Any, problem: Problem, program: ProgramData, tol: float, _: floa
     The tolerance applies to its residuals and to the duality gap: relative, and absolute in units of the largest |q_i|.
     It has no time limit, but stops after 250 iterations.
     """
-    sparse = is_sparse(problem.M)
-    solver, stored = (piqp.SparseSolver(), columns) if sparse else (piqp.DenseSolver(), dense)
+    solver, stored = (piqp.SparseSolver(), columns) if is_sparse(problem.M) else (piqp.DenseSolver(), dense)
     settings = solver.settings
     settings.eps_rel = settings.eps_duality_gap_rel = tol
     settings.eps_abs = settings.eps_duality_gap_abs = tol * (float(np.abs(problem.q).max()) or 1.0)
-    began = clock.seconds()
     bounds = {"x_l": program.lower} | ({"x_u": program.upper} if np.isfinite(program.upper).any() else {})
     equal = program.row_lower == program.row_upper
     if equal.any():
@@ -266,10 +258,9 @@ def _piqp(piqp: Any, problem: Problem, program: ProgramData, tol: float, _: floa
         bounds |= {"G": stored(program.A[~equal]), "h_l": others[0], "h_u": others[1]}
     solver.setup(stored(program.Q), program.c.copy(), **bounds)
     status = solver.solve()
-    seconds = clock.seconds() - began
     result, y = solver.result, np.zeros(equal.size)
     y[equal], y[~equal] = -np.array(result.y), np.array(result.z_l) - np.array(result.z_u)
-    return result.x, y, status == piqp.PIQP_SOLVED, seconds, status.name
+    return result.x, y, status == piqp.PIQP_SOLVED, status.name
 
 
 piqp = Solver("piqp", _piqp, (not_convex,))

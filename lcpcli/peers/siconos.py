@@ -57,12 +57,8 @@ class Siconos:
     solver: str
     iterations: int = 0
 
-    @property
-    def python(self) -> str:
-        return os.environ.get(PYTHON, sys.executable)
-
     def version(self) -> str | None:
-        return _version(self.python)
+        return _version(_python())
 
     def excludes(self, problem: Problem) -> str:
         return bounded(problem) or not_dense(problem)
@@ -71,15 +67,20 @@ class Siconos:
         if self.version() is None:
             raise OptionError("--peer", "Siconos is not installed", f"set {PYTHON} to a Python interpreter that has it")
         with tempfile.TemporaryDirectory() as folder:
-            problem_file, result_file = str(Path(folder) / "problem.npz"), str(Path(folder) / "result.npz")
-            np.savez(problem_file, M=dense(problem.M), q=problem.q)
-            arguments = [problem_file, result_file, self.solver, str(tol), str(self.iterations)]
-            ending, seconds = _run([self.python, "-c", SOLVE, *arguments], time_limit)
+            files = [str(Path(folder) / name) for name in ("problem.npz", "result.npz")]
+            np.savez(files[0], M=dense(problem.M), q=problem.q)
+            ending, seconds = _run(
+                [_python(), "-c", SOLVE, *files, self.solver, str(tol), str(self.iterations)], time_limit
+            )
             if ending:
                 return Claim(None, False, seconds, ending)
-            with np.load(result_file) as result:
+            with np.load(files[1]) as result:
                 info = int(result["info"])
                 return Claim(result["z"], info == 0, float(result["seconds"]), f"info {info}")
+
+
+def _python() -> str:
+    return os.environ.get(PYTHON, sys.executable)
 
 
 def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:

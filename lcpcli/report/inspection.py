@@ -6,7 +6,7 @@ import math
 from textwrap import wrap
 
 from lcpcli.errors import count
-from lcpcli.inspection.difficulty import Factorization, Spread
+from lcpcli.inspection.difficulty import Factorization
 from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.theory import Rate
 from lcpcli.linalg.matrices import is_sparse
@@ -158,8 +158,8 @@ def as_json(found: Inspection) -> str:
             name: {"verdict": own.word, "evidence": own.evidence, "indices": own.indices, "vector": own.vector}
             for name, own in found.classes.items()
         },
-        "spread": _spread(found.spread),
-        "equilibrated_spread": _spread(found.equilibrated_spread),
+        "spread": {f"{key}_decades": value for key, value in vars(found.spread).items()},
+        "equilibrated_spread": {f"{key}_decades": value for key, value in vars(found.equilibrated_spread).items()},
         "condition": found.condition,
         "equilibrated_condition": scaled,
         "singular": None if scaled is None else math.isinf(scaled),
@@ -180,10 +180,6 @@ def as_json(found: Inspection) -> str:
 
 
 NO_RATE = {"omega": None, "factor": None, "iterations": None}
-
-
-def _spread(spread: Spread) -> dict[str, float]:
-    return {"rows_decades": spread.rows, "columns_decades": spread.columns}
 
 
 def _factorization(own: Factorization) -> dict[str, object]:

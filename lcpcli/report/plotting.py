@@ -35,11 +35,10 @@ def convergence(panels: Sequence[Panel], form: str) -> bytes:
     """A picture with one row a panel: the error against the run time and against the iteration."""
     require()
     require_room(len(panels))
-    from lcpcli.report.figures import convergence_figure, style
+    from lcpcli.report.figures import run_figures, style
 
-    with style.context():
-        told = [f"{panel.title}: {panel.provenance}" for panel in panels]
-        return style.save(convergence_figure.draw(panels), form, "Error against run time and iteration", told)
+    told = [f"{panel.title}: {panel.provenance}" for panel in panels]
+    return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", told)
 
 
 def bench(
@@ -55,10 +54,9 @@ def bench(
     for the file's metadata.
     """
     require()
-    from lcpcli.report.figures import bench_figure, style
+    from lcpcli.report.figures import run_figures, style
 
-    with style.context():
-        return style.save(bench_figure.draw(profiles, panels, growth_panels), form, "Benchmark", provenance)
+    return style.file(lambda: run_figures.draw_bench(profiles, panels, growth_panels), form, "Benchmark", provenance)
 
 
 def cones(picture: Cones, form: str) -> bytes:
@@ -66,8 +64,7 @@ def cones(picture: Cones, form: str) -> bytes:
     require()
     from lcpcli.report.figures import cones_figure, style
 
-    with style.context():
-        return style.save(cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
+    return style.file(lambda: cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
 
 
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
@@ -197,16 +194,13 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
     """
     drawn = []
     for results in runs:
-        problem = results[0].problem
+        problem, curves = results[0].problem, []
         measure = "error" if problem.solutions else "residual"
+        for result in results:
+            kept, label = result.curve or result.trace, wording.name(result).replace(" warm", ", warm")
+            rows = kept.rows if kept else []
+            k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
+            curves.append(Curve(result.method, label, k, seconds, errors, result.solved))
         title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
-        curves = [_curve(result, measure) for result in results]
         drawn.append(Panel(title, measure, curves, "; ".join(wording.provenance(results))))
     return drawn
-
-
-def _curve(result: Result, measure: str) -> Curve:
-    kept = result.curve or result.trace
-    rows = kept.rows if kept else []
-    k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-    return Curve(result.method, wording.name(result).replace(" warm", ", warm"), k, seconds, errors, result.solved)

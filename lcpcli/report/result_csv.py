@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from io import StringIO
 from typing import Any, TypeAlias
 
@@ -25,27 +25,31 @@ ITERATES = "iterates, "
 OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
 
 Cells: TypeAlias = Sequence[Any]
+Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]  # names of columns, and cells of each row
 
 
 def answers_text(results: Sequence[Result], compared: bool) -> str:
     """Columns component, z, w (fractions where these are proved) and, if a problem has bounds, state; of results that
     are compared, problem and method before them. Behind them the names of components, if there are any, and of programs
     and games what each component is."""
-    mixed = any(result.problem.bounds for result in results)
     programs, games = (any(isinstance(result.problem.origin, kind) for result in results) for kind in (Program, Game))
-    named = games or any(any(result.problem.names) for result in results)
-    first = [*["problem", "method"] * compared, *COLUMNS, *[STATE] * mixed]
-    rows: list[Cells] = [[*first, *["name"] * named, *OF_PROGRAM * programs, *OF_GAME * games]]
+    parts = [
+        *[_STATES] * any(result.problem.bounds for result in results),
+        *[_NAMES] * (games or any(any(result.problem.names) for result in results)),
+        *[(OF_PROGRAM, _of_program)] * programs,
+        *[(OF_GAME, _of_game)] * games,
+    ]
+    header = [*["problem", "method"] * compared, *COLUMNS, *(name for names, _ in parts for name in names)]
+    rows: list[Cells] = [header]
     for result in results:
-        start = [result.problem.name, wording.name(result)] * compared
-        rows += _rows(result, start, mixed, _ends(result, named, programs, games))
+        rows += _rows(result, [result.problem.name, wording.name(result)] * compared, parts)
     return written(rows, wording.provenance(results))
 
 
 def part(result: Result, source: str) -> str:
     """The lines of one of many problems, with state and name, below comments on the result."""
-    names = [[_in_a_line(name)] for name in result.problem.names]
-    return written(_rows(result, [source], True, names), wording.provenance([result])[1:])
+    names = [[wording.in_a_line(name)] for name in result.problem.names]
+    return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), wording.provenance([result])[1:])
 
 
 def iterates_text(results: Sequence[Result]) -> str:
@@ -79,12 +83,11 @@ def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
     return out.getvalue()
 
 
-def _rows(result: Result, start: Cells, mixed: bool, ends: Sequence[Cells]) -> list[Cells]:
-    """A line for each component, which starts with these cells and ends with its own; mixed is whether it has the
-    state."""
-    states = [[state] for state in result.basis] if mixed else [[]] * result.problem.n
-    lines = zip(*_vectors(result), states, ends, strict=True)
-    return [[*start, i, z, w, *state, *end] for i, (z, w, state, end) in enumerate(lines, 1)]
+def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
+    """A line for each component, which starts with these cells and ends with those of the parts."""
+    ends = [cells(result) for _, cells in parts]
+    lines = enumerate(zip(*_vectors(result), *ends, strict=True), 1)
+    return [[*start, i, z, w, *(cell for own in more for cell in own)] for i, (z, w, *more) in lines]
 
 
 def _vectors(result: Result) -> tuple[Cells, Cells]:
@@ -102,26 +105,20 @@ def _fractions(values: Cells) -> Cells:
     return [value if value is None or isinstance(value, float) else text(value) for value in values]
 
 
-def _ends(result: Result, named: bool, programs: bool, games: bool) -> list[Cells]:
-    """The last cells of each component: its name, what it is of a program, and what it is of a game."""
-    problem = result.problem
-    names, blanks = problem.names, [("", "", "")] * problem.n
-    of_program: Sequence[Cells] = blanks
-    of_game: Sequence[Cells] = blanks
-    if isinstance(problem.origin, Program):
-        of_program = _of_program(result) or blanks
-    elif isinstance(problem.origin, Game):
-        rows, columns = answers.strategy_names(problem.origin, math.inf)
-        names, of_game = [*rows, *columns], _of_game(result, problem.origin)
-    cells = zip(names, of_program, of_game, strict=True)
-    return [[*[_in_a_line(name)] * named, *one[: 3 * programs], *other[: 3 * games]] for name, one, other in cells]
+def _names(result: Result) -> list[Cells]:
+    """The name of each component; of a game that of its strategy."""
+    names, origin = result.problem.names, result.problem.origin
+    if isinstance(origin, Game):
+        rows, columns = answers.strategy_names(origin, math.inf)
+        names = [*rows, *columns]
+    return [[wording.in_a_line(name)] for name in names]
 
 
 def _of_program(result: Result) -> list[Cells]:
     """Whether each component is x, y or s, its value in the program's own sense, and the multiplier of its bounds."""
     answer = result.answer
     if not isinstance(answer, Minimum) or answer.x is None:
-        return []
+        return [("", "", "")] * result.problem.n
     assert answer.y is not None
     assert answer.bound_multipliers is not None
     x, y = answer.x.tolist(), answer.y.tolist()
@@ -132,9 +129,11 @@ def _of_program(result: Result) -> list[Cells]:
     return [*cells, *(("s", value, "") for value in _vectors(result)[0][len(cells) :])]
 
 
-def _of_game(result: Result, game: Game) -> list[Cells]:
+def _of_game(result: Result) -> list[Cells]:
     """The player that each component is of, the probability of its strategy, and what the player gets in all."""
-    exact = result.exact
+    exact, game = result.exact, result.problem.origin
+    if not isinstance(game, Game):
+        return [("", "", "")] * result.problem.n
     z = np.array(exact.z, dtype=object) if exact is not None and exact.z and exact.w else result.z
     *probabilities, by_row, by_column = _fractions(answers.iterate_of_game(game, z))
     m, k = game.A.shape
@@ -142,5 +141,5 @@ def _of_game(result: Result, game: Game) -> list[Cells]:
     return [(player, value, payoff) for (player, payoff), value in zip(players, probabilities, strict=True)]
 
 
-def _in_a_line(name: str) -> str:
-    return " ".join(name.split())
+_STATES: Part = ((STATE,), lambda result: [[state] for state in result.basis])
+_NAMES: Part = (("name",), _names)

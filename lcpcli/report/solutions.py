@@ -179,7 +179,7 @@ def in_csv(found: SolutionSet, exact: bool) -> str:
     any, are last."""
     header: Cells = HEADER if found.equilibria is None else OF_GAMES
     rows = _of_pieces(found, exact) if found.equilibria is None else _of_equilibria(found.equilibria, exact)
-    names = [" ".join(name.split()) for name in found.data.problem.names]
+    names = list(map(wording.in_a_line, found.data.problem.names))
     if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns
         header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, cycle(names), strict=False))
     comment = ": ".join(filter(None, [found.data.problem.name, found.message]))
@@ -211,19 +211,14 @@ def require(problem: Problem) -> None:
 def cones(found: SolutionSet) -> Cones:
     """The cones, and which of them hold q: those whose set has a solution with w = 0 in it and z = 0 outside."""
     problem = found.data.problem
-    solutions = [(z, found.data.w(z)) for z in found.points]
-    sets = [(first, second) for second, first in product((False, True), repeat=2)]
+    solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]
+    sets = [(first, second) for second, first in product((0, 1), repeat=2)]  # of the unknowns that may be positive
     return Cones(
         title=wording.title(problem),
         M=matrices.dense(problem.M).tolist(),
         q=problem.q.tolist(),
-        holding=[any(_is_of(basic, z, w) for z, w in solutions) for basic in sets],
+        holding=[any(not (one[first] or other[second]) for one, other in solutions) for first, second in sets],
         count=found.count,
         names=tuple(problem.names),
         provenance=[f"{wording.PROGRAM}: {found.message}"],
     )
-
-
-def _is_of(basic: tuple[bool, bool], z: Values, w: Values) -> bool:
-    """Whether a solution has w = 0 where basic, and z = 0 elsewhere."""
-    return not any(w_i if is_basic else z_i for is_basic, z_i, w_i in zip(basic, z, w, strict=True))

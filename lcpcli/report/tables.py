@@ -15,7 +15,6 @@ from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import TraceRow
 from lcpcli.typing import Indices
-from lcpcli.verify.certificate import Certificate
 
 LEFT = ("method", "status", "piece", "", "row", "column")  # left-aligned columns
 
@@ -89,16 +88,21 @@ def build(
     if game is not None:
         own = room(form, width)
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
-    runs = [(result, _rows(result)) for result in results]
-    rows = [row for _, own_rows in runs for row in own_rows]
+    kept = [result.trace.rows if result.trace else [] for result in results]
+    shown = [own[1:] if len(own) > 1 else own for own in kept]  # the starting point only if there is nothing else
+    rows = [row for own in shown for row in own]
     others = _other_columns(problem, rows)
     header = ["method", "k", *_columns(problem, components, longest(form)), *others]
     groups = []
-    for result, own_rows in runs:
-        largest, labels = float(np.abs(result.z).max()), _labels(own_rows, result)
-        group = [[label, str(row.k)] for label, row in zip(labels, own_rows, strict=True)]
-        for cells, row in zip(group, own_rows, strict=True):
-            cells += [*_cells(row, largest, components, game), *(cell(row) for cell in others.values())]
+    for result, own_rows in zip(results, shown, strict=True):
+        largest, earlier, group = float(np.abs(result.z).max()), "", list[list[str]]()
+        for row in own_rows:
+            label = wording.name(result) if row.method == result.method else row.method + " warm" * result.warm
+            first_cells = [label if label != earlier else "", str(row.k)]
+            group.append(
+                [*first_cells, *_cells(row, largest, components, game), *(cell(row) for cell in others.values())]
+            )
+            earlier = label
         groups.append(group)
     facts = [] if compared else outcome.facts(first, width, whole)
     elided = components is not None if compared else ELLIPSIS in "".join(facts)
@@ -117,12 +121,6 @@ def build(
         summary=summary,
         leaders=outcome.leaders(results),
     )
-
-
-def _rows(result: Result) -> list[TraceRow]:
-    """The iterates that a table shows: the starting point only if there is nothing else."""
-    rows = result.trace.rows if result.trace else []
-    return rows[1:] if len(rows) > 1 else rows
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
@@ -167,13 +165,6 @@ def _other_columns(problem: Problem, rows: Sequence[TraceRow]) -> dict[str, Call
     return columns
 
 
-def _labels(rows: Sequence[TraceRow], result: Result) -> list[str]:
-    """The name of each row's method, or of the run for its own method, where it differs from that of the row before."""
-    start = " warm" * result.warm
-    names = [wording.name(result) if row.method == result.method else row.method + start for row in rows]
-    return [name if name != earlier else "" for name, earlier in zip(names, ["", *names], strict=False)]
-
-
 def _disproof(results: Sequence[Result]) -> list[str]:
     """The remark that the problem has a solution after all, where it is said to have none."""
     solved, verdict = [result for result in results if result.solved], results[0].problem.verdict
@@ -188,19 +179,16 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[st
         by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
         texts = (wording.advice(result), by, outcome.doubt(result), outcome.spread(result), outcome.bound(result))
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
-    remarks += [_certificate(result.certificate) for result in results if result.certificate and not result.exact]
+    for certificate in (result.certificate for result in results if not result.exact):
+        if certificate is not None:
+            vector = None if certificate.vector is None else certificate.vector.tolist()
+            own = "" if vector is None else f" {wording.vector(vector, wording.multiplier)}"
+            remarks.append(f"certificate: {certificate.kind}{own}")
     remarks += [line for result in results if result.exact for line in _exact(result.exact, result.solved)]
     remarks += [line for result in results for line in answers.lines(result, compared)]
     if elided:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks
-
-
-def _certificate(certificate: Certificate) -> str:
-    """The kind of a certificate, and its vector as far as it fits on a line."""
-    vector = certificate.vector
-    own = "" if vector is None else f" {wording.vector(vector.tolist(), wording.multiplier)}"
-    return f"certificate: {certificate.kind}{own}"
 
 
 def _exact(exact: Exact, solved: bool) -> list[str]:

@@ -87,9 +87,14 @@ def finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
+def in_a_line(text: str) -> str:
+    """The text, with one blank for each line break and each run of blanks."""
+    return " ".join(text.split())
+
+
 def title(problem: Problem) -> str:
     """The name of a problem, in one line."""
-    return " ".join(problem.name.split())
+    return in_a_line(problem.name)
 
 
 def level(value: float) -> str:
@@ -155,7 +160,7 @@ def provenance(results: Sequence[Result]) -> list[str]:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
         options = "".join(f", {name}={value}" for name, value in _options(result, whole=True).items())
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
-        told.append(f"{problem}: {name(result)}{by}{options}: {' '.join(result.message.split())}")
+        told.append(f"{problem}: {name(result)}{by}{options}: {in_a_line(result.message)}")
     return told
 
 

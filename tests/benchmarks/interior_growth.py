@@ -12,8 +12,9 @@ import subprocess
 import sys
 
 import lcpcli
-from lcpcli.bench.statistics import Fit, growth
+from lcpcli.bench.statistics import growth
 from lcpcli.gallery import families as gallery
+from lcpcli.report.figures.data import Power
 
 SIZES = (3_000, 10_000, 30_000, 100_000)
 FAMILIES = {"control": SIZES, "transport": SIZES, "two-obstacles": (3_025, 10_000, 30_276, 99_856)}
@@ -32,7 +33,7 @@ def solved(family: str, n: int) -> dict[str, float]:
     return {"n": problem.n, "seconds": seconds, "iterations": results[0].iterations, "megabytes": added}
 
 
-def shown(fit: Fit | None) -> str:
+def shown(fit: Power | None) -> str:
     return "too few sizes" if fit is None else f"n^{fit.exponent:.2f} ± {fit.margin:.2f}"
 
 

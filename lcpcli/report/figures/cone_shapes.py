@@ -4,26 +4,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 TURN = 2 * math.pi
 SAME = 1e-9  # radians: directions closer than that are one, far below what a picture shows
 SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))  # of the j with z_j > 0 allowed; w_j for the others
 SECTOR, RAY, LINE, POINT = "sector", "ray", "line", "point"
+ARC, APART = 84.0, 13.5  # in points: the radius of the outermost arc, and how much smaller the next is
 
 
 @dataclass(frozen=True)
 class Cone:
     """The angles of a cone, in radians.
 
-    kind : SECTOR; RAY from the origin; LINE through it; or POINT, the origin alone.
-    parts : where a sector starts and how far it extends; the same of each ray, with the extent 0.
+    parts : where a sector starts and how far it extends; the same of each ray of another cone, with the extent 0.
     level : a number that no two cones share which overlap, the smallest that is possible in the order of SETS.
     """
 
-    kind: str
     parts: tuple[tuple[float, float], ...]
     level: int = 0
+
+    @property
+    def kind(self) -> str:
+        """SECTOR; RAY from the origin; LINE through it; or POINT, the origin alone."""
+        return SECTOR if any(extent for _, extent in self.parts) else (POINT, RAY, LINE)[len(self.parts)]
+
+    @property
+    def radius(self) -> float:
+        return ARC - APART * self.level
+
+    def holds(self, direction: float) -> bool:
+        """Whether a sector has a direction in its interior."""
+        return any(SAME < (direction - start) % TURN < extent - SAME for start, extent in self.parts)
+
+    def overlaps(self, other: Cone) -> bool:
+        """Whether two sectors have an interior point in common, or a ray or line has one with another cone, but for
+        0."""
+        margin = -SAME if self.kind == other.kind == SECTOR else SAME
+        turns = [((there - here) % TURN, own, its) for here, own in self.parts for there, its in other.parts]
+        return any(turn < own + margin or TURN - turn < its + margin for turn, own, its in turns)
 
 
 def angle(vector: Sequence[float]) -> float | None:
@@ -43,36 +62,26 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
     directions = generators(M)
     made: list[Cone] = []
     for chosen in SETS:
-        cone = _spanned([directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)])
-        taken = {other.level for other in made if _overlap(cone, other)}
-        made.append(replace(cone, level=min(set(range(len(SETS))) - taken)))
+        cone = Cone(_spanned([directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]))
+        taken = {other.level for other in made if cone.overlaps(other)}
+        made.append(Cone(cone.parts, min(set(range(len(SETS))) - taken)))
     return made
 
 
-def _spanned(by: Sequence[float | None]) -> Cone:
-    """The cone of two generators."""
+def _spanned(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
+    """The parts of the cone of two generators."""
     angles = [one for one in by if one is not None]
     if not angles:
-        return Cone(POINT, ())
+        return ()
     first, last = angles[0], angles[-1]
-    turn = (last - first + math.pi) % TURN - math.pi
+    turn = turn_to(first, last)
     if abs(turn) < SAME:
-        return Cone(RAY, ((first, 0.0),))
+        return ((first, 0.0),)
     if abs(turn) > math.pi - SAME:
-        return Cone(LINE, ((first, 0.0), (first + math.pi, 0.0)))
-    return Cone(SECTOR, ((first if turn > 0 else last, abs(turn)),))
+        return ((first, 0.0), (first + math.pi, 0.0))
+    return ((first if turn > 0 else last, abs(turn)),)
 
 
-def holds(cone: Cone, direction: float) -> bool:
-    """Whether a sector has a direction in its interior."""
-    return any(SAME < (direction - start) % TURN < extent - SAME for start, extent in cone.parts)
-
-
-def _overlap(one: Cone, other: Cone) -> bool:
-    """Whether two sectors have an interior point in common, or a ray or line has one with another cone, but for 0."""
-    margin = -SAME if one.kind == other.kind == SECTOR else SAME
-    for start, extent in one.parts:
-        turns = [((other_start - start) % TURN, other_extent) for other_start, other_extent in other.parts]
-        if any(turn < extent + margin or TURN - turn < other_extent + margin for turn, other_extent in turns):
-            return True
-    return False
+def turn_to(first: float, last: float) -> float:
+    """The angle from one direction to another, from -pi to pi."""
+    return (last - first + math.pi) % TURN - math.pi

@@ -43,11 +43,16 @@ class Panel:
 
 @dataclass(frozen=True)
 class Power:
-    """The fit seconds = coefficient n^exponent, and the margin of the exponent's confidence interval."""
+    """The fit seconds = coefficient n^exponent, by least squares on the logarithms.
+
+    margin : of the exponent's confidence interval, for independent normal errors in the logarithms.
+    r_squared : the fraction of the variance explained by the fit.
+    """
 
     exponent: float
     margin: float
     coefficient: float
+    r_squared: float
 
 
 @dataclass(frozen=True)

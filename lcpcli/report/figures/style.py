@@ -7,7 +7,7 @@ that the methods' lightness rises in steps of about ten and they are told apart 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -166,12 +166,13 @@ def context() -> AbstractContextManager[None]:
     return matplotlib.style.context(SETTINGS, after_reset=True)
 
 
-def save(figure: Figure, form: str, title: str, provenance: Sequence[str]) -> bytes:
+def file(draw: Callable[[], Figure], form: str, title: str, provenance: Sequence[str]) -> bytes:
     """The figure as a file, with its provenance as metadata; the same figure gives the same bytes."""
     subject, without = METADATA[form]
     metadata = {"Title": title, subject: "; ".join(provenance), without: None}
     buffer = BytesIO()
-    figure.savefig(buffer, format=form, dpi=PNG_DPI, metadata=metadata)
+    with context():
+        draw().savefig(buffer, format=form, dpi=PNG_DPI, metadata=metadata)
     return buffer.getvalue()
 
 

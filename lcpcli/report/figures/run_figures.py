@@ -1,0 +1,242 @@
+"""Runs as figures, with one legend below all axes, which names every method once.
+
+How runs converge: one row a problem, error against run time on the left and against the iteration on the right. Curves
+have few markers, rings around what is beyond the axes, and a cross where a run failed. A benchmark: performance
+profile, error against run time, and growth of time over n.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
+
+from lcpcli.report.figures import data
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Point, Profile, Range
+from lcpcli.report.figures.style import FONT, PAGE, ROW, SMALL, WIDTH, Look, Looks, fitted, looks
+
+MEASURES = {
+    "error": r"error $\|z - z^*\|_\infty$",
+    "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
+}
+MOST_MARKERS = 12
+MOST_TICKS = 6
+STRIP = "0.92"
+UNEVEN = 20  # how many times longer than the shortest the longest run is where iterations are counted by powers of ten
+GREY = "0.35"
+SAMPLE = 0.6  # inches that a sample takes in front of its label in the legend
+BEYOND, UNSOLVED = "0 or beyond the axis", "not solved"
+SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist in axes has
+    BEYOND: {"linestyle": "", "marker": "o", "markersize": 8, "markerfacecolor": "none", "markeredgewidth": 0.7},
+    UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
+}
+
+
+def draw_convergence(panels: Sequence[Panel]) -> Figure:
+    """The figure of at least one panel."""
+    chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
+    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE)))
+    for panel, (left, right) in zip(panels, figure.subplots(len(panels), 2, sharey="row", squeeze=False), strict=True):
+        _against_time(left, panel, chosen, WIDTH)
+        right.set_xlabel("iteration")
+        counts = [[k for k in curve.k if k is not None] for curve in panel.curves]
+        across = _iteration_axis(right, [k[-1] for k in counts if k])
+        _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
+    return _with_legend(figure, chosen)
+
+
+def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None:
+    """Error against run time, both logarithmic. width : inches for the title, with its surroundings."""
+    axes.set_title(fitted(panel.title, FONT, width - 1.0))
+    axes.set(xlabel="run time (s)", ylabel=MEASURES[panel.measure])
+    across = data.times(second for curve in panel.curves for second in curve.seconds)
+    _log_axis(axes, "x", across)
+    _draw(axes, panel, across, [curve.seconds for curve in panel.curves], chosen)
+
+
+def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[float | None]], chosen: Looks) -> None:
+    """All curves of a panel in axes whose abscissa is set."""
+    up = data.errors(panel.curves)
+    _log_axis(axes, "y", up)
+    for turn, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
+        if points := data.inside(xs, curve.errors, across, up):
+            _draw_run(axes, points, chosen[curve.name, curve.label], curve.solved, turn)
+
+
+def _log_axis(axes: Axes, which: str, span: Range) -> None:
+    """Make the x or y axis logarithmic over a range, with ticks at powers of ten."""
+    axes.set(**{f"{which}scale": "log", f"{which}lim": (span.low, span.high)})
+    axis, shade = (axes.xaxis, axes.axvspan) if which == "x" else (axes.yaxis, axes.axhspan)
+    majors, minors = data.decades(span, MOST_TICKS)
+    axis.set_major_locator(FixedLocator(majors))
+    axis.set_minor_locator(FixedLocator(minors))
+    axis.set_minor_formatter(NullFormatter())
+    for strip in ((span.low, span.scale_low), (span.scale_high, span.high)):
+        if strip[0] < strip[1]:
+            shade(*strip, color=STRIP, linewidth=0, zorder=0)
+
+
+def _iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
+    """Count iterations on the x axis, evenly or, where the longest run hides the shortest, by powers of ten.
+
+    longest : the last k of each run.
+    """
+    most = max([*longest, 1])
+    if most >= 100 and most > UNEVEN * max(min(longest), 1):
+        axes.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
+        axes.xaxis.set_major_formatter("{x:.0f}")
+        low, high = -0.15, 1.6 * most
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
+        low, high = -0.03 * most, 1.08 * most
+    axes.set_xlim(low, high)
+    return Range(low, high, low, high)
+
+
+def _draw_run(axes: Axes, points: Sequence[Point], look: Look, solved: bool, turn: int) -> None:
+    """A run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
+    xs, ys = np.array([(p.x, p.y) for p in points]).T
+    if len(points) > 1:
+        axes.plot(xs, ys, zorder=2, **look.line)
+    outside = [i for i, p in enumerate(points) if p.beyond and (i == 0 or points[i - 1].beyond != p.beyond)]
+    some = outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]
+    marked = {*_marked(axes.transData.transform(np.column_stack((xs, ys))), turn), *some}
+    if not solved and len(points) > 1:
+        marked -= {len(points) - 1}
+    ringed = [i for i in sorted(marked) if points[i].beyond]
+    above: dict[str, Any] = {"color": look.color, "clip_on": False}
+    axes.plot(xs[sorted(marked)], ys[sorted(marked)], linestyle="", clip_on=False, zorder=3, **look.points)
+    if ringed:
+        axes.plot(xs[ringed], ys[ringed], label=BEYOND, zorder=4, **above, **SIGNS[BEYOND])
+    if not solved:
+        axes.plot(xs[-1], ys[-1], label=UNSOLVED, zorder=5, **above, **SIGNS[UNSOLVED])
+
+
+def _marked(at: Any, turn: int) -> list[int]:
+    """The first point, the last, and some between that are evenly spread along the curve as it is seen."""
+    if len(at) <= MOST_MARKERS:
+        return list(range(len(at)))
+    falling = np.column_stack((at[:, 0], np.minimum.accumulate(at[:, 1])))  # else oscillations would take all markers
+    length = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(falling, axis=0).T))))
+    shift = 0.25 * (turn % 4 - 1.5)
+    wanted = (np.arange(1, MOST_MARKERS - 1) + shift) / (MOST_MARKERS - 1) * length[-1]
+    return [0, *np.searchsorted(length, wanted).tolist(), len(at) - 1]
+
+
+def _with_legend(figure: Figure, chosen: Looks) -> Figure:
+    """The figure with a legend in as many columns as there is room for, by whose height it grows."""
+    figure.align_labels()
+    room = figure.get_figwidth() - SAMPLE
+    signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
+    entries = [(Line2D([], [], **(look.points | look.line)), label) for (_, label), look in chosen.items()]
+    entries += [(Line2D([], [], color=GREY, **sign), text) for text, sign in SIGNS.items() if text in signs]
+    handles, texts = [handle for handle, _ in entries], [fitted(text, SMALL, room) for _, text in entries]
+    for columns in sorted({math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)}, reverse=True):
+        legend = figure.legend(handles, ["-"] * len(entries), loc="outside lower center", ncols=columns)
+        for drawn, text in zip(legend.get_texts(), texts, strict=True):
+            drawn.set_text(text)  # a label given above that begins with _ is left out by matplotlib 3.7
+        size = legend.get_window_extent()
+        if size.width <= figure.bbox.width or columns == 1:
+            figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
+            break
+        legend.remove()
+    return figure
+
+
+EXPONENTS = 10  # of them in a column
+ROOM = 0.48  # of the length of the data's range of n, for a column of exponents
+DOUBLINGS = 12  # up to how many doublings the abscissa of a profile is marked in powers of 2, else of 10
+
+
+def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Sequence[GrowthPanel]) -> Figure:
+    """The figure: axes in two columns; an odd number of them begins with one as wide as the figure."""
+    growths = [growth for panel in growth_panels for growth in panel.growths]
+    runs = [curve for panel in panels for curve in panel.curves]
+    entries: list[Profile | Curve | Growth] = [*profiles, *runs, *growths]
+    chosen = looks((one.name, one.label) for one in entries)
+    count = bool(profiles) + len(panels) + len(growth_panels)
+    places = [0] * (count % 2) + list(range(count))
+    rows = len(places) // 2
+    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE)))
+    mosaic: dict[int, Axes] = figure.subplot_mosaic([places[i : i + 2] for i in range(0, len(places), 2)])
+    free = (mosaic[i] for i in range(count))
+    if profiles:
+        _profile(next(free), profiles, chosen)
+    for panel in panels:
+        _against_time(next(free), panel, chosen, WIDTH / 2)
+    for growth_panel in growth_panels:
+        _growth(next(free), growth_panel, chosen)
+    return _with_legend(figure, chosen)
+
+
+def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
+    """The share of problems that each solver solves within a multiple of the fastest solver's time."""
+    axes.set_title(f"Performance profile, {max(len(profile.ratios) for profile in profiles)} problems")
+    axes.set(xlabel="time / time of the fastest solver", ylabel="share of problems solved")
+    most = _ratio_axis(axes, profiles)
+    axes.set_ylim(-0.03, 1.03)
+    axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
+    for profile in profiles:
+        look = chosen[profile.name, profile.label]
+        xs = sorted({1.0, *(ratio for ratio in profile.ratios if ratio < math.inf), most})
+        ys = [sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1) for x in xs]
+        axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
+        every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
+        marks = sorted({*range(0, len(xs), every), len(xs) - 1})
+        axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
+
+
+def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
+    """A logarithmic abscissa from 1 to a little more than the largest ratio, which is returned."""
+    largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
+    most: float = max(largest, 2.0) ** 1.05
+    if math.log2(most) > DOUBLINGS:
+        _log_axis(axes, "x", Range(1.0, most, 1.0, most))
+        return most
+    axes.set_xscale("log", base=2, subs=[])
+    axes.set_xlim(1.0, most)
+    axes.xaxis.set_major_locator(LogLocator(2, numticks=8))
+    axes.xaxis.set_major_formatter("{x:.0f}")
+    return most
+
+
+def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
+    """Median run times with their quartiles, and on the right the exponents of n that were fitted, in their order.
+
+    Lines are the fitted powers of n; times to which none is fitted are joined.
+    """
+    axes.set_title(fitted(panel.title, FONT, WIDTH / 2 - 1.0))
+    axes.set(xlabel="$n$", ylabel="run time (s)")
+    lines = []
+    for one in panel.growths:
+        line = list(zip(one.n, one.seconds, strict=True))
+        if one.fit is not None:
+            line = [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
+        lines.append((one, chosen[one.name, one.label], line))
+    columns = math.ceil(sum(one.fit is not None for one in panel.growths) / EXPONENTS)
+    across = data.times(n for one in panel.growths for n in one.n)
+    right = across.high * (across.high / across.low) ** (ROOM * columns)
+    across = replace(across, high=right, scale_high=right)
+    up = data.times(t for one, _, line in lines for t in (*one.lower, *one.upper, *(y for _, y in line)))
+    _log_axis(axes, "x", across)
+    _log_axis(axes, "y", up)
+    entries = []
+    for one, look, line in lines:
+        axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
+        axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
+        points = data.inside(one.n, one.seconds, across, up)
+        axes.plot([p.x for p in points], [p.y for p in points], linestyle="", clip_on=False, zorder=3, **look.points)
+        if one.fit is not None:
+            sample = Line2D([], [], linestyle="", **look.points)
+            entries.append((line[-1][1], sample, rf"$n^{{{one.fit.exponent:.2f} \pm {one.fit.margin:.2f}}}$"))
+    if entries:
+        _, samples, exponents = zip(*sorted(entries, key=lambda entry: -entry[0]), strict=True)
+        spaces: dict[str, Any] = {"handlelength": 1, "columnspacing": 1, "handletextpad": 0.4}
+        axes.legend(samples, exponents, loc="center right", ncols=columns, **spaces)
