@@ -16,7 +16,7 @@ from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.stages import Stage, Transformation, begin, in_given_variables
+from lcpcli.methods.stages import Stage, begin, in_given_variables
 from lcpcli.model import changes as scaled
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -113,9 +113,9 @@ def _complete(chosen: dict[str, Any], method: str, problem: Problem, limits: Lim
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
 
 
-def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Transformation]:
+def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[scaled.Change]:
     """Those to make before a method runs, one after another."""
-    changes: list[Transformation] = []
+    changes: list[scaled.Change] = []
     if problem.reference_z is not None and method != "auto":  # which does so itself
         from lcpcli.model.changes import shifted
 
@@ -127,7 +127,7 @@ def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Tr
 def _stage(
     method: str,
     problem: Problem,
-    changes: Sequence[Transformation],
+    changes: Sequence[scaled.Change],
     start: Vector,
     in_force: dict[str, Any],
     finishing_clock: Callable[[], float] | None,
