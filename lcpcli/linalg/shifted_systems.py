@@ -97,8 +97,7 @@ class SuperLU:
     def solve(self, b: Vector) -> Vector:
         permuted = np.empty_like(b)
         permuted[self._solving] = b
-        x: Vector = self._lu.solve(permuted)[self._solving]
-        return x
+        return np.asarray(self._lu.solve(permuted)[self._solving])
 
     @property
     def nonzeros(self) -> int:
@@ -136,8 +135,7 @@ class LDL:
         self._solver = self._solver or made
 
     def solve(self, b: Vector) -> Vector:
-        x: Vector = self._solver.solve(self._S * b)
-        return x
+        return np.asarray(self._solver.solve(self._S * b))
 
     @property
     def order(self) -> Indices:
@@ -198,11 +196,7 @@ class Bordered:
     def factorize(self, d: Vector) -> None:
         self._inner.factorize(d[self._rest])
         self._W = np.column_stack([self._inner.solve(column) for column in self._B.T])
-        schur = self._E + np.diag(d[self._places]) - self._C @ self._W
-        try:
-            self._inverse = np.linalg.inv(schur)
-        except np.linalg.LinAlgError as error:
-            raise SingularMatrix from error
+        self._inverse = np.linalg.inv(self._E + np.diag(d[self._places]) - self._C @ self._W)
 
     def solve(self, b: Vector) -> Vector:
         y = self._inner.solve(b[self._rest])

@@ -18,8 +18,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
-from lcpcli.methods.gradients import gradient_steps
-from lcpcli.methods.newton import LEAST_INDEX_STEPS
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, gradient_steps
 from lcpcli.model.box import Basis, Box, moved
 from lcpcli.model.columns import Block
 from lcpcli.typing import Indices, Mask, Vector
@@ -101,19 +100,15 @@ class Pivoted:
     ended: Mask
     by_gradient: Mask
 
-    @classmethod
-    def none(cls, m: int, n: int) -> Pivoted:
-        """Before anything was solved."""
-        basis, masks = Basis(*np.zeros((2, m, n), dtype=bool)), np.zeros((2, m), dtype=bool)
-        return cls(np.zeros((m, n)), basis, np.zeros(m, dtype=np.intp), *masks)
-
 
 def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, is_late: Callable[[], bool]) -> Pivoted:
     """Block pivoting for the wanted problems, shape (m,), in at most so many steps, ended early once it is late.
 
     R, C : units in which sizes are compared, shape (n,).
     """
-    found, rows = Pivoted.none(*frame.q.shape), wanted.nonzero()[0]
+    rows, shape = wanted.nonzero()[0], frame.q.shape
+    states, masks = np.zeros((2, *shape), dtype=bool), np.zeros((2, wanted.size), dtype=bool)
+    found = Pivoted(np.zeros(shape), Basis(*states), np.zeros(wanted.size, dtype=np.intp), *masks)
     leaders, near = _neighbours(frame.q[rows] * R)
     cold, warm, leaders = rows[~near], rows[near], rows[leaders[near]]
     start, found.by_gradient[cold] = _start(frame.part(cold), R, C)
@@ -155,8 +150,7 @@ def _pivot(
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
     """The z of some rows after a step of iterative refinement, for their w."""
     basic = found.basis.basic[rows]
-    z: Vector = found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0))
-    return z
+    return np.asarray(found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0)))
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
@@ -172,8 +166,7 @@ def _neighbours(q: Vector) -> tuple[Indices, Mask]:
 
 def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
     distances, sizes = q[rows] - q[others], q[rows]
-    near: Mask = (distances**2).sum(axis=1) < NEAR**2 * (sizes**2).sum(axis=1)
-    return near
+    return np.asarray((distances**2).sum(axis=1) < NEAR**2 * (sizes**2).sum(axis=1))
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:

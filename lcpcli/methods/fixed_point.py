@@ -14,7 +14,6 @@ import numpy as np
 
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.krylov import ends, norm
-from lcpcli.linalg.matrices import product
 from lcpcli.methods.registry import ANDERSON, OMEGA
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled, ended
 from lcpcli.model.problem import Problem
@@ -23,11 +22,7 @@ from lcpcli.typing import Matrix, Vector
 
 
 def fixed_point(
-    problem: Problem,
-    x0: Vector,
-    *,
-    omega: float | str = OMEGA.value,
-    anderson: int = int(ANDERSON.value),
+    problem: Problem, x0: Vector, *, omega: float | str = OMEGA.value, anderson: int = int(ANDERSON.value)
 ) -> Stage:
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
 
@@ -39,23 +34,14 @@ def fixed_point(
     treats classes of H-matrices too); elsewhere it may diverge. It costs one factorization, then one product with M
     and one solve per iteration, and a second product if accelerated.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns.
     x0 : starting point, shape (n,), in the units of z.
     omega : modulus parameter in units of M, omega > 0; 1 is the published method. "auto" takes `best_omega`, at the
         cost of one more factorization.
     anderson : pairs of vectors kept by Anderson acceleration; 0 is the published method. If accelerated, x_(k+1)
         is computed as above, but from a combination of the last iterates instead of x_k.
 
-    Yields
-    ------
-    Iterate : x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of (omega I - M) |x| from
-        x_(k-1) to x_k.
-
-    Returns
-    -------
-    Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is detected at once.
+    Yields x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of (omega I - M) |x| from x_(k-1) to
+    x_k. Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is detected at once.
     """
     omega = best_omega(problem.M) if omega == AUTO else float(omega)
     try:
@@ -88,7 +74,7 @@ def _iterates(problem: Problem, x: Vector, omega: float, anderson: int, solve: f
 
 def _image(M: Matrix, omega: float, distance: Vector) -> Vector:
     """(omega I - M) |x| for |x|, which is overwritten, with one product with M."""
-    image = product(M, distance)
+    image = matrices.product(M, distance)
     distance *= omega
     return np.subtract(distance, image, out=image)
 
@@ -150,8 +136,13 @@ class Anderson:
             return g
         if size < self._smallest:
             self._smallest, self._best = size, g
-        if self._last is not None:
-            self._remember(f, g, *self._last)
+        if self._last is not None:  # the newest differences replace the oldest
+            slot, (last_f, last_g) = self._slot, self._last
+            np.subtract(f, last_f, out=self._df[slot])
+            np.subtract(g, last_g, out=self._dg[slot])
+            self._kept, self._slot = max(self._kept, slot + 1), (slot + 1) % len(self._df)
+            products = np.einsum("ij,j->i", self._df[: self._kept], self._df[slot])
+            self._gram[slot, : self._kept] = self._gram[: self._kept, slot] = products
         self._last = f, g
         if self._kept == 0 or size == 0:
             return g
@@ -159,15 +150,4 @@ class Anderson:
         gram = self._gram[kept, kept]
         ridge = RIDGE * float(np.trace(gram)) * np.eye(self._kept)
         gamma = np.linalg.lstsq(gram + ridge, np.einsum("ij,j->i", self._df[kept], f), rcond=None)[0]
-        accelerated: Vector = g - np.einsum("i,ij->j", gamma, self._dg[kept])
-        return accelerated
-
-    def _remember(self, f: Vector, g: Vector, last_f: Vector, last_g: Vector) -> None:
-        """Replace the oldest differences by the newest, and update the Gram matrix."""
-        slot = self._slot
-        np.subtract(f, last_f, out=self._df[slot])
-        np.subtract(g, last_g, out=self._dg[slot])
-        self._kept = max(self._kept, slot + 1)
-        self._slot = (slot + 1) % len(self._df)
-        products = np.einsum("ij,j->i", self._df[: self._kept], self._df[slot])
-        self._gram[slot, : self._kept] = self._gram[: self._kept, slot] = products
+        return np.asarray(g - np.einsum("i,ij->j", gamma, self._dg[kept]))

@@ -83,22 +83,13 @@ def interior(
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
     M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
 
-    Parameters
-    ----------
-    problem : the LCP or mixed problem, n unknowns, M dense or sparse.
-    x0 : not used.
     start_slack : the least slack and multiplier at the start, in scaled units; of the third attempt 1e4 times, of
         the fourth 100 times that.
     regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
-    Yields
-    ------
-    Iterate : the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
-        solutions of active sets, with step "finish".
-
-    Returns
-    -------
-    NoSolution with Farkas' y, from a diverging z; Breakdown or Stalled if no attempt comes to the solution.
+    Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
+    solutions of active sets, with step "finish". NoSolution with Farkas' y, from a diverging z; Breakdown or Stalled if
+    no attempt comes to the solution.
     """
     run = _Run(problem)
     ending: Ending = Breakdown("no factorization succeeded")
@@ -164,30 +155,25 @@ class _Run:
         return Stalled("its steps no longer reduce the residual")
 
     def _finish(self, at: Point, last: bool = False) -> Iterator[Iterate]:
-        """The basic solutions of a point; unless it is the last, only an exact one is as good as those to come."""
-        for z, is_exact in basic_solutions(self._within, at):
-            self._count += 1
-            yield self._shown(z, FINISH)._replace(signs_final=is_exact or last)
+        """The basic solutions of the active set of a point, and after exchanges; unless it is the last point, only one
+        that solves the problem up to rounding is as good as those to come."""
+        within = self._within
+        own = _BasicSolutions(within, at.z)
+        least = own.residual(own.z, within.M @ own.z + within.q)
+        with suppress(SingularMatrix):
+            for found in islice(exchanging(own, _active(within, at)), ROUNDS):
+                size = own.residual(found.z, found.w)
+                if not size <= max(WORSE * least, FAR):
+                    return  # of a wrong basis, nearly singular
+                least = min(size, least)
+                self._count += 1
+                yield self._shown(own.z, FINISH)._replace(signs_final=size <= EXACT or last)
+                if found.is_solution:
+                    return
 
     def _shown(self, z: Vector, step: str) -> Iterate:
         z = self._within.given(z)
         return Iterate(self._given.box.x_of(z, self._given.w(z)), None, step, self._count)
-
-
-def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, bool]]:
-    """z within its bounds, scaled, of the active set of a point, and after exchanges; and whether it is a solution up
-    to rounding."""
-    own = _BasicSolutions(problem, at.z)
-    least = own.residual(own.z, problem.M @ own.z + problem.q)
-    with suppress(SingularMatrix):
-        for found in islice(exchanging(own, _active(problem, at)), ROUNDS):
-            size = own.residual(found.z, found.w)
-            if not size <= max(WORSE * least, FAR):
-                return  # of a wrong basis, nearly singular
-            least = min(size, least)
-            yield own.z, size <= EXACT
-            if found.is_solution:
-                return
 
 
 class _BasicSolutions:
@@ -222,15 +208,13 @@ def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]
     """z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
     if not basic.size:
         return z, problem.M @ z + problem.q
-    if not is_sparse(problem.M):
-        return _proximal(problem, z, basic, systems(problem.M[np.ix_(basic, basic)], None))[:2]
-    block = problem.M[basic][:, basic]
+    block, S = problem.M[basic][:, basic], None if problem.S is None else problem.S[basic]
     tries: list[tuple[Vector, Vector, float]] = []
-    with suppress(SingularMatrix):
-        tries.append(_proximal(problem, z, basic, systems(block, None if problem.S is None else problem.S[basic])))
-    if not tries or tries[0][2] > POOR:
-        with suppress(SingularMatrix):
-            tries.append(_proximal(problem, z, basic, SuperLU(block, pivoting=True)))
+    for pivoting in (False, True) if is_sparse(block) else (False,):
+        if not tries or tries[0][2] > POOR:
+            with suppress(SingularMatrix):
+                solver = SuperLU(block, pivoting=True) if pivoting else systems(block, S)
+                tries.append(_proximal(problem, z, basic, solver))
     if not tries:
         raise SingularMatrix
     return min(tries, key=lambda each: each[2])[:2]

@@ -54,7 +54,7 @@ class Steps:
         self.problem, self._systems = problem, systems
         self._index = np.concatenate((problem.low, problem.high))
         self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
-        self._bound = np.concatenate((problem.lower[problem.low], problem.upper[problem.high]))
+        self._bound = np.concatenate((problem.box.lower[problem.low], problem.box.upper[problem.high]))
         _, low, high = np.intersect1d(problem.low, problem.high, return_indices=True)
         self._partners = low, high + problem.low.size  # the places of both bounds of each variable with two
         self._measured: tuple[Point, tuple[Vector, Vector]] | None = None
@@ -67,7 +67,7 @@ class Steps:
         from w, shifted to be positive.
         """
         p = self.problem
-        near = np.clip(0.0, p.lower, p.upper)
+        near = np.clip(0.0, p.box.lower, p.box.upper)
         D = np.zeros(p.q.size)
         D[self._index] = 1.0
         self._systems.factorize(D)
@@ -159,8 +159,7 @@ class Steps:
 
     def _spread(self, values: Vector) -> Vector:
         """Values of the bounds added up by variable."""
-        sums: Vector = np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False)
-        return sums
+        return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
 
     def _absorbing(self, ratio: Vector) -> Vector:
         """Minus the sign of those bounds whose multipliers take what a system leaves over: the nearer one, if near."""
@@ -210,10 +209,12 @@ class AccurateSystems:
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
         """x and b - (M + D) x, whose weighted norm is at most the target or ACCURACY of that of b, if possible."""
-        size = self._norm(b) + 1e-300
+        size, own = self._norm(b) + 1e-300, self.regularization
         goal = max(ACCURACY * size, target)
         x, r, of_factors = self._first(b)
-        while not of_factors <= USELESS * size and self._strengthened():
+        while not of_factors <= USELESS * size and own.rho < own.most:
+            own.rho = own.least = min(own.rho * 10, own.most)  # from now on the least one
+            self._systems.factorize(self._D + own.rho)
             x, r, of_factors = self._first(b)
         if not np.isfinite(of_factors):
             raise SingularMatrix
@@ -229,15 +230,6 @@ class AccurateSystems:
         x = self._systems.solve(b)
         r = b - self._product(x)
         return x, r, self._norm(r - self.regularization.rho * x)
-
-    def _strengthened(self) -> bool:
-        """Factorize with a larger rho, from now on the least one; False if it is as large as it may be."""
-        own = self.regularization
-        if own.rho >= own.most:
-            return False
-        own.rho = own.least = min(own.rho * 10, own.most)
-        self._systems.factorize(self._D + own.rho)
-        return True
 
     def _refined(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
         left = self._norm(r)

@@ -20,17 +20,15 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
-from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
-from lcpcli.linalg.matrices import stack
+from lcpcli.linalg.matrices import dense, stack
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
-from lcpcli.model.changes import Scaled, scale
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
@@ -45,8 +43,6 @@ UNDECIDED = "neither a solution nor a proof that there is none was found"
 OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
 MAX_NODES = 1 << 14  # enough for any problem of up to 12 unknowns
 
-Decisions = NDArray[np.int8]
-
 
 def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (every method has it)
     """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
@@ -57,23 +53,14 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`candidates`).
     Exponential in n at worst.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns.
-    x0 : not used.
     time_limit : seconds after which it gives up.
 
-    Yields
-    ------
-    Iterate : (z - w) / 2 for the solution of each complementary set that appears to have one. `step` is "program" or
-        "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance
-        come last, unless it is proved that there is none.
-
-    Returns
-    -------
-    NoSolution : with a Farkas proof, or after the exhaustion of all complementary sets. Neither depends on rounding or
-        tolerances: alpha = 0 is never taken as a proof, as a tiny alpha may hide a large solution.
-    Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a solution or a proof.
+    Yields (z - w) / 2 for the solution of each complementary set that appears to have one, with step "program" or
+    "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance come
+    last, unless it is proved that there is none. NoSolution : with a Farkas proof, or after the exhaustion of all
+    complementary sets. Neither depends on rounding or tolerances: alpha = 0 is never taken as a proof, as a tiny alpha
+    may hide a large solution. Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a
+    solution or a proof.
     """
     deadline = interrupts.deadline(time_limit)
     with np.errstate(all="ignore"):
@@ -96,11 +83,15 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
             continue
         tried.add(P.tobytes())
         z, to_rounding = _basic_solution(M, q, P)
-        x = None if z is None else _in_units(units, s, M @ z + q, z, P)
-        if x is not None and to_rounding:
-            yield Iterate(x, None, step, len(tried))
-        elif x is not None:
-            rough.append(Iterate(x, None, step, len(tried)))
+        if z is None:
+            continue
+        with np.errstate(all="ignore"):
+            x = (units.C * z - np.where(P, 0.0, np.maximum(M @ z + q, 0.0)) / units.R) / (2 * s)
+        iterate = Iterate(x, None, step, len(tried))
+        if to_rounding and is_finite(x):
+            yield iterate
+        elif is_finite(x):
+            rough.append(iterate)
     if not isinstance(found, Finished):
         yield from rough
         return type(found)(f"{UNDECIDED}: {found.reason}")
@@ -180,7 +171,7 @@ def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iter
         yield PrincipalSolver(M).solve(active, -q[active])
     if not active.size:
         return
-    A, beside = (matrices.dense(M[rows][:, active]) for rows in (active, inactive))
+    A, beside = (dense(M[rows][:, active]) for rows in (active, inactive))
     found = linprog(np.ones(active.size), -beside, q[inactive], equal=(A, -q[active]))
     if found is None:
         return
@@ -189,13 +180,6 @@ def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iter
     for _ in range(2):
         z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[active], rcond=None)[0]
     yield z if z.min() >= 0 else found.x
-
-
-@np.errstate(all="ignore")
-def _in_units(units: Scaled, s: float, w: Vector, z: Vector, P: Mask) -> Vector | None:
-    """x = (z - w) / 2 in the problem's own units; None if it overflows."""
-    x: Vector = (units.C * z - np.where(P, 0.0, np.maximum(w, 0.0)) / units.R) / (2 * s)
-    return x if np.isfinite(x).all() else None
 
 
 def candidates(
@@ -218,7 +202,10 @@ def candidates(
         if examined == nodes:
             return Stalled(f"{nodes} systems have been examined")
         examined += 1
-        found = alternative(*_system(M, q, decided), seconds)
+        rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
+        # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
+        kept = M[:, columns]
+        found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), seconds)
         if found.proof is not None:
             continue
         undecided = decided == OPEN
@@ -227,7 +214,10 @@ def candidates(
                 yield decided == ACTIVE
                 unresolved = True
             continue
-        z, w = _point(M, q, decided, found.point)
+        z = np.zeros(q.size)
+        if found.point is not None:
+            z[columns] = found.point
+        w = M @ z + q
         overlap = np.where(undecided, np.minimum(z, w), -np.inf)
         branch = int(np.argmax(overlap))
         if found.point is not None and overlap[branch] <= farkas.ACTIVE * max(float(z.max()), 1.0):
@@ -238,21 +228,6 @@ def candidates(
             child[branch] = decision
             pending.append(child)
     return Stalled("one complementary set is too close to having a solution") if unresolved else Finished()
-
-
-def _system(M: Matrix, q: Vector, decided: Decisions) -> tuple[Matrix, Vector]:
-    """The inequalities of a node: M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0."""
-    rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
-    kept = M[:, columns]
-    return matrices.stack([[kept], [-kept[rows]]]), np.append(q, -q[rows])
-
-
-def _point(M: Matrix, q: Vector, decided: Decisions, point: Vector | None) -> tuple[Vector, Vector]:
-    """z and w at the point found by the LP, if any; else at 0."""
-    z = np.zeros(q.size)
-    if point is not None:
-        z[decided != INACTIVE] = point
-    return z, M @ z + q
 
 
 def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:

@@ -4,6 +4,13 @@ Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton
 of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
 entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and one whose w has the wrong
 sign becomes basic. The exchanges, their safeguard and their sources are in `verify.basic_solution`.
+
+Projected gradients give active sets that are nearly right from products with M alone: J. Barzilai and J. M. Borwein,
+Two-point step size gradient methods, IMA Journal of Numerical Analysis 8 (1988) 141-148, projected as in E. G. Birgin,
+J. M. Martínez and M. Raydan, Nonmonotone spectral projected gradient methods on convex sets, SIAM Journal on
+Optimization 10 (2000) 1196-1211, with alternating step sizes (Y.-H. Dai and R. Fletcher, Projected Barzilai-Borwein
+methods for large-scale box-constrained quadratic programming, Numerische Mathematik 100 (2005) 21-47) and without a
+line search.
 """
 
 from __future__ import annotations
@@ -15,15 +22,14 @@ from contextlib import suppress
 import numpy as np
 
 from lcpcli.clock import seconds
-from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import is_finite
-from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.factors import SMALL, SingularMatrix
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
-from lcpcli.model.box import Basis
+from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
-from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions, Safeguard
+from lcpcli.typing import Mask, Vector
+from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
 
 LEAST_INDEX, FINISH = "least index", "finish"
 LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, these may take 2^n
@@ -31,34 +37,23 @@ FAST = 0.5  # of the violations: what a fast step from given states leaves at mo
 SLOW, SLOW_NARROW = 2, 12  # other steps after which they are not nearly right; one costs little if the band is narrow
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
+NOWHERE = np.empty(0)  # where no further step is
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
-def newton(problem: Problem, x0: Vector) -> Stage:
+def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
     """Exchange all indices whose z or w is negative; after PATIENCE steps without a new minimum, only the least one.
 
     Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. For
     other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
     with M.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns.
     x0 : starting point, shape (n,); only its signs matter.
+    patience : how many exchanges of least indices may be made: block steps advance, these may take 2^n.
 
-    Yields
-    ------
-    Iterate : x = (z - w) / 2 of the basic solutions, with step "block" or "least index".
-
-    Returns
-    -------
-    Finished, or Breakdown : M_PP is singular.
+    Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished, Stalled after too many
+    exchanges, or Breakdown : M_PP is singular.
     """
-    return block_pivoting(problem, x0, math.inf)
-
-
-def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
-    """The same, stalled after so many exchanges of least indices: block steps advance, these may take 2^n."""
     guard, step = Safeguard(problem.n, patience), "block"
     try:
         for evaluations, found in enumerate(BasicSolutions(problem).exchanging(problem.box.basis_of(x0)), 1):
@@ -84,14 +79,12 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
-    if problem.n <= factors.SMALL:
-        return (yield from block_pivoting(problem, start, LEAST_INDEX_STEPS))
-    from lcpcli.methods.gradients import projected_gradient
-
+    if problem.n <= SMALL:
+        return (yield from newton(problem, start, LEAST_INDEX_STEPS))
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
     start = start if isinstance(ending, Breakdown) else turns.last.x
-    return (yield from turns.take("newton", block_pivoting(problem, start, LEAST_INDEX_STEPS)))
+    return (yield from turns.take("newton", newton(problem, start, LEAST_INDEX_STEPS)))
 
 
 def from_states(problem: Problem, x0: Vector) -> Stage:
@@ -127,78 +120,106 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[]
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
-    finisher, iterated = _Finisher(problem, clock), 0.0
-    last = None if x0 is None else Iterate(x0, None, "", 0)
-    if last is not None:
-        finisher.is_stable(problem.box.basis_of(last.x))
+    box, solutions, tried = problem.box, BasicSolutions(problem), None
+    basis = None if x0 is None else box.basis_of(x0)
+    pivoting: Iterator[Vector | None] | None = None
+    iterated = spent = longest = 0.0
+    stable = evaluations = 0
     while True:
         began = clock()
         step = advance(stage)
         iterated += clock() - began
+        budget, is_due = np.inf, basis is not None
         if isinstance(step, Iterate):
             yield step
-            last, budget, ready = step, iterated, finisher.is_stable(problem.box.basis_of(step.x))
-        else:
-            budget, ready = np.inf, last is not None
-        if ready and last is not None:
-            finished = finisher.attempt(problem.box.basis_of(last.x), budget, last.evaluations)
-            if finished is not None:
-                yield finished
-                return Finished()
+            before, basis, evaluations = basis, box.basis_of(step.x), step.evaluations
+            near = before is not None and basis.changes(before) <= MAX_CHANGE * problem.n
+            stable = stable + 1 if near else 0
+            budget, is_due = iterated, stable >= STABLE_ITERATES
+        if basis is not None and is_due and spent + 2 * longest <= budget:
+            if tried is None or basis.changes(tried) > 0:
+                tried, pivoting = basis, _falling(solutions, box, basis)
+            count = evaluations
+            while pivoting is not None:
+                began = clock()
+                with np.errstate(over="ignore", invalid="ignore"):
+                    x = next(pivoting, NOWHERE)
+                took = clock() - began
+                spent, longest, count = spent + took, max(took, longest), count + 1
+                if x is NOWHERE:
+                    pivoting = None
+                elif x is not None:
+                    yield Iterate(x, None, FINISH, count)
+                    return Finished()
+                elif spent + took > budget:
+                    break
         if not isinstance(step, Iterate):
             return step
 
 
-class _Finisher:
-    """The attempts and the time that they have taken."""
-
-    def __init__(self, problem: Problem, clock: Callable[[], float]) -> None:
-        self._problem, self._clock = problem, clock
-        self._solutions = BasicSolutions(problem)
-        self._spent = self._longest = 0.0
-        self._previous: Basis | None = None
-        self._stable = 0
-        self._tried: Basis | None = None
-        self._unfinished: tuple[int, Iterator[BasicSolution]] | None = None
-
-    def is_stable(self, basis: Basis) -> bool:
-        """Whether the states, with this newest version, have been nearly unchanged for STABLE_ITERATES iterates."""
-        previous, self._previous = self._previous, basis
-        near = previous is not None and basis.changes(previous) <= MAX_CHANGE * self._problem.n
-        self._stable = self._stable + 1 if near else 0
-        return self._stable >= STABLE_ITERATES
-
-    def attempt(self, basis: Basis, budget: float, evaluations: int) -> Iterate | None:
-        """Pivot from these states while violations decrease and the budget, in seconds for all attempts, lasts: if that
-        is enough for two steps, and the states differ from the last attempt's or that one ran out of time."""
-        is_new = self._tried is None or basis.changes(self._tried) > 0
-        if self._spent + 2 * self._longest > budget or not (is_new or self._unfinished):
-            return None
-        fewest, pivoting = self._unfinished or (0, iter(()))
-        if is_new or not self._unfinished:
-            self._tried, fewest, pivoting = basis, self._problem.n + 1, self._solutions.exchanging(basis)
-        self._unfinished = None
-        while True:
-            began = self._clock()
-            found = _next(pivoting)
-            took = self._clock() - began
-            self._spent, self._longest = self._spent + took, max(took, self._longest)
-            violations = fewest if found is None else self._solutions.count_violations(found)
-            evaluations += 1
-            if found is not None and not violations:
-                x = self._problem.box.x_within(found.z, found.w, found.basis)
-                return Iterate(x, None, FINISH, evaluations)
+def _falling(solutions: BasicSolutions, box: Box, basis: Basis) -> Iterator[Vector | None]:
+    """Pivot while violations decrease: yield None after each step, but x at a solution."""
+    fewest = basis.basic.size + 1
+    with suppress(SingularMatrix):
+        for found in solutions.exchanging(basis):
+            violations = solutions.count_violations(found) if is_finite(found.w) else fewest
             if violations >= fewest:
-                return None
+                return
             fewest = violations
-            if self._spent + took > budget:
-                self._unfinished = fewest, pivoting
-                return None
+            yield None if violations else box.x_within(found.z, found.w, found.basis)
 
 
-def _next(pivoting: Iterator[BasicSolution]) -> BasicSolution | None:
-    """The next basic solution; None if there is none, or its w overflows."""
-    with np.errstate(over="ignore", invalid="ignore"), suppress(SingularMatrix):
-        found = next(pivoting)
-        return found if is_finite(found.w) else None
-    return None
+BLOCK = 4  # steps between two looks at the active set
+SETTLED, OF_MANY = 4, 500  # indices, or one of so many, that change in that many steps when pivoting takes over
+GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
+MOST_STEPS = 40  # no more products than a few factorizations cost
+
+
+def projected_gradient(problem: Problem, x0: Vector) -> Stage:
+    """z' = mid(l, u, z - t D^-1 (M z + q)) with D = diag(M) and Barzilai and Borwein's step sizes t in turn, M dense.
+
+    Yields x = (z - D^-1 w) / 2 every BLOCK steps, which stands for the states that are likely. Finished : these have
+    settled. Stalled : not in MOST_STEPS. Breakdown : a diagonal entry of M is not positive, or the iteration diverges.
+    """
+    box, diagonal = problem.box, problem.M.diagonal()
+    if not diagonal.min() > 0:
+        return Breakdown("a diagonal entry of M is not positive")
+    units, z = 1 / np.sqrt(diagonal), problem.box.z_of(x0)
+    w = problem.w(z) if np.count_nonzero(problem.from_reference(z)) else problem.q_ref
+    looks = gradient_steps(box.in_units(units), lambda z: units * problem.w(units * z), z / units, units * w)
+    for k, (z, w, basis, changes, bounded) in enumerate(looks, 1):
+        x = np.where(basis.basic, units * z, box.nonbasic(basis) - units * w)
+        yield Iterate(0.5 * x, None, "", BLOCK * k + 1, "", False)
+        if not bounded:
+            return Breakdown("the projected gradient iteration diverges")
+        if changes <= max(SETTLED, z.size // OF_MANY):
+            return Finished()
+    return Stalled(f"the active set has not settled in {MOST_STEPS} steps")
+
+
+def gradient_steps(
+    box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
+) -> Iterator[tuple[Vector, Vector, Basis, int, Mask]]:
+    """The iteration in units with a unit diagonal, for one problem or many: at every look z, its w, the states that
+    they stand for, how many of these have changed since the last look, and whether it does not diverge.
+
+    w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
+    """
+    basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), np.float64(0.5)
+    for step in range(1, MOST_STEPS + 1):
+        change = t * w
+        former, z = z, box.project(np.subtract(z, change, out=change))
+        before, w = w, w_of(z)
+        difference, change = w - before, z - former
+        along = _dots(change, difference)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lengths = _dots(change, change) / along if step % 2 else along / _dots(difference, difference)
+        t = np.where(along > 0, lengths, t)
+        if step % BLOCK == 0:
+            last, basis = basis, box.basis_of(0.5 * (z - w))
+            yield z, w, basis, basis.changes(last), (_dots(w, w) <= GROWTH * start)[..., 0]
+
+
+def _dots(A: Vector, B: Vector) -> Vector:
+    """The inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
+    return np.asarray(np.einsum("...i,...i->...", A, B)[..., np.newaxis])

@@ -34,7 +34,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import product
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
@@ -58,15 +57,13 @@ def p_within(problem: Problem, tol: float) -> float:
 def excess(p: float, t: Vector) -> Vector:
     """delta = phi - |x| at t = |x| >= 0, for p t <= WINDOW; between 0 and ln(3) / p."""
     a = np.exp(-p * t)
-    delta: Vector = np.log1p(a + a * a) / p
-    return delta
+    return np.asarray(np.log1p(a + a * a) / p)
 
 
 def slope(p: float, x: Vector) -> Vector:
     """phi'(x) = (e^(px) - e^(-px)) / (1 + e^(px) + e^(-px)) for p |x| <= WINDOW; between -1 and 1."""
     b = -np.expm1(-p * np.abs(x))  # 1 - a, without cancellation near 0
-    steepness: Vector = np.copysign(b * (2 - b) / (3 - (3 - b) * b), x)
-    return steepness
+    return np.asarray(np.copysign(b * (2 - b) / (3 - (3 - b) * b), x))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +102,7 @@ class Smoothed:
     def at(self, x: Vector) -> Point:
         """F~ and f at x, with one product with M; f is infinite if it overflows."""
         z, w, window = self.split(x)
-        F = product(self._problem.M, z)
+        F = matrices.product(self._problem.M, z)
         F -= w
         F += self._problem.q
         with np.errstate(over="ignore"):
@@ -117,7 +114,7 @@ class Smoothed:
 
         h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) - phi'(x - u/2)) / 2.
         """
-        y = product(self._problem.M.T, point.F)
+        y = matrices.product(self._problem.M.T, point.F)
         y -= point.F
         window = point.window
         low, high = (slope(self._p, point.x[window] - end[window]) for end in self._ends)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import UNVERIFIED, Certificate, farkas_statement, proves_infeasible
 
 if TYPE_CHECKING:
-    from lcpcli.model.standard_form import StandardForm
+    from lcpcli.model.changes import Change
 
 
 class Iterate(NamedTuple):
@@ -128,24 +128,6 @@ def limited(stage: Stage, max_iterations: int) -> Stage:
     return Stalled(f"{max_iterations} iterations were not enough")
 
 
-class Transformation(Protocol):
-    """A scaled, shifted or presolved problem, with the start there and the way back to the given one.
-
-    is_exact : whether it has not rounded, so that the two problems have the same solutions.
-    """
-
-    @property
-    def problem(self) -> Problem: ...
-    @property
-    def given(self) -> Problem: ...
-    @property
-    def is_exact(self) -> bool: ...
-    def start(self, x: Vector) -> Vector: ...
-    def back(self, x: Vector) -> Vector: ...
-    def residual(self, F: Vector) -> Vector: ...
-    def multipliers(self, y: Vector) -> Vector: ...
-
-
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """A method on a problem, through its standard form if the method knows only z >= 0."""
     function = methods.load(method)
@@ -164,48 +146,44 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
         form = standard_form(problem)
     except ProblemError:
         return ended(Breakdown("numbers overflow in the standard form"))
-    return _polished(form, function(form.problem, form.start(x0), **options))
+    return in_given_variables(form, function(form.problem, form.start(x0), **options), BasicSolutions(problem))
 
 
-def _polished(form: StandardForm, stage: Stage) -> Stage:
-    """The stage in the variables of the mixed problem, with solutions replaced by its own basic solutions: the standard
-    form has more numbers to round."""
-    solutions, small = BasicSolutions(form.given), SOLVED * largest(form.problem.q)
+def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
+    """The stage with x, F and the final proof, if any, of the given problem.
+
+    polishing : the basic solutions of a mixed problem, which replace those of its standard form, as that has more
+    numbers to round, and no F of the given problem.
+    """
+    small = SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):
         with np.errstate(over="ignore", invalid="ignore"):
-            x = form.back(step.x)
-            if step.F is None or largest(step.F) <= small:
-                with suppress(SingularMatrix):
-                    found = solutions.at(form.given.box.basis_of(x))
-                    if is_finite(found.w) and not solutions.violated(found).any():
-                        x = form.given.box.x_within(found.z, found.w, found.basis)
-        yield step._replace(x=x, F=None)
-    return _concluded(form, step)
-
-
-def in_given_variables(transformation: Transformation, stage: Stage) -> Stage:
-    """The stage with x, F and the final proof, if any, of the given problem."""
-    while isinstance(step := advance(stage), Iterate):
-        with np.errstate(over="ignore", invalid="ignore"):
-            F = None if step.F is None else transformation.residual(step.F)
-            x = transformation.back(step.x)
+            x, F = change.back(step.x), None
+            if polishing is None:
+                F = None if step.F is None else change.residual(step.F)
+            elif step.F is None or largest(step.F) <= small:
+                x = _polished(change.given, polishing, x)
         yield step._replace(x=x, F=F)
-    return _concluded(transformation, step)
-
-
-def _concluded(transformation: Transformation | StandardForm, ending: Ending) -> Ending:
-    """The ending, with a proof for the given problem, if there is one."""
-    if not isinstance(ending, NoSolution):
-        return ending
-    proof = ending.certificate
+    if not isinstance(step, NoSolution):
+        return step
+    proof = step.certificate
     if proof.kind == "exhaustion":
-        return ending if transformation.is_exact else Stalled(INEXACT)
-    y = None if proof.vector is None or proof.kind == "ray" else transformation.multipliers(proof.vector)
-    if y is not None and not proves_infeasible(transformation.given, y):
+        return step if change.is_exact else Stalled(INEXACT)
+    y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
+    if y is not None and not proves_infeasible(change.given, y):
         return Stalled(UNVERIFIED[proof.kind])
-    other_bounds = y is not None and transformation.given.box is not transformation.problem.box
-    statement = farkas_statement(transformation.given) if other_bounds else proof.statement
-    return replace(ending, certificate=replace(proof, statement=statement, vector=y))
+    other_bounds = y is not None and change.given.box is not change.problem.box
+    statement = farkas_statement(change.given) if other_bounds else proof.statement
+    return replace(step, certificate=replace(proof, statement=statement, vector=y))
+
+
+def _polished(problem: Problem, solutions: BasicSolutions, x: Vector) -> Vector:
+    """x of the basic solution of the states of x, if it is one; else x."""
+    with suppress(SingularMatrix):
+        found = solutions.at(problem.box.basis_of(x))
+        if is_finite(found.w) and not solutions.violated(found).any():
+            return problem.box.x_within(found.z, found.w, found.basis)
+    return x
 
 
 class Turns:
@@ -224,8 +202,7 @@ class Turns:
                 return Breakdown(told(fault), method)
             if not isinstance(step, Iterate):
                 return replace(step, method=step.method or method)
-            x, F, how, evaluations, name, final = step
-            self.last = Iterate(x, F, how, done + evaluations, name or method, final)
+            self.last = step._replace(evaluations=done + step.evaluations, method=step.method or method)
             yield self.last
 
 

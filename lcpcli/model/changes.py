@@ -31,20 +31,20 @@ class Change:
         return False
 
     def start(self, x: Vector) -> Vector:
-        """x of the problem in other variables."""
+        """Return x of the problem in other variables."""
         return x
 
     def back(self, x: Vector) -> Vector:
-        """x of the given problem."""
+        """Return x of the given problem."""
         return x
 
     def residual(self, F: Vector) -> Vector:
-        """F of the given problem."""
+        """Return F of the given problem."""
         return F
 
     def multipliers(self, y: Vector) -> Vector:
         """Farkas' y for the given problem, if it is one there."""
-        return y
+        return self.residual(y)
 
 
 @dataclass(frozen=True, eq=False)

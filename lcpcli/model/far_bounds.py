@@ -14,6 +14,7 @@ import numpy as np
 from lcpcli.errors import count
 from lcpcli.model.bounds import as_intervals
 from lcpcli.model.box import NO_BOUND
+from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
 from lcpcli.typing import Mask, Vector
@@ -73,28 +74,17 @@ def _far_sides(problem: Problem) -> Sides | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Relaxed:
+class Relaxed(Change):
     """A problem without far bounds, in the variables of the given one, with the multipliers of rows without any fixed
-    at 0; `rows` says which."""
+    at 0; `rows` says which. The two have in common only the solutions within the bounds."""
 
-    problem: Problem
-    given: Problem
     rows: Mask
-    is_exact: bool = False  # the two problems have in common only the solutions within the bounds
 
     def start(self, x: Vector) -> Vector:
-        """x of the problem without far bounds."""
         return np.where(self.rows, 0.0, x)
 
     def back(self, x: Vector) -> Vector:
-        """x of the given problem."""
         return np.where(self.rows, x - self.given.q / 2, x)
-
-    def residual(self, F: Vector) -> Vector:
-        """F, or Farkas' y, of the given problem, where its far bounds hold."""
-        return F
-
-    multipliers = residual
 
 
 def relaxed(problem: Problem) -> Relaxed | None:

@@ -19,6 +19,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import Box
+from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import unit_columns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -28,7 +29,7 @@ ROUNDS = 5
 
 
 @dataclass(frozen=True, eq=False)
-class StandardForm:
+class StandardForm(Change):
     """An LCP whose solutions are those of a mixed problem, with the way back.
 
     given : the mixed problem, n unknowns z.
@@ -37,23 +38,18 @@ class StandardForm:
     kept, boxed : indices of variables; the boxed ones are among the kept. sign : shape (n,).
     """
 
-    given: Problem
-    problem: Problem
     kept: Indices
     boxed: Indices
     sign: Vector
 
     def start(self, x: Vector) -> Vector:  # noqa: ARG002 (methods that need this form use none)
-        """The origin of the LCP."""
         return np.zeros(self.problem.n)
 
     @property
     def is_exact(self) -> bool:
-        """Whether it is certain that nothing was rounded."""
         return self.given.has_small_integers
 
     def back(self, x: Vector) -> Vector:
-        """x of the mixed problem, from an x of the LCP."""
         unknowns, own = self.problem.box.z_of(x), self.problem.box.reflected(x) - x
         w = np.zeros(self.given.n)
         w[self.kept] = own[: self.kept.size]
@@ -62,7 +58,7 @@ class StandardForm:
         return self.given.box.x_of(z, self.sign * w)
 
     def multipliers(self, y: Vector) -> Vector:
-        """Farkas' y, the multipliers of w, for the mixed problem from one for the LCP; z - corner changes likewise."""
+        """Return Farkas' y for the mixed problem from one for the LCP; z - corner changes likewise."""
         own = np.zeros(self.given.n)
         own[self.kept] = self.sign[self.kept] * y[: self.kept.size]
         if self.given.box.free.any():
@@ -84,7 +80,7 @@ def standard_form(given: Problem) -> StandardForm:
         E = unit_columns(q.size, np.searchsorted(kept, boxed), is_sparse(M))
         zero = matrices.compressed((boxed.size, boxed.size)) if is_sparse(M) else np.zeros((boxed.size, boxed.size))
         M, q = matrices.stack([[M, E], [-E.T, zero]]), np.append(q, box.upper[boxed] - box.lower[boxed])
-    return StandardForm(given, Problem(M, q, name=given.name), kept, boxed, sign)
+    return StandardForm(Problem(M, q, name=given.name), given, kept, boxed, sign)
 
 
 def _with_common_column(M: Matrix, q: Vector, free: Mask) -> tuple[Matrix, Vector]:
@@ -95,21 +91,16 @@ def _with_common_column(M: Matrix, q: Vector, free: Mask) -> tuple[Matrix, Vecto
 
 
 @dataclass(frozen=True, eq=False)
-class Presolved:
-    """The problem of the variables `kept`; the others have the values of z, shape (n,)."""
+class Presolved(Change):
+    """The problem of the variables `kept`; the others have the values of z, shape (n,). Rounding is not checked."""
 
-    problem: Problem
-    given: Problem
     kept: Indices
     z: Vector
-    is_exact: bool = False  # whether nothing was rounded is not checked
 
     def start(self, x: Vector) -> Vector:
-        """x of the variables that are kept."""
         return x[self.kept]
 
     def back(self, x: Vector) -> Vector:
-        """x of the given problem."""
         z = self.z.copy()
         z[self.kept] = self.problem.box.z_of(x)
         whole = self.given.box.x_of(z, self.given.w(z))
@@ -117,12 +108,10 @@ class Presolved:
         return whole
 
     def residual(self, F: Vector) -> Vector:
-        """F, or Farkas' y, of the given problem: 0 for the rows that are left out."""
+        """Return F, or Farkas' y, of the given problem: 0 for the rows that are left out."""
         whole = np.zeros(self.given.n)
         whole[self.kept] = F
         return whole
-
-    multipliers = residual
 
 
 def presolved(given: Problem) -> Presolved | None:

@@ -16,9 +16,10 @@ from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.stages import Stage, Transformation, begin, in_given_variables
-from lcpcli.model import changes as scaled
+from lcpcli.methods.stages import Stage, begin, in_given_variables
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.changes import Change, shifted
+from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.loop import Loop
@@ -111,21 +112,19 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
     return additions
 
 
-def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Transformation]:
+def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Change]:
     """Those to make before a method runs, one after another."""
-    changes: list[Transformation] = []
+    changes: list[Change] = []
     if problem.reference_z is not None and method != "auto":  # which does so itself
-        from lcpcli.model.changes import shifted
-
         changes.append(shifted(problem))
         problem = changes[-1].problem
-    return [*changes, scaled.scale(problem)] if scale else changes
+    return [*changes, in_natural_units(problem)] if scale else changes
 
 
 def _stage(
     method: str,
     problem: Problem,
-    changes: Sequence[Transformation],
+    changes: Sequence[Change],
     start: Vector,
     in_force: dict[str, Any],
     finishing_clock: Callable[[], float] | None,
