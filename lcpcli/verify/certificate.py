@@ -79,7 +79,9 @@ def has_no_solution(problem: Problem) -> bool | None:
 def is_ray(problem: Problem, z: Vector) -> bool:
     """Whether Lemke's method may end on a ray in the direction z, up to rounding: z >= 0, not 0, and z'w = 0 for
     w = M z + t e >= 0 with some t >= 0."""
-    if z.shape != problem.q.shape or not (np.isfinite(z).all() and (z >= 0).all() and z.any()):
+    if not problem.box.is_orthant or z.shape != problem.q.shape:
+        return False
+    if not (np.isfinite(z).all() and (z >= 0).all() and z.any()):
         return False
     w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
     w += max(-float(w.min()), 0.0)
