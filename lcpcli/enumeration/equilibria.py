@@ -94,8 +94,10 @@ class Players:
         subsets = tuple(_subset(found, [place[z] for z in piece.vertices], piece.vertices) for piece in own)
         extreme = tuple(found[z] for z in points)
         is_degenerate = True if any(each.index is None for each in extreme) else False if complete else None
-        joined = components(subsets) if complete else None
-        return own, points, Equilibria(extreme, subsets, joined, is_degenerate, complete)
+        first: dict[int, int] = {}
+        edges = [(first.setdefault(shared, k), k) for k, subset in enumerate(subsets) for shared in subset.extreme]
+        components = tuple(map(tuple, connected(len(subsets), edges))) if complete else None
+        return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
 
     def _equilibrium(self, z: Point) -> Equilibrium:
         """The equilibrium of the strategies whose multiples z consists of."""
@@ -146,10 +148,3 @@ def _strategy(multiple: Sequence[Fraction]) -> Vertex:
 def _subset(found: Mapping[Point, Equilibrium], places: Sequence[int], points: Sequence[Point]) -> NashSubset:
     rows, columns = dict.fromkeys(found[z].row for z in points), dict.fromkeys(found[z].column for z in points)
     return NashSubset(tuple(rows), tuple(columns), tuple(places))
-
-
-def components(subsets: Sequence[NashSubset]) -> tuple[tuple[int, ...], ...]:
-    """Which subsets are connected, through extreme equilibria that they share."""
-    first: dict[int, int] = {}
-    edges = [(first.setdefault(shared, k), k) for k, subset in enumerate(subsets) for shared in subset.extreme]
-    return tuple(map(tuple, connected(len(subsets), edges)))

@@ -33,11 +33,8 @@ Rows = Sequence[Sequence[int]]
 
 
 class Solutions(NamedTuple):
-    """The solutions of a linear system.
-
-    x : one of them, with 0 for unknowns whose columns depend on earlier ones; None if there is none.
-    null_space : a basis of the solutions of A x = 0; empty if x is unique.
-    """
+    """One solution x of a linear system A x = b, with 0 for unknowns whose columns depend on earlier ones, None if
+    there is none; and a basis of the solutions of A x = 0."""
 
     x: list[Fraction] | None
     null_space: list[list[Fraction]]
@@ -152,10 +149,8 @@ def _pivots(A: Any) -> list[int]:
 
 
 class Definiteness(NamedTuple):
-    """Index sets of principal minors that prove a symmetric matrix not to be positive definite or semidefinite.
-
-    zero : a set whose minor is zero. negative : one whose minor is negative. None if there is none.
-    """
+    """Index sets of a principal minor that is zero, and of one that is negative, which prove a symmetric matrix not to
+    be positive definite, or semidefinite; None if there is none."""
 
     zero: tuple[int, ...] | None
     negative: tuple[int, ...] | None

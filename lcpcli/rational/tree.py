@@ -21,11 +21,10 @@ LOWER, BASIC, UPPER = STATES = range(3)  # z_i = l_i and w_i >= 0, w_i = 0, z_i 
 
 
 class Unknowns:
-    """The unknowns of a problem.
+    """The unknowns of a problem, z = base + side y; those with two bounds are `boxes`.
 
-    base, side : z = base + side y. boxes : those with two bounds. choices : the states that each may have; none if it
-    is fixed. bits, masks, meaning : these as bits, all and of each unknown, and what each bit stands for.
-    check : called before each node and pivot; it may raise.
+    choices : the states that each may have; none if it is fixed. bits, masks, meaning : these as bits, all and of each
+    unknown, and what each bit stands for. check : called before each node and pivot; it may raise.
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
@@ -166,10 +165,8 @@ class Unknowns:
 
 @dataclass
 class Node:
-    """The polyhedron for some chosen states, None where none is chosen yet.
-
-    certain, absent : states that are known to hold on all of it, and on no point of it, as bits.
-    """
+    """The polyhedron for some chosen states, None where none is chosen yet, with the states that are known to hold on
+    all of it, and on no point of it, as bits."""
 
     dictionary: Dictionary
     states: list[int | None]

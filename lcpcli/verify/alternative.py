@@ -19,11 +19,8 @@ LARGEST_POWER = 1000  # of two, that b is multiplied by
 
 
 class Alternative(NamedTuple):
-    """One of Farkas' alternatives; both None if neither was established.
-
-    point : z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves nothing.
-    proof : y for which `farkas.refutes` holds.
-    """
+    """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves
+    nothing, or a y for which `farkas.refutes` holds; both None if neither was established."""
 
     point: Vector | None
     proof: Vector | None

@@ -137,10 +137,8 @@ def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] |
 
 
 class ExactBasis(NamedTuple):
-    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds, 0 for an LCP.
-
-    z : of length n. unique : whether it is the only one. solves : whether it solves the problem.
-    """
+    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is the only one, and whether it
+    solves the problem."""
 
     z: list[Fraction]
     unique: bool
@@ -148,10 +146,8 @@ class ExactBasis(NamedTuple):
 
 
 def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, box: Box = ORTHANT) -> ExactBasis | None:
-    """The basic solution for finite M, q of shape (n, n) and (n,), as they are in doubles; None if there is none.
-
-    basic : a mask of shape (n,). z_N : of shape (n,), 0 where basic.
-    """
+    """The basic solution for finite M, q of shape (n, n) and (n,), as they are in doubles, with z_N 0 where basic; None
+    if there is none."""
     used = np.flatnonzero(basic | (z_N != 0))
     at_bounds, d = over_one_denominator(fractions_of(np.broadcast_to(z_N, q.size)[used]))
     rows = row_integers(np.column_stack((matrices.dense(M[:, used]), q)))
