@@ -37,7 +37,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import solutions as solutions
-    from lcpcli.errors import Interrupted as Interrupted
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.inspection.inspection import inspect as inspect
@@ -47,6 +46,7 @@ if TYPE_CHECKING:
     from lcpcli.model.reductions import from_qp as from_qp
     from lcpcli.model.reductions import from_qpsolvers as from_qpsolvers
     from lcpcli.report.plotting import plot as plot
+    from lcpcli.solving.call import Interrupted as Interrupted
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
     from lcpcli.solving.checking import check as check
@@ -64,14 +64,13 @@ __version__ = "0.1.0"
 
 _MODULES = {
     "enumeration.search": ["solutions"],
-    "errors": ["Interrupted"],
     "files.reading": ["read"],
     "files.writing": ["write"],
     "inspection.inspection": ["inspect"],
     "model.problem": ["Problem"],
     "model.reductions": ["from_game", "from_osqp", "from_qp", "from_qpsolvers"],
     "report.plotting": ["plot"],
-    "solving.call": ["run", "solve"],
+    "solving.call": ["Interrupted", "run", "solve"],
     "solving.checking": ["check"],
     "solving.many": ["solve_many"],
     "solving.programs": ["add_to_qpsolvers", "solve_qp"],

@@ -1,13 +1,10 @@
-"""Errors in input: one line that says where, what is wrong, and how to fix it; and what Ctrl-C raises."""
+"""Errors in input: one line that says where, what is wrong, and how to fix it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from lcpcli.solving.result import Result
+from typing import Any
 
 SHOWN = 40  # the most characters of a text from a file that a message quotes
 REAL = "give real numbers; lcp solves real problems only"  # the hint for a complex number
@@ -106,26 +103,6 @@ class OptionError(LCPError):
 
 class ParameterError(OptionError):
     """An OptionError of the library: `where` is a name as in Python, which the command line writes as its flag."""
-
-
-class Interrupted(KeyboardInterrupt):
-    """Ctrl-C has ended a call. `result` is the Result with the best iterate until then, which may be a solution.
-
-    >>> import lcpcli
-    >>> try:
-    ...     result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
-    ... except lcpcli.Interrupted as interrupt:
-    ...     result = interrupt.result
-    >>> result.interrupted
-    False
-    """
-
-    def __init__(self, result: Result) -> None:
-        self.result = result
-        super().__init__(result.message)
-
-    def __reduce__(self) -> tuple[type[Interrupted], tuple[Result]]:
-        return type(self), (self.result,)
 
 
 def count(n: int, noun: str) -> str:

@@ -289,4 +289,4 @@ for i in range(2):
 """
     done = python(code)
     assert done.stdout == "0\n"
-    assert done.stderr.splitlines()[-1] == "lcpcli.errors.Interrupted: interrupted"
+    assert done.stderr.splitlines()[-1] == "lcpcli.Interrupted: interrupted"

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,6 @@ from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.options import Option
 
 if TYPE_CHECKING:
-    from lcpcli.methods.stages import Stage
     from lcpcli.model.problem import Problem
 
 ADDITIONS = {  # options of every method that iterates
@@ -190,12 +189,11 @@ def declared(name: str) -> Method:
     return METHODS[name]
 
 
-def load(name: str) -> Callable[..., Stage]:
-    """The function of the method of that name."""
+def load(name: str) -> Any:
+    """The function of the method of that name, (problem, x0, **options) to a `Stage`."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
     place = f"lcpcli.methods.{module}"
-    loaded: Callable[..., Stage] = getattr(sys.modules.get(place) or import_module(place), function)
-    return loaded
+    return getattr(sys.modules.get(place) or import_module(place), function)
 
 
 def parameters_of(name: str) -> list[str]:

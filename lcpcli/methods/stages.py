@@ -130,7 +130,7 @@ def limited(stage: Stage, max_iterations: int) -> Stage:
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """A method on a problem, through its standard form if the method knows only z >= 0."""
-    function = methods.load(method)
+    function: Callable[..., Stage] = methods.load(method)
     if methods.declared(method).takes_bounds:
         return function(problem, x0, **options)
     return as_lcp(function, problem, x0, **options)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 from lcpcli.clock import seconds
-from lcpcli.errors import Interrupted, OptionError, ParameterError, likely
+from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import Limits
@@ -133,6 +133,28 @@ def run(
     options |= {"time_limit": time_limit, "trace": trace, "callback": callback, "threads": threads}
     options |= {"scale": scale, "finish": finish, "interrupts": interrupts}
     return _run(as_problem(problem), method, began, options)
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C has ended a call. `result` is the Result with the best iterate until then, which may be a solution.
+
+    >>> import lcpcli
+    >>> try:
+    ...     result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    ... except lcpcli.Interrupted as interrupt:
+    ...     result = interrupt.result
+    >>> result.interrupted
+    False
+    """
+
+    __module__ = "lcpcli"  # as it is imported from there
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        super().__init__(result.message)
+
+    def __reduce__(self) -> tuple[type[Interrupted], tuple[Result]]:
+        return type(self), (self.result,)
 
 
 def unless_interrupted(result: Result, interrupts: str) -> Result:
