@@ -240,12 +240,11 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
         if narrow is not None:
             pending += [node] * narrow
             continue
-        open_.sort(key=lambda k: ((bits & unknowns.masks[k]).bit_count(), -k))  # fewest nodes where solutions are many
-        k = (
-            max(violated, key=lambda k: unknowns.violation(node, k))
-            if violated
-            else next((k for k in open_ if not _is_settled(unknowns, node, k)), None)
-        )
+        if violated:
+            k: int | None = max(violated, key=lambda k: unknowns.violation(node, k))
+        else:  # first, as games with many equilibria take the fewest nodes so, the last one of those with one state
+            open_.sort(key=lambda k: ((bits & unknowns.masks[k]).bit_count(), -k))
+            k = next((k for k in open_ if not _is_settled(unknowns, node, k)), None)
         if k is None:
             yield node
         else:
