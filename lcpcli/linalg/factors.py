@@ -28,8 +28,7 @@ CONDITION = 1e8  # up to which a matrix is well-conditioned
 Solve = Callable[[Vector], Vector]
 
 
-class SingularMatrix(Exception):
-    """The matrix is singular, or so nearly singular that solutions have no correct digit."""
+SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly that solutions have no correct digit
 
 
 def factorizer(M: Matrix) -> Callable[[float], Solve]:
@@ -111,7 +110,7 @@ class _DenseFactors:
         """Factors of a positive definite A: scipy's potrf holds the interpreter's lock, so that neither Ctrl-C nor a
         time limit can end the wait for it; numpy's releases it, but copies A twice and takes a third longer."""
         if A.shape[0] >= LONG_CHOLESKY:
-            upper = interruptibly(partial(_cholesky, A.T)).T
+            upper = interruptibly(partial(np.linalg.cholesky, A.T)).T
             return lambda b: self._potrs(upper, b)[0]
         factor, info = self._potrf(A.T, lower=True, clean=False)
         if info > 0:
@@ -127,25 +126,12 @@ class _DenseFactors:
         return lambda b: self._getrs(factor, pivots, b, trans=not by_columns)[0]
 
 
-@cache
-def dense_factors() -> _DenseFactors:
-    return _DenseFactors()
-
-
-def _cholesky(A: Matrix) -> Matrix:
-    """L with A = L L' by numpy; SingularMatrix if A is not positive definite."""
-    try:
-        return np.linalg.cholesky(A)
-    except np.linalg.LinAlgError:
-        raise SingularMatrix from None
+dense_factors = cache(_DenseFactors)
 
 
 def invert(A: Matrix) -> Solve:
     """The inverse and one step of refinement: as accurate as an LU factorization, without scipy."""
-    try:
-        inverse = np.linalg.inv(A)
-    except np.linalg.LinAlgError:
-        raise SingularMatrix from None
+    inverse = np.linalg.inv(A)
 
     def solve(b: Vector) -> Vector:
         x = inverse @ b
@@ -157,12 +143,11 @@ def invert(A: Matrix) -> Solve:
 
 def well_conditioned_inverse(M: Matrix) -> Matrix | None:
     """The inverse of a dense M, None if its condition number exceeds CONDITION."""
-    try:
+    with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
-    except np.linalg.LinAlgError:
-        return None
-    with np.errstate(over="ignore", invalid="ignore"):
-        return inverse if norm_inf(M) * norm_inf(inverse) <= CONDITION else None
+        if norm_inf(M) * norm_inf(inverse) <= CONDITION:
+            return inverse
+    return None
 
 
 def definite_solver(M: Matrix) -> Solve | None:
@@ -175,7 +160,7 @@ def definite_solver(M: Matrix) -> Solve | None:
             return lu.solve if positive_pivots(lu) else None
         if M.shape[0] > SMALL:
             return dense_factors().cholesky(M)
-        _cholesky(M)
+        np.linalg.cholesky(M)
         return invert(M)
     return None
 
@@ -230,7 +215,7 @@ class PrincipalSolver:
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
         """A solver of systems with M_PP, without refinement; SingularMatrix if there is none."""
         if self._dense is None and not is_sparse(block):
-            return partial(_solve, block)
+            return partial(np.linalg.solve, block)
         if self._definite and (is_sparse(block) or is_symmetric(block)):
             try:
                 return self._dense.cholesky(block) if self._dense else sparse_lu(symmetric=True)(block).solve
@@ -288,10 +273,3 @@ class PrincipalSolver:
             return x
 
         return updated
-
-
-def _solve(A: Matrix, b: Vector) -> Vector:
-    try:
-        return np.linalg.solve(A, b).astype(np.float64, copy=False)
-    except np.linalg.LinAlgError:
-        raise SingularMatrix from None

@@ -16,7 +16,7 @@ import numpy as np
 
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import LARGEST
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Matrix, Vector
 
 FEW = 10_000  # entries of which a copy costs less than a second reduction
 BLOCK_BYTES = 1 << 20
@@ -165,17 +165,10 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
     by_columns = M.tocsc()
 
     def column(j: int) -> Vector:
-        dense = np.zeros(M.shape[0])
-        part = slice(by_columns.indptr[j], by_columns.indptr[j + 1])
-        dense[by_columns.indices[part]] = by_columns.data[part]
-        return dense
+        part = slice(*by_columns.indptr[j : j + 2])
+        return np.bincount(by_columns.indices[part], by_columns.data[part], M.shape[0]).astype(np.float64, copy=False)
 
     return column
-
-
-def dense_columns(M: Matrix, columns: Indices) -> Matrix:
-    """Some columns of M, as a dense array."""
-    return dense(M[:, columns])
 
 
 def is_symmetric(M: Matrix) -> bool:

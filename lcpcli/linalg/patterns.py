@@ -8,8 +8,6 @@ The role of elimination trees in sparse factorization, SIAM J. Matrix Anal. Appl
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from lcpcli.interrupts import check
@@ -25,8 +23,12 @@ MUCH = 10  # entries of L for each of M, beyond which the search for an order of
 
 
 def affordable(M: Matrix) -> bool:
-    """Whether a factorization of M costs little enough to be a side computation."""
-    return Band(M).affordable if is_sparse(M) else M.shape[0] <= LARGEST_DENSE
+    """Whether a factorization of M costs little enough to be a side computation; better orders than that of the band
+    usually save most of it."""
+    if not is_sparse(M):
+        return M.shape[0] <= LARGEST_DENSE
+    band = Band(M)
+    return bool(band.entries <= MAX_ENTRIES and band.operations <= MAX_OPERATIONS)
 
 
 def _symmetric(M: Matrix) -> Matrix:
@@ -35,35 +37,21 @@ def _symmetric(M: Matrix) -> Matrix:
 
 
 class Band:
-    """The band of a sparse matrix of shape (n, n) and of its transpose together, in the reverse Cuthill-McKee order."""
+    """The band of a sparse matrix of shape (n, n) and of its transpose together, in the reverse Cuthill-McKee order.
+
+    width : the largest |i - j| of a stored entry in that order. entries, operations : upper bounds on the entries of
+    both triangular factors, and on the multiplications and additions of the elimination, if it stays in the band.
+    """
 
     def __init__(self, M: Matrix) -> None:
-        self._M = M
-
-    @cached_property
-    def width(self) -> int:
-        """The largest |i - j| of a stored entry in that order."""
         from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-        symmetric = _symmetric(self._M)
+        n, symmetric = int(M.shape[0]), _symmetric(M)
         position = np.argsort(reverse_cuthill_mckee(symmetric, symmetric_mode=True))
         entries = symmetric.tocoo()
-        return int(np.abs(position[entries.row] - position[entries.col]).max(initial=0))
-
-    @property
-    def entries(self) -> int:
-        """An upper bound on the entries of both triangular factors, if each stays in the band."""
-        return int(self._M.shape[0] * (2 * self.width + 1))
-
-    @property
-    def operations(self) -> int:
-        """An upper bound on the multiplications and additions of the elimination within the band."""
-        return int(2 * self._M.shape[0] * self.width * (self.width + 1) + self._M.shape[0])
-
-    @property
-    def affordable(self) -> bool:
-        """Whether a factorization is affordable. Better orderings than this one usually save most of its cost."""
-        return self.entries <= MAX_ENTRIES and self.operations <= MAX_OPERATIONS
+        self.width = int(np.abs(position[entries.row] - position[entries.col]).max(initial=0))
+        self.entries = n * (2 * self.width + 1)
+        self.operations = 2 * n * self.width * (self.width + 1) + n
 
 
 def order_of(M: Matrix) -> str:

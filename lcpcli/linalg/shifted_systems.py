@@ -198,11 +198,7 @@ class Bordered:
     def factorize(self, d: Vector) -> None:
         self._inner.factorize(d[self._rest])
         self._W = np.column_stack([self._inner.solve(column) for column in self._B.T])
-        schur = self._E + np.diag(d[self._places]) - self._C @ self._W
-        try:
-            self._inverse = np.linalg.inv(schur)
-        except np.linalg.LinAlgError as error:
-            raise SingularMatrix from error
+        self._inverse = np.linalg.inv(self._E + np.diag(d[self._places]) - self._C @ self._W)
 
     def solve(self, b: Vector) -> Vector:
         y = self._inner.solve(b[self._rest])

@@ -171,7 +171,7 @@ def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
             last = step
             if remaining() <= 0:
                 raise TimeIsUp
-    except (ProblemError, FloatingPointError, np.linalg.LinAlgError):
+    except (ProblemError, FloatingPointError, factors.SingularMatrix):
         return None
     return last if isinstance(step, Finished) else None
 

@@ -128,7 +128,7 @@ class Tableau:
         nonbasic_w, basic_z = np.array(self.nonbasic_w, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)
         columns = np.full((self.n, z_rows.size), -1.0)
         from_M = variables < 2 * self.n
-        columns[:, from_M] = -matrices.dense_columns(self.problem.M, variables[from_M] - self.n)
+        columns[:, from_M] = -matrices.dense(self.problem.M[:, variables[from_M] - self.n])
         try:
             block = np.linalg.inv(columns[nonbasic_w])
         except np.linalg.LinAlgError:

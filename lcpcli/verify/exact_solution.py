@@ -165,7 +165,7 @@ def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, bo
     """
     used = np.flatnonzero(basic | (z_N != 0))
     at_bounds, d = over_one_denominator(fractions_of(np.broadcast_to(z_N, q.size)[used]))
-    rows = row_integers(np.column_stack((matrices.dense_columns(M, used), q)))
+    rows = row_integers(np.column_stack((matrices.dense(M[:, used]), q)))
     free = np.flatnonzero(basic[used]).tolist()
     system = [rows[i] for i in used[free].tolist()]
     found = linear.solve([[row[k] for k in free] for row in system], [-dot(row, [*at_bounds, d]) for row in system])
