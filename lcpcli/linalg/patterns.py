@@ -26,9 +26,9 @@ def affordable(M: Matrix) -> bool:
     """Whether a factorization of M costs little enough to be a side computation; better orders than that of the band
     usually save most of it."""
     if not is_sparse(M):
-        return M.shape[0] <= LARGEST_DENSE
+        return bool(M.shape[0] <= LARGEST_DENSE)
     band = Band(M)
-    return bool(band.entries <= MAX_ENTRIES and band.operations <= MAX_OPERATIONS)
+    return band.entries <= MAX_ENTRIES and band.operations <= MAX_OPERATIONS
 
 
 def _symmetric(M: Matrix) -> Matrix:

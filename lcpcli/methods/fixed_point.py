@@ -23,11 +23,7 @@ from lcpcli.typing import Matrix, Vector
 
 
 def fixed_point(
-    problem: Problem,
-    x0: Vector,
-    *,
-    omega: float | str = OMEGA.value,
-    anderson: int = int(ANDERSON.value),
+    problem: Problem, x0: Vector, *, omega: float | str = OMEGA.value, anderson: int = int(ANDERSON.value)
 ) -> Stage:
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
 
@@ -39,23 +35,14 @@ def fixed_point(
     treats classes of H-matrices too); elsewhere it may diverge. It costs one factorization, then one product with M
     and one solve per iteration, and a second product if accelerated.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns.
     x0 : starting point, shape (n,), in the units of z.
     omega : modulus parameter in units of M, omega > 0; 1 is the published method. "auto" takes `best_omega`, at the
         cost of one more factorization.
     anderson : pairs of vectors kept by Anderson acceleration; 0 is the published method. If accelerated, x_(k+1)
         is computed as above, but from a combination of the last iterates instead of x_k.
 
-    Yields
-    ------
-    Iterate : x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of (omega I - M) |x| from
-        x_(k-1) to x_k.
-
-    Returns
-    -------
-    Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is detected at once.
+    Yields x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of (omega I - M) |x| from x_(k-1) to
+    x_k. Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is detected at once.
     """
     omega = best_omega(problem.M) if omega == AUTO else float(omega)
     try:

@@ -83,22 +83,13 @@ def interior(
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
     M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
 
-    Parameters
-    ----------
-    problem : the LCP or mixed problem, n unknowns, M dense or sparse.
-    x0 : not used.
     start_slack : the least slack and multiplier at the start, in scaled units; of the third attempt 1e4 times, of
         the fourth 100 times that.
     regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
-    Yields
-    ------
-    Iterate : the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
-        solutions of active sets, with step "finish".
-
-    Returns
-    -------
-    NoSolution with Farkas' y, from a diverging z; Breakdown or Stalled if no attempt comes to the solution.
+    Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
+    solutions of active sets, with step "finish". NoSolution with Farkas' y, from a diverging z; Breakdown or Stalled if
+    no attempt comes to the solution.
     """
     run = _Run(problem)
     ending: Ending = Breakdown("no factorization succeeded")

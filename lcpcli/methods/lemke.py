@@ -44,22 +44,13 @@ def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method 
     vectors. They are dense, however sparse M is. If M and q are integers up to 2^20 and n <= MAX_INTEGER_UNKNOWNS, all
     pivoting is in integers, so that the path is the same on every machine, even with ties.
 
-    Parameters
-    ----------
-    problem : the LCP, n <= 5000 unknowns.
-    x0 : not used: the method starts from z = 0.
+    problem : the LCP, n <= 5000 unknowns. x0 : not used: the method starts from z = 0.
 
-    Yields
-    ------
-    Iterate : (z - w) / 2 after every pivot, with F = M z - w + q = -z_0 e, at no cost. The last one is
-        recomputed from M and q. `evaluations` counts the pivots.
-
-    Returns
-    -------
-    Finished : at a solution. NoSolution : the path ended on a ray; the certificate is "farkas" if the ray proves
-        that no z >= 0 has M z + q >= 0, otherwise "ray". Stalled : the last basis is complementary, but
-        ill-conditioned: its solution does not solve the problem. Breakdown : there are too many unknowns, or
-        numbers overflow.
+    Yields (z - w) / 2 after every pivot, with F = M z - w + q = -z_0 e, at no cost. The last one is recomputed from M
+    and q. `evaluations` counts the pivots. Finished : at a solution. NoSolution : the path ended on a ray; the
+    certificate is "farkas" if the ray proves that no z >= 0 has M z + q >= 0, otherwise "ray". Stalled : the last
+    basis is complementary, but ill-conditioned: its solution does not solve the problem. Breakdown : there are too
+    many unknowns, or numbers overflow.
     """
     n = problem.n
     if (problem.q >= 0).all():

@@ -57,23 +57,14 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`candidates`).
     Exponential in n at worst.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns.
-    x0 : not used.
     time_limit : seconds after which it gives up.
 
-    Yields
-    ------
-    Iterate : (z - w) / 2 for the solution of each complementary set that appears to have one. `step` is "program" or
-        "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance
-        come last, unless it is proved that there is none.
-
-    Returns
-    -------
-    NoSolution : with a Farkas proof, or after the exhaustion of all complementary sets. Neither depends on rounding or
-        tolerances: alpha = 0 is never taken as a proof, as a tiny alpha may hide a large solution.
-    Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a solution or a proof.
+    Yields (z - w) / 2 for the solution of each complementary set that appears to have one, with step "program" or
+    "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance come
+    last, unless it is proved that there is none. NoSolution : with a Farkas proof, or after the exhaustion of all
+    complementary sets. Neither depends on rounding or tolerances: alpha = 0 is never taken as a proof, as a tiny alpha
+    may hide a large solution. Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a
+    solution or a proof.
     """
     deadline = interrupts.deadline(time_limit)
     with np.errstate(all="ignore"):

@@ -34,31 +34,19 @@ STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an at
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
-def newton(problem: Problem, x0: Vector) -> Stage:
+def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
     """Exchange all indices whose z or w is negative; after PATIENCE steps without a new minimum, only the least one.
 
     Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. For
     other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
     with M.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns.
     x0 : starting point, shape (n,); only its signs matter.
+    patience : how many exchanges of least indices may be made: block steps advance, these may take 2^n.
 
-    Yields
-    ------
-    Iterate : x = (z - w) / 2 of the basic solutions, with step "block" or "least index".
-
-    Returns
-    -------
-    Finished, or Breakdown : M_PP is singular.
+    Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished, Stalled after too many
+    exchanges, or Breakdown : M_PP is singular.
     """
-    return block_pivoting(problem, x0, math.inf)
-
-
-def block_pivoting(problem: Problem, x0: Vector, patience: float) -> Stage:
-    """The same, stalled after so many exchanges of least indices: block steps advance, these may take 2^n."""
     guard, step = Safeguard(problem.n, patience), "block"
     try:
         for evaluations, found in enumerate(BasicSolutions(problem).exchanging(problem.box.basis_of(x0)), 1):
@@ -85,13 +73,13 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
     if problem.n <= factors.SMALL:
-        return (yield from block_pivoting(problem, start, LEAST_INDEX_STEPS))
+        return (yield from newton(problem, start, LEAST_INDEX_STEPS))
     from lcpcli.methods.gradients import projected_gradient
 
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
     start = start if isinstance(ending, Breakdown) else turns.last.x
-    return (yield from turns.take("newton", block_pivoting(problem, start, LEAST_INDEX_STEPS)))
+    return (yield from turns.take("newton", newton(problem, start, LEAST_INDEX_STEPS)))
 
 
 def from_states(problem: Problem, x0: Vector) -> Stage:

@@ -13,7 +13,7 @@ from lcpcli import clock, interrupts
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.newton import LEAST_INDEX_STEPS, block_pivoting, dense_route, from_states
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, from_states, newton
 from lcpcli.methods.small import PIVOTS, exactly, small
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model import changes as scaled
@@ -45,21 +45,13 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     that there is none, or reaches its limits. Few unknowns: `small`. Bounds of 1e20 and beyond: all of these but milp
     first without them.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns.
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
     states : whether x0 stands for states that may be those of a solution: they are tried first, and if they are not
         nearly right, x0 is not used any further.
 
-    Yields
-    ------
-    Iterate : those of the methods, each with its method's name.
-
-    Returns
-    -------
-    NoSolution : with a Farkas proof or by exhaustion, as lemke and milp. Otherwise as the last method.
+    Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
+    as lemke and milp. Otherwise as the last method.
     """
     search = partial(_search, deadline=interrupts.deadline(time_limit), states=states)
     change = relaxed(problem)
@@ -145,7 +137,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SECONDS)
         yield first, linear(problem, min(limit, _remaining(deadline)))
     if first:
-        yield "newton", _while_fast(problem, block_pivoting(problem, x0, problem.n))
+        yield "newton", _while_fast(problem, newton(problem, x0, problem.n))
         yield "interior", stages.begin("interior", problem, x0)
     elif large_and_sparse:
         from lcpcli.methods.sparse_route import sparse_route
@@ -156,7 +148,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
             first = "interior"
             yield first, stages.begin("interior", problem, x0)
     sparse = is_sparse(problem.M)
-    yield "newton", block_pivoting(problem, x0, problem.n) if sparse else dense_route(problem, x0)
+    yield "newton", newton(problem, x0, problem.n) if sparse else dense_route(problem, x0)
     if scaled.is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
     if problem.n <= FEW:
@@ -207,7 +199,7 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
     """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
     units = scaled.scale(problem)
     start = units.start(x0)
-    yield "newton", in_given_variables(units, block_pivoting(units.problem, start, LEAST_INDEX_STEPS))
+    yield "newton", in_given_variables(units, newton(units.problem, start, LEAST_INDEX_STEPS))
     lemke = stages.limited(stages.begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
     yield "lemke", in_given_variables(units, lemke)
 

@@ -48,26 +48,17 @@ def shi(
     |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
     with M' for each trial of sufficient decrease; nothing n-by-n is formed.
 
-    Parameters
-    ----------
-    problem : the LCP, n unknowns.
     x0 : first point, shape (n,), in the units of z.
     x1 : second point, shape (n,). The paper leaves its choice open; by default a steepest-descent step from x0.
     p : smoothing parameter in 1 / (units of z), p > 0; by default `default_p`.
     k_star : a steepest-descent step is inserted whenever k is a multiple of k* >= 1.
     rho, sigma : line search parameters, 0 < rho < 1/2 and rho < sigma < 1.
 
-    Yields
-    ------
-    Iterate : x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent
-        at a multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a
-        descent direction, or because the line search along that of step 2.4 or 2.5 failed.
-
-    Returns
-    -------
-    Finished : F~ is zero. Stalled : the decrease of f is below rounding, or F~ is zero up to rounding but the smoothing
-        error is not, as p is small. Breakdown : f is stationary but F~ is not
-        zero (J is singular), or |F~|^2 over- or underflows.
+    Yields x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent at a
+    multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a descent
+    direction, or because the line search along that of step 2.4 or 2.5 failed. Finished : F~ is zero. Stalled : the
+    decrease of f is below rounding, or F~ is zero up to rounding but the smoothing error is not, as p is small.
+    Breakdown : f is stationary but F~ is not zero (J is singular), or |F~|^2 over- or underflows.
     """
     return _iterates(problem, x0, x1, default_p(problem) if p is None else p, int(k_star), rho, sigma)
 
@@ -121,11 +112,11 @@ def _iterates(
 
 def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
     """The ending at a zero of F~, if the smoothing error is all that is left and is above rounding."""
-    default, smoothing_error = default_p(problem), error(problem, p)
-    if p >= default or np.max(np.abs(F)) > SMOOTHED * smoothing_error:
+    default, bound = default_p(problem), error(problem, p)
+    if p >= default or np.max(np.abs(F)) > SMOOTHED * bound:
         return None
-    told = f"{smoothing_error:.2g} for p = {p:g} (default {default:.2g})"
-    return Stalled(f"{SMOOTHING}, in F at most (ln 3 / p) |M - I| = {told}")
+    at_most = f"(ln 3 / p) |M - I| = {bound:.2g} for p = {p:g} (default {default:.2g})"
+    return Stalled(f"{SMOOTHING}, in F at most {at_most}")
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
