@@ -101,19 +101,15 @@ class Pivoted:
     ended: Mask
     by_gradient: Mask
 
-    @classmethod
-    def none(cls, m: int, n: int) -> Pivoted:
-        """Before anything was solved."""
-        basis, masks = Basis(*np.zeros((2, m, n), dtype=bool)), np.zeros((2, m), dtype=bool)
-        return cls(np.zeros((m, n)), basis, np.zeros(m, dtype=np.intp), *masks)
-
 
 def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, is_late: Callable[[], bool]) -> Pivoted:
     """Block pivoting for the wanted problems, shape (m,), in at most so many steps, ended early once it is late.
 
     R, C : units in which sizes are compared, shape (n,).
     """
-    found, rows = Pivoted.none(*frame.q.shape), wanted.nonzero()[0]
+    rows, shape = wanted.nonzero()[0], frame.q.shape
+    states, masks = np.zeros((2, *shape), dtype=bool), np.zeros((2, wanted.size), dtype=bool)
+    found = Pivoted(np.zeros(shape), Basis(*states), np.zeros(wanted.size, dtype=np.intp), *masks)
     leaders, near = _neighbours(frame.q[rows] * R)
     cold, warm, leaders = rows[~near], rows[near], rows[leaders[near]]
     start, found.by_gradient[cold] = _start(frame.part(cold), R, C)

@@ -155,30 +155,25 @@ class _Run:
         return Stalled("its steps no longer reduce the residual")
 
     def _finish(self, at: Point, last: bool = False) -> Iterator[Iterate]:
-        """The basic solutions of a point; unless it is the last, only an exact one is as good as those to come."""
-        for z, is_exact in basic_solutions(self._within, at):
-            self._count += 1
-            yield self._shown(z, FINISH)._replace(signs_final=is_exact or last)
+        """The basic solutions of the active set of a point, and after exchanges; unless it is the last point, only one
+        that solves the problem up to rounding is as good as those to come."""
+        within = self._within
+        own = _BasicSolutions(within, at.z)
+        least = own.residual(own.z, within.M @ own.z + within.q)
+        with suppress(SingularMatrix):
+            for found in islice(exchanging(own, _active(within, at)), ROUNDS):
+                size = own.residual(found.z, found.w)
+                if not size <= max(WORSE * least, FAR):
+                    return  # of a wrong basis, nearly singular
+                least = min(size, least)
+                self._count += 1
+                yield self._shown(own.z, FINISH)._replace(signs_final=size <= EXACT or last)
+                if found.is_solution:
+                    return
 
     def _shown(self, z: Vector, step: str) -> Iterate:
         z = self._within.given(z)
         return Iterate(self._given.box.x_of(z, self._given.w(z)), None, step, self._count)
-
-
-def basic_solutions(problem: Scaled, at: Point) -> Iterator[tuple[Vector, bool]]:
-    """z within its bounds, scaled, of the active set of a point, and after exchanges; and whether it is a solution up
-    to rounding."""
-    own = _BasicSolutions(problem, at.z)
-    least = own.residual(own.z, problem.M @ own.z + problem.q)
-    with suppress(SingularMatrix):
-        for found in islice(exchanging(own, _active(problem, at)), ROUNDS):
-            size = own.residual(found.z, found.w)
-            if not size <= max(WORSE * least, FAR):
-                return  # of a wrong basis, nearly singular
-            least = min(size, least)
-            yield own.z, size <= EXACT
-            if found.is_solution:
-                return
 
 
 class _BasicSolutions:

@@ -20,15 +20,13 @@ from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
-from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
-from lcpcli.linalg.matrices import stack
+from lcpcli.linalg.matrices import dense, stack
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.changes import Scaled, scale
 from lcpcli.model.problem import Problem
@@ -44,8 +42,6 @@ LATE = "the time limit is reached"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
 MAX_NODES = 1 << 14  # enough for any problem of up to 12 unknowns
-
-Decisions = NDArray[np.int8]
 
 
 def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (every method has it)
@@ -171,7 +167,7 @@ def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iter
         yield PrincipalSolver(M).solve(active, -q[active])
     if not active.size:
         return
-    A, beside = (matrices.dense(M[rows][:, active]) for rows in (active, inactive))
+    A, beside = (dense(M[rows][:, active]) for rows in (active, inactive))
     found = linprog(np.ones(active.size), -beside, q[inactive], equal=(A, -q[active]))
     if found is None:
         return
@@ -209,7 +205,10 @@ def candidates(
         if examined == nodes:
             return Stalled(f"{nodes} systems have been examined")
         examined += 1
-        found = alternative(*_system(M, q, decided), seconds)
+        rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
+        # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
+        kept = M[:, columns]
+        found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), seconds)
         if found.proof is not None:
             continue
         undecided = decided == OPEN
@@ -218,7 +217,10 @@ def candidates(
                 yield decided == ACTIVE
                 unresolved = True
             continue
-        z, w = _point(M, q, decided, found.point)
+        z = np.zeros(q.size)
+        if found.point is not None:
+            z[columns] = found.point
+        w = M @ z + q
         overlap = np.where(undecided, np.minimum(z, w), -np.inf)
         branch = int(np.argmax(overlap))
         if found.point is not None and overlap[branch] <= farkas.ACTIVE * max(float(z.max()), 1.0):
@@ -229,21 +231,6 @@ def candidates(
             child[branch] = decision
             pending.append(child)
     return Stalled("one complementary set is too close to having a solution") if unresolved else Finished()
-
-
-def _system(M: Matrix, q: Vector, decided: Decisions) -> tuple[Matrix, Vector]:
-    """The inequalities of a node: M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0."""
-    rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
-    kept = M[:, columns]
-    return matrices.stack([[kept], [-kept[rows]]]), np.append(q, -q[rows])
-
-
-def _point(M: Matrix, q: Vector, decided: Decisions, point: Vector | None) -> tuple[Vector, Vector]:
-    """z and w at the point found by the LP, if any; else at 0."""
-    z = np.zeros(q.size)
-    if point is not None:
-        z[decided != INACTIVE] = point
-    return z, M @ z + q
 
 
 def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:

@@ -7,7 +7,6 @@ over the states of all unknowns, which finds one or proves that there is none.
 
 from __future__ import annotations
 
-from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -15,21 +14,10 @@ import numpy as np
 from lcpcli import interrupts
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import sizes
+from lcpcli.linalg.doubles import is_finite, sizes
+from lcpcli.methods import stages
 from lcpcli.methods.newton import dense_route
-from lcpcli.methods.stages import (
-    Finished,
-    Iterate,
-    NoSolution,
-    Search,
-    Stage,
-    Stalled,
-    Turns,
-    advance,
-    begin,
-    from_reference,
-    limited,
-)
+from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import SECONDS, Certificate, farkas_statement, proves_infeasible
@@ -53,7 +41,7 @@ def small(problem: Problem, x0: Vector, search: Search) -> Stage:
     exact arithmetic, for at most MOST_DECIDED unknowns.
     """
     decide, x, evaluations = problem.n <= MOST_DECIDED, x0, 0
-    stage = from_reference(problem, x0, _pivoting if decide else search)
+    stage = stages.from_reference(problem, x0, _pivoting if decide else search)
     while isinstance(step := advance(stage), Iterate):
         x, evaluations = step.x, step.evaluations
         if step.signs_final and _is_doubtful(problem, problem.box.z_of(x)):
@@ -66,7 +54,7 @@ def small(problem: Problem, x0: Vector, search: Search) -> Stage:
     ending = yield from exactly(problem, Turns(x, evaluations), decide=True)
     if not isinstance(ending, Stalled):
         return ending
-    return (yield from from_reference(problem, x, search))
+    return (yield from stages.from_reference(problem, x, search))
 
 
 def _is_doubtful(problem: Problem, z: Vector) -> bool:
@@ -86,7 +74,8 @@ def _pivoting(problem: Problem, turns: Turns) -> Stage:
     ending = yield from turns.take("newton", dense_route(problem, turns.last.x))
     if isinstance(ending, Finished):
         return ending
-    return (yield from turns.take("lemke", limited(begin("lemke", problem, turns.last.x), PIVOTS * problem.n)))
+    lemke = stages.begin("lemke", problem, turns.last.x)
+    return (yield from turns.take("lemke", stages.limited(lemke, PIVOTS * problem.n)))
 
 
 def exactly(problem: Problem, turns: Turns, decide: bool) -> Stage:
@@ -99,11 +88,10 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
 
     z : where to look for it first, shape (n,). decide : whether to search all states if there is none.
 
-    Returns
-    -------
     Finished : there is one. NoSolution : it is proved that there is none. Stalled : those that were found are out of
-        range, or none when they are rounded to doubles; or none was found in time.
+    range, or none when they are rounded to doubles; or none was found in time.
     """
+    from lcpcli.rational.numbers import rounded, rounded_direction
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.rational.tree import first_solution
     from lcpcli.verify.exact_farkas import farkas_vector
@@ -114,34 +102,21 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
     try:
         for search in (near, partial(first_solution, data, alarm(deadline)))[: 1 + decide]:
             solution = search()
-            if solution is not None:
-                x = _in_doubles(problem, solution, data.w(solution))
-                if x is not None:
-                    yield Iterate(x, None, "exact", 1)
-                    z = problem.box.z_of(x)
-                    if Point(Criterion(problem), z).solves() or is_rounded_solution(problem, z):
-                        return Finished()
-                reason = OUT_OF_RANGE if x is None else ROUNDED
+            if solution is None:
+                continue
+            z, w, reason = rounded(solution), rounded(data.w(solution)), OUT_OF_RANGE
+            if is_finite(z) and is_finite(w):
+                x, reason = problem.box.x_of(z, w), ROUNDED
+                yield Iterate(x, None, "exact", 1)
+                z = problem.box.z_of(x)
+                if Point(Criterion(problem), z).solves() or is_rounded_solution(problem, z):
+                    return Finished()
         if decide and solution is None:
-            return NoSolution(_certificate(problem, farkas_vector(data, alarm(deadline))))
+            exact_y = farkas_vector(data, alarm(deadline))
+            y = None if exact_y is None else rounded_direction(exact_y)
+            if y is None or not proves_infeasible(problem, y):
+                return NoSolution(Certificate("exhaustion", EXCLUDED))
+            return NoSolution(Certificate("farkas", farkas_statement(problem), y))
     except TimeIsUp:
         pass
     return Stalled(reason)
-
-
-def _in_doubles(problem: Problem, solution: list[Fraction], w: list[Fraction]) -> Vector | None:
-    """(z - w) / 2 of a solution z and its w; None if they are out of range."""
-    from lcpcli.rational.numbers import rounded
-
-    rounded_z, rounded_w = rounded(solution), rounded(w)
-    within = np.isfinite(rounded_z).all() and np.isfinite(rounded_w).all()
-    return problem.box.x_of(rounded_z, rounded_w) if within else None
-
-
-def _certificate(problem: Problem, y: list[Fraction] | None) -> Certificate:
-    from lcpcli.rational.numbers import rounded_direction
-
-    vector = None if y is None else rounded_direction(y)
-    if vector is None or not proves_infeasible(problem, vector):
-        return Certificate("exhaustion", EXCLUDED)
-    return Certificate("farkas", farkas_statement(problem), vector)
