@@ -187,7 +187,13 @@ class PrincipalSolver:
         solve = self.at(indices)
         with np.errstate(over="ignore", invalid="ignore"):
             x = solve(b)
-            refined: Vector = x + solve(b - self._product(indices, x))
+            if is_sparse(self._M):
+                image = product(self.block(indices), x)
+            else:
+                z = np.zeros(self._M.shape[0])
+                z[indices] = x
+                image = product(self._M, z)[indices]
+            refined: Vector = x + solve(b - image)
         if not np.isfinite(refined).all():
             raise SingularMatrix
         return refined
@@ -227,14 +233,6 @@ class PrincipalSolver:
         """The same for the indices of P; a copy of M_PP is not kept."""
         block = self.block(indices)
         return self.factorized(block, overwrite=block is not self._M)
-
-    def _product(self, indices: Indices, x: Vector) -> Vector:
-        """M_PP x."""
-        if is_sparse(self._M):
-            return product(self.block(indices), x)
-        z = np.zeros(self._M.shape[0])
-        z[indices] = x
-        return product(self._M, z)[indices]
 
     def _updated(self, indices: Indices, kept: Indices, solve: Solve) -> Solve | None:
         """A solver for P from one for the set K that was factorized, by a Schur complement; None if they differ much.

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.interrupts import TimeIsUp, remaining
+from lcpcli.interrupts import check
 from lcpcli.linalg import factors, matrices
 from lcpcli.methods.newton import finish
 from lcpcli.methods.registry import METHODS
@@ -160,8 +160,7 @@ def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
         last = None
         while isinstance(step := advance(path), Iterate):
             last = step
-            if remaining() <= 0:
-                raise TimeIsUp
+            check()
     except (ProblemError, FloatingPointError, factors.SingularMatrix):
         return None
     return last if isinstance(step, Finished) else None

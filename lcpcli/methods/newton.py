@@ -20,10 +20,10 @@ from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
-from lcpcli.model.box import Basis
+from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions, Safeguard
+from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
 
 LEAST_INDEX, FINISH = "least index", "finish"
 LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, these may take 2^n
@@ -31,6 +31,7 @@ FAST = 0.5  # of the violations: what a fast step from given states leaves at mo
 SLOW, SLOW_NARROW = 2, 12  # other steps after which they are not nearly right; one costs little if the band is narrow
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
+NOWHERE = np.empty(0)  # where no further step is
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
@@ -115,78 +116,50 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[]
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
-    finisher, iterated = _Finisher(problem, clock), 0.0
-    last = None if x0 is None else Iterate(x0, None, "", 0)
-    if last is not None:
-        finisher.is_stable(problem.box.basis_of(last.x))
+    box, solutions, tried = problem.box, BasicSolutions(problem), None
+    basis = None if x0 is None else box.basis_of(x0)
+    pivoting: Iterator[Vector | None] | None = None
+    iterated = spent = longest = 0.0
+    stable = evaluations = 0
     while True:
         began = clock()
         step = advance(stage)
         iterated += clock() - began
+        budget, is_due = np.inf, basis is not None
         if isinstance(step, Iterate):
             yield step
-            last, budget, ready = step, iterated, finisher.is_stable(problem.box.basis_of(step.x))
-        else:
-            budget, ready = np.inf, last is not None
-        if ready and last is not None:
-            finished = finisher.attempt(problem.box.basis_of(last.x), budget, last.evaluations)
-            if finished is not None:
-                yield finished
-                return Finished()
+            before, basis, evaluations = basis, box.basis_of(step.x), step.evaluations
+            near = before is not None and basis.changes(before) <= MAX_CHANGE * problem.n
+            stable = stable + 1 if near else 0
+            budget, is_due = iterated, stable >= STABLE_ITERATES
+        if basis is not None and is_due and spent + 2 * longest <= budget:
+            if tried is None or basis.changes(tried) > 0:
+                tried, pivoting = basis, _falling(solutions, box, basis)
+            count = evaluations
+            while pivoting is not None:
+                began = clock()
+                with np.errstate(over="ignore", invalid="ignore"):
+                    x = next(pivoting, NOWHERE)
+                took = clock() - began
+                spent, longest, count = spent + took, max(took, longest), count + 1
+                if x is NOWHERE:
+                    pivoting = None
+                elif x is not None:
+                    yield Iterate(x, None, FINISH, count)
+                    return Finished()
+                elif spent + took > budget:
+                    break
         if not isinstance(step, Iterate):
             return step
 
 
-class _Finisher:
-    """The attempts and the time that they have taken."""
-
-    def __init__(self, problem: Problem, clock: Callable[[], float]) -> None:
-        self._problem, self._clock = problem, clock
-        self._solutions = BasicSolutions(problem)
-        self._spent = self._longest = 0.0
-        self._previous: Basis | None = None
-        self._stable = 0
-        self._tried: Basis | None = None
-        self._unfinished: tuple[int, Iterator[BasicSolution]] | None = None
-
-    def is_stable(self, basis: Basis) -> bool:
-        """Whether the states, with this newest version, have been nearly unchanged for STABLE_ITERATES iterates."""
-        previous, self._previous = self._previous, basis
-        near = previous is not None and basis.changes(previous) <= MAX_CHANGE * self._problem.n
-        self._stable = self._stable + 1 if near else 0
-        return self._stable >= STABLE_ITERATES
-
-    def attempt(self, basis: Basis, budget: float, evaluations: int) -> Iterate | None:
-        """Pivot from these states while violations decrease and the budget, in seconds for all attempts, lasts: if that
-        is enough for two steps, and the states differ from the last attempt's or that one ran out of time."""
-        is_new = self._tried is None or basis.changes(self._tried) > 0
-        if self._spent + 2 * self._longest > budget or not (is_new or self._unfinished):
-            return None
-        fewest, pivoting = self._unfinished or (0, iter(()))
-        if is_new or not self._unfinished:
-            self._tried, fewest, pivoting = basis, self._problem.n + 1, self._solutions.exchanging(basis)
-        self._unfinished = None
-        while True:
-            began = self._clock()
-            found = _next(pivoting)
-            took = self._clock() - began
-            self._spent, self._longest = self._spent + took, max(took, self._longest)
-            violations = fewest if found is None else self._solutions.count_violations(found)
-            evaluations += 1
-            if found is not None and not violations:
-                x = self._problem.box.x_within(found.z, found.w, found.basis)
-                return Iterate(x, None, FINISH, evaluations)
+def _falling(solutions: BasicSolutions, box: Box, basis: Basis) -> Iterator[Vector | None]:
+    """Pivot while violations decrease: yield None after each step, but x at a solution."""
+    fewest = basis.basic.size + 1
+    with suppress(SingularMatrix):
+        for found in solutions.exchanging(basis):
+            violations = solutions.count_violations(found) if is_finite(found.w) else fewest
             if violations >= fewest:
-                return None
+                return
             fewest = violations
-            if self._spent + took > budget:
-                self._unfinished = fewest, pivoting
-                return None
-
-
-def _next(pivoting: Iterator[BasicSolution]) -> BasicSolution | None:
-    """The next basic solution; None if there is none, or its w overflows."""
-    with np.errstate(over="ignore", invalid="ignore"), suppress(SingularMatrix):
-        found = next(pivoting)
-        return found if is_finite(found.w) else None
-    return None
+            yield None if violations else box.x_within(found.z, found.w, found.basis)

@@ -202,8 +202,7 @@ class Turns:
                 return Breakdown(told(fault), method)
             if not isinstance(step, Iterate):
                 return replace(step, method=step.method or method)
-            x, F, how, evaluations, name, final = step
-            self.last = Iterate(x, F, how, done + evaluations, name or method, final)
+            self.last = step._replace(evaluations=done + step.evaluations, method=step.method or method)
             yield self.last
 
 
