@@ -135,8 +135,7 @@ def invert(A: Matrix) -> Solve:
 
     def solve(b: Vector) -> Vector:
         x = inverse @ b
-        refined: Vector = x + inverse @ (b - A @ x)
-        return refined
+        return np.asarray(x + inverse @ (b - A @ x))
 
     return solve
 

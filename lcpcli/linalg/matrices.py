@@ -74,8 +74,7 @@ def _row_maxima(M: Matrix, entries: Vector) -> Vector:
 
 
 def _maxima(M: Vector, axis: int) -> Vector:
-    maxima: Vector = np.abs(M).max(axis) if M.size <= FEW else np.maximum(M.max(axis), -M.min(axis))
-    return maxima
+    return np.asarray(np.abs(M).max(axis) if M.size <= FEW else np.maximum(M.max(axis), -M.min(axis)))
 
 
 def dense(A: Matrix) -> Matrix:
@@ -207,23 +206,19 @@ def product(M: Matrix, v: Vector) -> Vector:
     flags = getattr(M, "flags", None) if M.shape[0] >= THREADED else None
     blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
     if blas is None or flags is None:
-        plain: Vector = M @ v
-        return plain
+        return np.asarray(M @ v)
     by_columns = flags.f_contiguous
     multiply = blas.dgemv if v.ndim == 1 else blas.dgemm
     transpose = {"trans" if v.ndim == 1 else "trans_a": not by_columns}
-    result: Vector = multiply(1.0, M if by_columns else M.T, v, **transpose)
-    return result
+    return np.asarray(multiply(1.0, M if by_columns else M.T, v, **transpose))
 
 
 def absolute_product(M: Matrix, z: Vector) -> Vector:
     """|M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
-        result: Vector = abs(M) @ z
-        return result
+        return np.asarray(abs(M) @ z)
     if M.size <= FEW:
-        small: Vector = np.abs(M) @ z
-        return small
+        return np.asarray(np.abs(M) @ z)
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])
 
 

@@ -97,8 +97,7 @@ class SuperLU:
     def solve(self, b: Vector) -> Vector:
         permuted = np.empty_like(b)
         permuted[self._solving] = b
-        x: Vector = self._lu.solve(permuted)[self._solving]
-        return x
+        return np.asarray(self._lu.solve(permuted)[self._solving])
 
     @property
     def nonzeros(self) -> int:
@@ -136,8 +135,7 @@ class LDL:
         self._solver = self._solver or made
 
     def solve(self, b: Vector) -> Vector:
-        x: Vector = self._solver.solve(self._S * b)
-        return x
+        return np.asarray(self._solver.solve(self._S * b))
 
     @property
     def order(self) -> Indices:

@@ -224,5 +224,4 @@ def _are_far_apart(sizes: Vector) -> bool:
 
 def _half_power(sizes: Vector) -> Vector:
     """Half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
-    half: Vector = np.rint(0.5 * np.log2(sizes, where=sizes > 0, out=np.zeros_like(sizes)))
-    return half
+    return np.asarray(np.rint(0.5 * np.log2(sizes, where=sizes > 0, out=np.zeros_like(sizes))))

@@ -151,8 +151,7 @@ def _pivot(
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
     """The z of some rows after a step of iterative refinement, for their w."""
     basic = found.basis.basic[rows]
-    z: Vector = found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0))
-    return z
+    return np.asarray(found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0)))
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
@@ -168,8 +167,7 @@ def _neighbours(q: Vector) -> tuple[Indices, Mask]:
 
 def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
     distances, sizes = q[rows] - q[others], q[rows]
-    near: Mask = (distances**2).sum(axis=1) < NEAR**2 * (sizes**2).sum(axis=1)
-    return near
+    return np.asarray((distances**2).sum(axis=1) < NEAR**2 * (sizes**2).sum(axis=1))
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:

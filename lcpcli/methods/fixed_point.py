@@ -146,8 +146,7 @@ class Anderson:
         gram = self._gram[kept, kept]
         ridge = RIDGE * float(np.trace(gram)) * np.eye(self._kept)
         gamma = np.linalg.lstsq(gram + ridge, np.einsum("ij,j->i", self._df[kept], f), rcond=None)[0]
-        accelerated: Vector = g - np.einsum("i,ij->j", gamma, self._dg[kept])
-        return accelerated
+        return np.asarray(g - np.einsum("i,ij->j", gamma, self._dg[kept]))
 
     def _remember(self, f: Vector, g: Vector, last_f: Vector, last_g: Vector) -> None:
         """Replace the oldest differences by the newest, and update the Gram matrix."""

@@ -71,5 +71,4 @@ def gradient_steps(
 
 def _dots(A: Vector, B: Vector) -> Vector:
     """The inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
-    dots: Vector = np.einsum("...i,...i->...", A, B)[..., np.newaxis]
-    return dots
+    return np.asarray(np.einsum("...i,...i->...", A, B)[..., np.newaxis])

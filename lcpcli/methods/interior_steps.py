@@ -159,8 +159,7 @@ class Steps:
 
     def _spread(self, values: Vector) -> Vector:
         """Values of the bounds added up by variable."""
-        sums: Vector = np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False)
-        return sums
+        return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
 
     def _absorbing(self, ratio: Vector) -> Vector:
         """Minus the sign of those bounds whose multipliers take what a system leaves over: the nearer one, if near."""

@@ -23,12 +23,12 @@ import numpy as np
 
 from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, interruptibly, silence
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, stack
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
-from lcpcli.model.changes import Scaled, scale
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
@@ -83,11 +83,15 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
             continue
         tried.add(P.tobytes())
         z, to_rounding = _basic_solution(M, q, P)
-        x = None if z is None else _in_units(units, s, M @ z + q, z, P)
-        if x is not None and to_rounding:
-            yield Iterate(x, None, step, len(tried))
-        elif x is not None:
-            rough.append(Iterate(x, None, step, len(tried)))
+        if z is None:
+            continue
+        with np.errstate(all="ignore"):
+            x = (units.C * z - np.where(P, 0.0, np.maximum(M @ z + q, 0.0)) / units.R) / (2 * s)
+        iterate = Iterate(x, None, step, len(tried))
+        if to_rounding and is_finite(x):
+            yield iterate
+        elif is_finite(x):
+            rough.append(iterate)
     if not isinstance(found, Finished):
         yield from rough
         return type(found)(f"{UNDECIDED}: {found.reason}")
@@ -176,13 +180,6 @@ def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iter
     for _ in range(2):
         z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[active], rcond=None)[0]
     yield z if z.min() >= 0 else found.x
-
-
-@np.errstate(all="ignore")
-def _in_units(units: Scaled, s: float, w: Vector, z: Vector, P: Mask) -> Vector | None:
-    """x = (z - w) / 2 in the problem's own units; None if it overflows."""
-    x: Vector = (units.C * z - np.where(P, 0.0, np.maximum(w, 0.0)) / units.R) / (2 * s)
-    return x if np.isfinite(x).all() else None
 
 
 def candidates(

@@ -134,8 +134,7 @@ def _jacobi(A: Matrix) -> Vector:
     diagonal = A.diagonal()
     inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
     radius = float((inverse * (abs(A) @ np.ones(A.shape[0]))).max()) or 1.0
-    weights: Vector = 4 / 3 / radius * inverse
-    return weights
+    return np.asarray(4 / 3 / radius * inverse)
 
 
 def _tentative(A: Matrix, weights: Vector, candidate: Vector, strength: float) -> tuple[Matrix, Vector]:
@@ -176,8 +175,7 @@ def _aggregates(A: Matrix, strength: float) -> Indices:
     aggregate = np.full(n, -1)
     aggregate[root] = np.arange(np.count_nonzero(root))
     aggregate = neighbourhood_maximum(aggregate)
-    aggregates: Indices = np.where(aggregate < 0, neighbourhood_maximum(aggregate), aggregate)
-    return aggregates
+    return np.asarray(np.where(aggregate < 0, neighbourhood_maximum(aggregate), aggregate))
 
 
 def _strong_neighbours(A: Matrix, strength: float) -> tuple[Indices, Indices]:

@@ -60,18 +60,7 @@ def shi(
     decrease of f is below rounding, or F~ is zero up to rounding but the smoothing error is not, as p is small.
     Breakdown : f is stationary but F~ is not zero (J is singular), or |F~|^2 over- or underflows.
     """
-    return _iterates(problem, x0, x1, default_p(problem) if p is None else p, int(k_star), rho, sigma)
-
-
-def default_p(problem: Problem) -> float:
-    """The p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the rounding error of q, eps |q|_inf."""
-    scale = float(np.max(np.abs(problem.q))) or 1.0
-    return min(math.log(3) * (1 + matrices.norm_inf(problem.M)) / EPS / scale, 1e300)
-
-
-def _iterates(
-    problem: Problem, x0: Vector, x1: Vector | None, p: float, k_star: int, rho: float, sigma: float
-) -> Stage:
+    p, k_star = default_p(problem) if p is None else p, int(k_star)
     smoothed = Smoothed(problem, p)
     here = smoothed.at(x0)
     evaluations = 1
@@ -108,6 +97,12 @@ def _iterates(
     if here.F.any():
         return Breakdown("|F~|^2 underflows; multiply q and the start by one large number")
     return _smoothed_solution(problem, p, here.F) or Finished()
+
+
+def default_p(problem: Problem) -> float:
+    """The p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the rounding error of q, eps |q|_inf."""
+    scale = float(np.max(np.abs(problem.q))) or 1.0
+    return min(math.log(3) * (1 + matrices.norm_inf(problem.M)) / EPS / scale, 1e300)
 
 
 def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:

@@ -58,15 +58,13 @@ def p_within(problem: Problem, tol: float) -> float:
 def excess(p: float, t: Vector) -> Vector:
     """delta = phi - |x| at t = |x| >= 0, for p t <= WINDOW; between 0 and ln(3) / p."""
     a = np.exp(-p * t)
-    delta: Vector = np.log1p(a + a * a) / p
-    return delta
+    return np.asarray(np.log1p(a + a * a) / p)
 
 
 def slope(p: float, x: Vector) -> Vector:
     """phi'(x) = (e^(px) - e^(-px)) / (1 + e^(px) + e^(-px)) for p |x| <= WINDOW; between -1 and 1."""
     b = -np.expm1(-p * np.abs(x))  # 1 - a, without cancellation near 0
-    steepness: Vector = np.copysign(b * (2 - b) / (3 - (3 - b) * b), x)
-    return steepness
+    return np.asarray(np.copysign(b * (2 - b) / (3 - (3 - b) * b), x))
 
 
 @dataclass(frozen=True, eq=False)

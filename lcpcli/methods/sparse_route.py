@@ -186,7 +186,7 @@ def _steps(own: _Inexact) -> Generator[_Inexact, None, Ending]:
                 break
     except SingularMatrix as error:
         return Breakdown(str(error))
-    if least <= STAGNATION * norm(own.terms()):
+    if least <= STAGNATION * norm(absolute_product(own.M, np.abs(own.z)) + np.abs(own.q)):
         return Stalled("the residual has stopped falling at rounding level")
     return Breakdown("block principal pivoting has stopped making progress")
 
@@ -202,7 +202,7 @@ class _Inexact:
     def __init__(
         self, M: Matrix, q: Vector, box: Box, z: Vector, precondition: Callable[[Indices, Matrix], Solve] | None = None
     ) -> None:
-        self._M, self._q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
+        self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
         symmetric = precondition is not None or is_symmetric(M)
         self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
         self._patience = PATIENCE if precondition is None else PATIENCE_MULTILEVEL
@@ -213,14 +213,10 @@ class _Inexact:
 
     def measure(self) -> None:
         """Compute w and the residual."""
-        self.w = self._M @ self.z
-        self.w += self._q
+        self.w = self.M @ self.z
+        self.w += self.q
         self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
         self.products += 1
-
-    def terms(self) -> Vector:
-        """|M| |z| + |q|."""
-        return absolute_product(self._M, np.abs(self.z)) + np.abs(self._q)
 
     def at(self, basis: Basis) -> BasicSolution:
         """Approximate the basic solution of a basis, and judge its signs after a step of Jacobi's method, at the lower
@@ -229,9 +225,9 @@ class _Inexact:
         unchanged = self._block is not None and not basis.changes(self.basis)
         z = self.box.nonbasic(basis)
         if not unchanged:
-            self._block = self._M if indices.size == z.size else self._M[indices][:, indices]
+            self._block = self.M if indices.size == z.size else self.M[indices][:, indices]
             self._cycle = self._precondition(indices, self._block) if indices.size else identity
-        b = -(self._q + self._M @ z if np.count_nonzero(z) else self._q)[indices]
+        b = -(self.q + self.M @ z if np.count_nonzero(z) else self.q)[indices]
         z[indices] = self._solved(b, self.z[indices], FINAL_REDUCTION if unchanged else REDUCTION)
         self.z, self.basis = z, basis
         self.measure()
@@ -253,5 +249,4 @@ class _Inexact:
 
     def _product(self, v: Vector) -> Vector:
         self.products += 1
-        image: Vector = self._block @ v
-        return image
+        return np.asarray(self._block @ v)
