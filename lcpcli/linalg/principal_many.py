@@ -45,7 +45,13 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
 
     The numbers of rows of the sets of a batch are within a factor of two; the last row of a set is repeated up to r.
     """
-    first, inverse = _distinct(sets)
+    m, n = sets.shape
+    packed = np.zeros((m, -(-n // WORD) * 8), dtype=np.uint8)  # as one key for each set
+    packed[:, : -(-n // 8)] = np.packbits(sets, axis=1)
+    words = packed.view(np.uint64)
+    keys = words[:, 0] if words.shape[1] == 1 else packed.view(f"V{packed.shape[1]}")[:, 0]
+    _, first, numbers = np.unique(keys, return_index=True, return_inverse=True)
+    inverse = numbers.reshape(-1)
     counts = np.bincount(inverse)
     order, begin = np.argsort(inverse, kind="stable"), np.cumsum(counts) - counts
     sizes = np.count_nonzero(sets[first], axis=1)
@@ -59,17 +65,6 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
         for part in np.split(group, range(together, group.size, together)):
             indices = sets[first[part]].nonzero()[1].reshape(part.size, size)
             yield indices, order[begin[part, np.newaxis] + np.minimum(np.arange(most), counts[part, np.newaxis] - 1)]
-
-
-def _distinct(sets: Mask) -> tuple[Indices, Indices]:
-    """A row for each distinct set, and for each row the number of its set."""
-    m, n = sets.shape
-    packed = np.zeros((m, -(-n // WORD) * 8), dtype=np.uint8)
-    packed[:, : -(-n // 8)] = np.packbits(sets, axis=1)
-    words = packed.view(np.uint64)
-    keys = words[:, 0] if words.shape[1] == 1 else packed.view(f"V{packed.shape[1]}")[:, 0]
-    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    return first, inverse.reshape(-1)
 
 
 def _solved(A: Vector, B: Vector) -> Vector:

@@ -137,8 +137,13 @@ class Anderson:
             return g
         if size < self._smallest:
             self._smallest, self._best = size, g
-        if self._last is not None:
-            self._remember(f, g, *self._last)
+        if self._last is not None:  # the newest differences replace the oldest
+            slot, (last_f, last_g) = self._slot, self._last
+            np.subtract(f, last_f, out=self._df[slot])
+            np.subtract(g, last_g, out=self._dg[slot])
+            self._kept, self._slot = max(self._kept, slot + 1), (slot + 1) % len(self._df)
+            products = np.einsum("ij,j->i", self._df[: self._kept], self._df[slot])
+            self._gram[slot, : self._kept] = self._gram[: self._kept, slot] = products
         self._last = f, g
         if self._kept == 0 or size == 0:
             return g
@@ -147,13 +152,3 @@ class Anderson:
         ridge = RIDGE * float(np.trace(gram)) * np.eye(self._kept)
         gamma = np.linalg.lstsq(gram + ridge, np.einsum("ij,j->i", self._df[kept], f), rcond=None)[0]
         return np.asarray(g - np.einsum("i,ij->j", gamma, self._dg[kept]))
-
-    def _remember(self, f: Vector, g: Vector, last_f: Vector, last_g: Vector) -> None:
-        """Replace the oldest differences by the newest, and update the Gram matrix."""
-        slot = self._slot
-        np.subtract(f, last_f, out=self._df[slot])
-        np.subtract(g, last_g, out=self._dg[slot])
-        self._kept = max(self._kept, slot + 1)
-        self._slot = (slot + 1) % len(self._df)
-        products = np.einsum("ij,j->i", self._df[: self._kept], self._df[slot])
-        self._gram[slot, : self._kept] = self._gram[: self._kept, slot] = products

@@ -209,10 +209,12 @@ class AccurateSystems:
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
         """x and b - (M + D) x, whose weighted norm is at most the target or ACCURACY of that of b, if possible."""
-        size = self._norm(b) + 1e-300
+        size, own = self._norm(b) + 1e-300, self.regularization
         goal = max(ACCURACY * size, target)
         x, r, of_factors = self._first(b)
-        while not of_factors <= USELESS * size and self._strengthened():
+        while not of_factors <= USELESS * size and own.rho < own.most:
+            own.rho = own.least = min(own.rho * 10, own.most)  # from now on the least one
+            self._systems.factorize(self._D + own.rho)
             x, r, of_factors = self._first(b)
         if not np.isfinite(of_factors):
             raise SingularMatrix
@@ -228,15 +230,6 @@ class AccurateSystems:
         x = self._systems.solve(b)
         r = b - self._product(x)
         return x, r, self._norm(r - self.regularization.rho * x)
-
-    def _strengthened(self) -> bool:
-        """Factorize with a larger rho, from now on the least one; False if it is as large as it may be."""
-        own = self.regularization
-        if own.rho >= own.most:
-            return False
-        own.rho = own.least = min(own.rho * 10, own.most)
-        self._systems.factorize(self._D + own.rho)
-        return True
 
     def _refined(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
         left = self._norm(r)

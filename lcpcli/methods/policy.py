@@ -17,7 +17,7 @@ from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, from_states, n
 from lcpcli.methods.small import PIVOTS, exactly, small
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model import changes as scaled
-from lcpcli.model.far_bounds import Relaxed, relaxed
+from lcpcli.model.far_bounds import relaxed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -55,13 +55,9 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     """
     search = partial(_search, deadline=interrupts.deadline(time_limit), states=states)
     change = relaxed(problem)
-    return _from_start(problem, x0, search) if change is None else _relaxed_first(problem, change, x0, search)
-
-
-def _relaxed_first(problem: Problem, change: Relaxed, x0: Vector, search: Search) -> Stage:
-    """First without far bounds, except for milp, then with them."""
-    first = _from_start(change.problem, change.start(x0), partial(search, milp=False))
-    turns = Turns(x0)
+    if change is None:
+        return (yield from _from_start(problem, x0, search))
+    turns, first = Turns(x0), _from_start(change.problem, change.start(x0), partial(search, milp=False))
     ending = yield from turns.take("", in_given_variables(change, first))
     if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
         return ending

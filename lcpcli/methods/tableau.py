@@ -98,7 +98,8 @@ class Tableau:
         return column, row, tied
 
     def pivot(self, column: Vector, row: int, tied: Indices, entering: int) -> int:
-        """Exchange the basic variable of the row for the entering one; returns the leaving variable."""
+        """Exchange the basic variable of the row for the entering one; returns the leaving variable. Entries of the
+        inverse that cancel become zero."""
         leaving = int(self.basic[row])
         step = self.values[row] / column[row]
         change = step * column
@@ -110,7 +111,16 @@ class Tableau:
             self.inverse[len(self.nonbasic_w)] = 0.0
             self.inverse[len(self.nonbasic_w), row] = 1.0
             self.nonbasic_w.append(leaving)
-        self._eliminate(column, row)
+        inverse, change = self.inverse[: len(self.nonbasic_w)], self.work[: len(self.nonbasic_w)]
+        quotients = inverse[:, row] / column[row]
+        np.multiply(quotients[:, np.newaxis], column, out=change)
+        inverse -= change
+        np.abs(change, out=change)
+        change *= NOISE
+        cancelled = inverse <= change
+        cancelled &= inverse >= np.negative(change, out=change)
+        inverse[cancelled] = 0.0
+        inverse[:, row] = quotients
         self.basic[row] = entering
         self.row_of[leaving], self.row_of[entering] = -1, row
         if entering < self.n:
@@ -190,17 +200,3 @@ class Tableau:
             if rows.size == 1:
                 break
         return int(rows[-1])
-
-    def _eliminate(self, column: Vector, row: int) -> None:
-        """Update the inverse for a pivot on column[row]; entries that cancel become zero."""
-        k = len(self.nonbasic_w)
-        inverse, change = self.inverse[:k], self.work[:k]
-        quotients = inverse[:, row] / column[row]
-        np.multiply(quotients[:, np.newaxis], column, out=change)
-        inverse -= change
-        np.abs(change, out=change)
-        change *= NOISE
-        cancelled = inverse <= change
-        cancelled &= inverse >= np.negative(change, out=change)
-        inverse[cancelled] = 0.0
-        inverse[:, row] = quotients
