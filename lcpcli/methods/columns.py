@@ -18,8 +18,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
-from lcpcli.methods.gradients import gradient_steps
-from lcpcli.methods.newton import LEAST_INDEX_STEPS
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, gradient_steps
 from lcpcli.model.box import Basis, Box, moved
 from lcpcli.model.columns import Block
 from lcpcli.typing import Indices, Mask, Vector

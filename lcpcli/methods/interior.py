@@ -208,15 +208,13 @@ def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]
     """z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
     if not basic.size:
         return z, problem.M @ z + problem.q
-    if not is_sparse(problem.M):
-        return _proximal(problem, z, basic, systems(problem.M[np.ix_(basic, basic)], None))[:2]
-    block = problem.M[basic][:, basic]
+    block, S = problem.M[basic][:, basic], None if problem.S is None else problem.S[basic]
     tries: list[tuple[Vector, Vector, float]] = []
-    with suppress(SingularMatrix):
-        tries.append(_proximal(problem, z, basic, systems(block, None if problem.S is None else problem.S[basic])))
-    if not tries or tries[0][2] > POOR:
-        with suppress(SingularMatrix):
-            tries.append(_proximal(problem, z, basic, SuperLU(block, pivoting=True)))
+    for pivoting in (False, True) if is_sparse(block) else (False,):
+        if not tries or tries[0][2] > POOR:
+            with suppress(SingularMatrix):
+                solver = SuperLU(block, pivoting=True) if pivoting else systems(block, S)
+                tries.append(_proximal(problem, z, basic, solver))
     if not tries:
         raise SingularMatrix
     return min(tries, key=lambda each: each[2])[:2]

@@ -7,7 +7,7 @@ with inexact solves: each step need only reduce the residual by a digit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 
 import numpy as np
 
@@ -112,7 +112,7 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
     Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
     PATIENCE products per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
     """
-    return _iterates(_Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0)))
+    return _steps(_Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0)))
 
 
 def multilevel(problem: Problem) -> Stage:
@@ -130,18 +130,7 @@ def multilevel(problem: Problem) -> Stage:
     z = _coarse_start(hierarchy, problem)
     if not isinstance(z, np.ndarray):
         return z
-    own = _Inexact(problem.M, problem.q, problem.box, z, Preconditioners(hierarchy, 0))
-    return (yield from _iterates(own))
-
-
-def _iterates(own: _Inexact) -> Stage:
-    steps = _steps(own)
-    while isinstance(ending := advance(steps), _Inexact):
-        x = own.box.x_within(own.z, own.w, own.basis)
-        w = own.box.reflected(x) - x
-        admissible = bool((own.z == own.box.project(own.z)).all())
-        yield Iterate(x, own.w - w if admissible else None, "", own.products, signs_final=admissible)
-    return ending
+    return (yield from _steps(_Inexact(problem.M, problem.q, problem.box, z, Preconditioners(hierarchy, 0))))
 
 
 def _coarse_start(hierarchy: Hierarchy, problem: Problem) -> Vector | Ending:
@@ -159,25 +148,25 @@ def _coarse_start(hierarchy: Hierarchy, problem: Problem) -> Vector | Ending:
             ending = advance(steps)
             if isinstance(ending, Finished) or own.size <= target:
                 break
-            if not isinstance(ending, _Inexact):
+            if not isinstance(ending, Iterate):
                 return ending
         z = hierarchy.prolongations[level - 1] @ box.project(own.z)
     return z
 
 
-def _steps(own: _Inexact) -> Generator[_Inexact, None, Ending]:
-    """The problem after each step, until its residual is zero or no longer falls."""
+def _steps(own: _Inexact) -> Stage:
+    """Block pivoting until the residual is zero or no longer falls."""
     if not own.diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
     own.measure()
     least, stagnant = own.size, 0
     own.basis = own.box.basis_of(0.5 * (own.z - own.w / own.diagonal))
     if own.size == 0:
-        yield own
+        yield own.iterate()
         return Finished()
     try:
         for found in exchanging(own, own.basis):
-            yield own
+            yield own.iterate()
             if found.is_solution:
                 return Finished()
             stagnant = 0 if own.size < least else stagnant + 1
@@ -217,6 +206,13 @@ class _Inexact:
         self.w += self.q
         self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
         self.products += 1
+
+    def iterate(self) -> Iterate:
+        """Return the x of the last basic solution, with F where z is admissible."""
+        x = self.box.x_within(self.z, self.w, self.basis)
+        w = self.box.reflected(x) - x
+        admissible = bool((self.z == self.box.project(self.z)).all())
+        return Iterate(x, self.w - w if admissible else None, "", self.products, signs_final=admissible)
 
     def at(self, basis: Basis) -> BasicSolution:
         """Approximate the basic solution of a basis, and judge its signs after a step of Jacobi's method, at the lower
