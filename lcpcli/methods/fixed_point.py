@@ -14,7 +14,6 @@ import numpy as np
 
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.krylov import ends, norm
-from lcpcli.linalg.matrices import product
 from lcpcli.methods.registry import ANDERSON, OMEGA
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled, ended
 from lcpcli.model.problem import Problem
@@ -75,7 +74,7 @@ def _iterates(problem: Problem, x: Vector, omega: float, anderson: int, solve: f
 
 def _image(M: Matrix, omega: float, distance: Vector) -> Vector:
     """(omega I - M) |x| for |x|, which is overwritten, with one product with M."""
-    image = product(M, distance)
+    image = matrices.product(M, distance)
     distance *= omega
     return np.subtract(distance, image, out=image)
 

@@ -35,17 +35,11 @@ class Scaled:
     kept: Indices
     M: Matrix
     q: Vector
-    lower: Vector
-    upper: Vector
+    box: Box
     units: Vector
     S: Vector | None
     low: Indices
     high: Indices
-
-    @property
-    def box(self) -> Box:
-        """The bounds."""
-        return Box(self.lower, self.upper)
 
     @property
     def pairs(self) -> int:
@@ -79,8 +73,7 @@ def scaled(problem: Problem) -> Scaled:
     largest = float(np.exp2(np.rint(np.log2(largest))))
     S = None if problem.signs is None else problem.signs[kept]
     ends = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
-    own = (M, q / largest, lower / largest, upper / largest)
-    return Scaled(problem, kept, *own, d * largest, S, *ends)
+    return Scaled(problem, kept, M, q / largest, Box(lower / largest, upper / largest), d * largest, S, *ends)
 
 
 def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
@@ -131,17 +124,13 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
     """The certificate from one of the directions, or from the part of either sign S; None if none is one."""
     given, S = conditions_of(problem), within.S
     least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
-    for direction in directions:
-        if not np.abs(direction).max() > FAR:
-            continue
+    for direction in (each for each in directions if np.abs(each).max() > FAR):
         parts = [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
         for part in (*parts, direction):
             y = np.zeros(problem.n)
             y[within.kept] = part * within.units
             y = np.clip(y, least, most)
-            if not _is_clear(within, y, ROUGHLY):
-                continue
-            for candidate in _simplest_first(y):
+            for candidate in _simplest_first(y) if _is_clear(within, y, ROUGHLY) else ():
                 if _is_clear(within, candidate, NEARLY):
                     proof = proof_in_units(problem, np.ones(problem.n), candidate)
                     if proof is not None:
@@ -160,7 +149,7 @@ def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:
     rounded from others that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
     y = y[within.kept] / within.units
     product, size = within.M.T @ y, float(np.abs(y).sum())
-    ends = np.where(product > 0, within.upper, within.lower)
+    ends = np.where(product > 0, within.box.upper, within.box.lower)
     finite = np.isfinite(ends)
     if np.abs(product[~finite]).max(initial=0.0) > nearly * size:
         return False

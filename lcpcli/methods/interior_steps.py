@@ -54,7 +54,7 @@ class Steps:
         self.problem, self._systems = problem, systems
         self._index = np.concatenate((problem.low, problem.high))
         self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
-        self._bound = np.concatenate((problem.lower[problem.low], problem.upper[problem.high]))
+        self._bound = np.concatenate((problem.box.lower[problem.low], problem.box.upper[problem.high]))
         _, low, high = np.intersect1d(problem.low, problem.high, return_indices=True)
         self._partners = low, high + problem.low.size  # the places of both bounds of each variable with two
         self._measured: tuple[Point, tuple[Vector, Vector]] | None = None
@@ -67,7 +67,7 @@ class Steps:
         from w, shifted to be positive.
         """
         p = self.problem
-        near = np.clip(0.0, p.lower, p.upper)
+        near = np.clip(0.0, p.box.lower, p.box.upper)
         D = np.zeros(p.q.size)
         D[self._index] = 1.0
         self._systems.factorize(D)

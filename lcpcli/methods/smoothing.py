@@ -34,7 +34,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import product
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
@@ -103,7 +102,7 @@ class Smoothed:
     def at(self, x: Vector) -> Point:
         """F~ and f at x, with one product with M; f is infinite if it overflows."""
         z, w, window = self.split(x)
-        F = product(self._problem.M, z)
+        F = matrices.product(self._problem.M, z)
         F -= w
         F += self._problem.q
         with np.errstate(over="ignore"):
@@ -115,7 +114,7 @@ class Smoothed:
 
         h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) - phi'(x - u/2)) / 2.
         """
-        y = product(self._problem.M.T, point.F)
+        y = matrices.product(self._problem.M.T, point.F)
         y -= point.F
         window = point.window
         low, high = (slope(self._p, point.x[window] - end[window]) for end in self._ends)
