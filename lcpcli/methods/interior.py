@@ -116,14 +116,10 @@ class _Run:
         try:
             factors = SuperLU(within.M, pivoting=True) if attempt.pivots else systems(within.M, within.S)
             steps = Steps(within, AccurateSystems(within.M, factors, regularization))
-            return (yield from self._steps(attempt, steps, steps.start(slack), regularization))
+            best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
-
-    def _steps(self, attempt: Attempt, steps: Steps, at: Point, regularization: Regularization) -> Stage:
-        best, least, waited, tried = at, np.inf, 0, np.inf
-        lengths: list[float] = []
-        along: Point = at
+        least, waited, tried, lengths = np.inf, 0, np.inf, list[float]()
         for k in range(MOST + 1):
             mu = steps.mu(at)
             merit = max(self._within.pairs * mu / steps.gap_size(at), steps.infeasibility(at))

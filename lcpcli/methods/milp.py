@@ -33,10 +33,9 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative, unit_vectors
-from lcpcli.verify.certificate import Certificate, proof_in_units
+from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
-NO_POINT = "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate"
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 LATE = "the time limit is reached"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
@@ -73,7 +72,7 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     proof = alternative(M, q, time_limit).proof
     y = None if proof is None else proof_in_units(problem, units.R, proof)
     if y is not None:
-        return NoSolution(Certificate("farkas", NO_POINT, y))
+        return NoSolution(Certificate("farkas", farkas_statement(problem), y))
     tried: set[bytes] = set()
     rough: list[Iterate] = []
     sets = _sets(M, q, deadline)
@@ -198,7 +197,7 @@ def candidates(
         decided = pending.pop()
         seconds = deadline - clock.seconds()
         if seconds <= 0:
-            return OutOfTime("the time limit is reached")
+            return OutOfTime(LATE)
         if examined == nodes:
             return Stalled(f"{nodes} systems have been examined")
         examined += 1

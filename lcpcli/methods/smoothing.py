@@ -29,7 +29,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -157,20 +156,12 @@ class Bracket:
         return inner
 
 
-class Step(NamedTuple):
-    """The end of a step, the gradient of f there, and the number of lengths tried."""
-
-    point: Point
-    gradient: Vector
-    trials: int
-
-
 def search(
     smoothed: Smoothed, start: Point, s: Vector, slope: float, gamma: float, rho: float, sigma: float
-) -> Step | int:
-    """The step from start along s, where f has the slope <grad f, s> < 0, with first trial length gamma > 0.
-
-    Returns only the number of trials if they become too short to change x: the decrease is below rounding.
+) -> tuple[Point, Vector, int] | int:
+    """Return the end of the step from start along s, where f has the slope <grad f, s> < 0, with first trial length
+    gamma > 0, the gradient of f there, and the number of lengths tried; only that number if they become
+    too short to change x: the decrease is below rounding.
     """
     bracket, first = Bracket(0.0, start.f, slope), gamma
     for trial in range(1, MAX_TRIALS + 1):
@@ -185,7 +176,7 @@ def search(
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
-                return Step(point, g, trial)
+                return point, g, trial
             bracket.raise_low(gamma, point.f, slope_here)
         gamma = bracket.next_trial(slope)
     return trial
