@@ -126,5 +126,5 @@ def _measured(case: Case, problem: Problem, checker: Checker, solver: str, recor
         curve=curve,
         rate=rate_of_fixed_point(problem, curve) if solver == "fixed-point" and curve else None,
         **{name: getattr(answer, name) for name in COPIED},
-        **vars(checker.check(answer)),
+        **checker.check(answer),
     )

@@ -63,8 +63,12 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
         "trace": rows,
     }
-    record = {key: plain(own[key] if key in own else getattr(result, key)) for key in KEYS.split()}
-    return record | dict(source.mark or {})
+    return record(KEYS, result, own) | dict(source.mark or {})
+
+
+def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
+    """What is written of something, in the order of the keys: its own values, and attributes for the other keys."""
+    return {key: plain(own[key] if key in own else getattr(thing, key)) for key in keys.split()}
 
 
 def names(problem: Problem) -> list[str] | None:
