@@ -131,7 +131,7 @@ def _cells(result: Result, part: slice) -> list[str]:
         cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
     if not isinstance(problem.origin, OwnNames):
         return cells
-    return [f"{' '.join(name.split())} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
+    return [f"{wording.in_a_line(name)} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
 
 
 def costs(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
