@@ -174,7 +174,7 @@ def test_claims_are_checked_against_the_data(
     problem: Problem, given_answer: Answer, success: bool, false_success: bool
 ) -> None:
     check = Checker(problem, 1e-6).check(given_answer)
-    assert (check.success, check.false_success) == (success, false_success)
+    assert (check["success"], check["false_success"]) == (success, false_success)
 
 
 def test_no_two_cases_of_a_bench_have_the_same_name() -> None:

@@ -4,9 +4,10 @@ how well programs are solved."""
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import groupby
+from itertools import groupby, product
 
 from lcpcli.bench.check import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.bench.record import Measurement, Record
@@ -43,7 +44,7 @@ def reached(record: Record) -> Sheet:
     """The time of each method to an error of SHOWN on each problem."""
     rows = []
     for name, own in _competing(record):
-        times = [_seconds(own[method], SHOWN) if method in own else None for method in record.methods]
+        times = [own.get(method, {}).get(SHOWN) for method in record.methods]
         known = [seconds for seconds in times if seconds is not None]
         length, unit = wording.unit(min(known, default=0.0))
         cells = [NOWHERE if seconds is None else wording.digits(seconds / length) for seconds in times]
@@ -53,31 +54,24 @@ def reached(record: Record) -> Sheet:
 
 
 def firsts(record: Record) -> Sheet:
-    """On how many of these problems each method was the first to each level of error."""
-    problems = [own for _, own in _competing(record)]
-    winners = [[name for own in problems for name in _first(own, level)] for level in LEVELS]
-    rows = [[method, *(str(names.count(method)) for names in winners)] for method in record.methods if problems]
+    """On how many of these problems each method was the first to each level of error, several for equal times."""
+    problems, wins = [own for _, own in _competing(record)], Counter[tuple[str, float]]()
+    for own, level in product(problems, LEVELS):
+        times = {method: reached[level] for method, reached in own.items() if level in reached}
+        wins.update((method, level) for method in times if times[method] <= ALIKE * min(times.values()))
+    rows = [[method, *(str(wins[method, level]) for level in LEVELS)] for method in record.methods if problems]
     header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
     notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
     return Sheet(f"How often first to an error, on {count(len(problems), 'problem')}", header, [rows], notes)
 
 
-def _competing(record: Record) -> Iterator[tuple[str, dict[str, Measurement]]]:
-    """The problems with a known solution on which at least two methods ran: the name, and the methods' measurements."""
+def _competing(record: Record) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
+    """The problems with a known solution on which at least two methods ran: the name, and the seconds of each method to
+    each level of error."""
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
-        own = {row.solver: row for row in group if row.milestones is not None}
-        if len(own) >= 2:
-            yield name, own
-
-
-def _seconds(row: Measurement, level: float) -> float | None:
-    return next((seconds for at, _, seconds in row.milestones or () if at == level), None)
-
-
-def _first(own: dict[str, Measurement], level: float) -> list[str]:
-    """The methods that are first to a level, more than one for equal times."""
-    times = {method: seconds for method, row in own.items() if (seconds := _seconds(row, level)) is not None}
-    return [method for method, seconds in times.items() if seconds <= ALIKE * min(times.values())]
+        measured = {row.solver: row.milestones for row in group if row.milestones is not None}
+        if len(measured) >= 2:
+            yield name, {solver: {level: at for level, _, at in own} for solver, own in measured.items()}
 
 
 def rates(record: Record) -> Sheet:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -24,23 +24,6 @@ LARGEST_ERROR, SMALLEST_ERROR = 1e-2, 1e-9  # errors, relative to the solution, 
 MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors are computed
 
 
-@dataclass(frozen=True)
-class Check:
-    """success : claimed and accepted. false_success : claimed but wrong by every measure. Other claims are inexact.
-
-    The others are as in `record.Measurement`; `error` is that from the reference.
-    """
-
-    success: bool
-    false_success: bool
-    residual: float | None = None
-    scaled_residual: float | None = None
-    error: float | None = None
-    condition: float | None = None
-    forward_error: float | None = None
-    optimality: dict[str, float] | None = None
-
-
 class Checker:
     """Verifies the answers to one problem.
 
@@ -58,13 +41,16 @@ class Checker:
         self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None
 
     @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
-    def check(self, answer: Answer) -> Check:
-        """What is true of the answer; numbers that are not finite are None."""
+    def check(self, answer: Answer) -> dict[str, Any]:
+        """What is true of the answer, by its names in a `record.Measurement`: `success` if it is claimed and accepted,
+        `false_success` if it is claimed but wrong by every measure; other claims are inexact. Numbers that are not
+        finite are None."""
         problem, claimed = self._problem, answer.claim == SOLUTION
         hopeless = problem.verdict in WITHOUT_SOLUTION
         if answer.claim == NONE or answer.z is None:
             false = claimed or (answer.claim == NONE and bool(problem.solutions))
-            return Check(answer.claim == NONE and hopeless, false, optimality=optimality(problem, None))
+            success = answer.claim == NONE and hopeless
+            return {"success": success, "false_success": false, "optimality": optimality(problem, None)}
         z = np.asarray(answer.z, dtype=np.float64)
         point = Point(self._criterion, z, is_admissible=False)
         terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
@@ -75,9 +61,9 @@ class Checker:
         if self._sensitivity and error is not None:
             numbers["condition"] = self._sensitivity / problem.size_of_solutions
             numbers["forward_error"] = error / EPS / self._sensitivity
-        finite_ones = {name: finite(value) for name, value in numbers.items()}
+        found = {name: finite(value) for name, value in numbers.items()}
         false = claimed and not success and not as_said
-        return Check(success, false, optimality=optimality(problem, z), **finite_ones)
+        return {"success": success, "false_success": false, "optimality": optimality(problem, z), **found}
 
 
 @np.errstate(over="ignore", invalid="ignore")

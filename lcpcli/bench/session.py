@@ -61,8 +61,8 @@ def _processor() -> str:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
         lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, platform.processor() or platform.machine())
 
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
@@ -126,5 +126,5 @@ def _measured(case: Case, problem: Problem, checker: Checker, solver: str, recor
         curve=curve,
         rate=rate_of_fixed_point(problem, curve) if solver == "fixed-point" and curve else None,
         **{name: getattr(answer, name) for name in COPIED},
-        **vars(checker.check(answer)),
+        **checker.check(answer),
     )

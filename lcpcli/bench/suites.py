@@ -1,6 +1,6 @@
 """Suites of cases by name. A case is a problem of the gallery, or one in a file.
 
-Nothing heavy is imported, so that the suites can be listed in help.
+Nothing heavy is imported, so that the suites can be listed in help, and the formats of a report.
 """
 
 from __future__ import annotations
@@ -173,6 +173,13 @@ SUITES = {
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }
 ALL = "all"
+FORMATS = {  # of the report on a bench
+    "table": "human-readable",
+    "json": "the record, to resume from",
+    "csv": "one row per measurement, all digits",
+    "markdown": "the tables in Markdown",
+    "latex": "the tables in LaTeX with booktabs",
+}
 
 
 def cases_of(

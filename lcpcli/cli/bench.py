@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lcpcli import options
-from lcpcli.bench import FORMATS
-from lcpcli.bench.suites import ALL, SUITES, budget_of
+from lcpcli.bench.suites import ALL, FORMATS, SUITES, budget_of
 from lcpcli.cli.command import command, option
 from lcpcli.cli.main import INTERRUPTED
 from lcpcli.cli.options import (

@@ -111,8 +111,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     for parameter in parameters:
         refuse_unknown(name, parameter)
     size = _entry(name).size
-    if n is None:
-        n = size or DEFAULT_SIZE
+    n = size or DEFAULT_SIZE if n is None else n
     if not 1 <= n <= LARGEST_SIZE:
         raise OptionError("-n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}")
     if size and n != size:

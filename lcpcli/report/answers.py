@@ -19,34 +19,29 @@ PAYOFFS = ("row gets", "column gets")
 
 
 def lines(result: Result, compared: bool) -> list[str]:
-    """The answer, its meaning, and its exact parts; nothing without an origin.
+    """The point, the multipliers and the objective of a program, or the strategies of a game, as far as they are known,
+    their meaning, and their exact parts; nothing without an origin.
 
     compared : whether it is shown with other results, so that it must be named.
     """
     answer = result.answer
     if answer is None:
         return []
-    texts = [", ".join(_parts(result)), answer.statement, *no_optimum(answer, result.problem.origin)]
+    origin: Any = result.problem.origin
+    parts: list[str] = []
+    if not isinstance(answer, Minimum):
+        if answer.row is not None:
+            parts = strategies(origin, answer.row.tolist(), answer.column.tolist(), answer.payoffs)
+    elif answer.x is not None and answer.y is not None:
+        multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
+        point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
+        parts = [point, *multipliers, f"objective {answer.objective:.7g}"]
+    texts = [", ".join(parts), answer.statement, *no_optimum(answer, origin)]
     if answer.exact:
         from lcpcli.rational.numbers import brief
 
         texts += [f"exact {key} = {wording.vector(part, brief)}" for key, part in answer.exact.items() if part]
     return [f"{wording.name(result)}: " * compared + text for text in texts if text]
-
-
-def _parts(result: Result) -> list[str]:
-    """The point, the multipliers and the objective of a program, or the strategies of a game, as far as known."""
-    answer = result.answer
-    origin: Any = result.problem.origin
-    if not isinstance(answer, Minimum):
-        if answer.row is None:
-            return []
-        return strategies(origin, answer.row.tolist(), answer.column.tolist(), answer.payoffs)
-    if answer.x is None or answer.y is None:
-        return []
-    point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
-    multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
-    return [point, *multipliers, f"objective {answer.objective:.7g}"]
 
 
 def strategies(

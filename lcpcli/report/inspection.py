@@ -27,6 +27,7 @@ TITLES = {
 UNKNOWN = "not computed: too expensive"
 CLOSE = 0.999  # factors from here on are shown by their distance from 1
 MANY = 999_999
+NO_RATE = {"omega": None, "factor": None, "iterations": None}
 BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 
 Row = tuple[str, ...]
@@ -58,18 +59,18 @@ def _facts(found: Inspection) -> list[Row]:
     n, stored = found.problem.n, "sparse" if is_sparse(found.problem.M) else "dense"
     nonzeros = f"{found.nonzeros} of {n**2} nonzero ({100 * found.nonzeros / n**2:.3g} %)"
     unit, name = next((unit, name) for unit, name in BINARY if found.cost.bytes >= unit)
-    before, after = found.spread, found.equilibrated_spread
+    before, after, cost = found.spread, found.equilibrated_spread, found.cost
     spread = f"largest entries vary by {before.rows:.1f} decades over rows, {before.columns:.1f} over columns"
+    size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
+    if cost.bandwidth is not None:
+        size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
     error = f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"
     return [
-        (
-            "entries",
-            f"{stored}, {nonzeros}, {found.cost.bytes / unit:.3g} {name}",
-        ),
+        ("entries", f"{stored}, {nonzeros}, {found.cost.bytes / unit:.3g} {name}"),
         ("scaling", f"{spread}; by {after.rows:.1f} and {after.columns:.1f} after equilibration"),
         ("condition", _condition(found)),
         ("eigenvalues", _eigenvalues(found)),
-        ("factorization", _factor_cost(found)),
+        ("factorization", size),
         *([("interior", _interior(found.factorization))] if found.factorization else []),
         ("fixed-point", _contraction(found.published, found)),
         ("  --omega auto", _contraction(found.best, found)),
@@ -92,12 +93,6 @@ def _eigenvalues(found: Inspection) -> str:
         return "M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
     about = "about " if found.spectrum.estimated else ""
     return f"{about}{found.spectrum.smallest:.4g} to {found.spectrum.largest:.4g}"
-
-
-def _factor_cost(found: Inspection) -> str:
-    cost = found.cost
-    size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
-    return size if cost.bandwidth is None else f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
 
 
 def _interior(own: Factorization) -> str:
@@ -167,7 +162,16 @@ def as_json(found: Inspection) -> str:
         "largest_eigenvalue": spectrum and spectrum.largest,
         "eigenvalues_estimated": spectrum and spectrum.estimated,
         **json_lines.plain(found.cost),
-        "factorization": own and _factorization(own),
+        "factorization": own
+        and {
+            "library": own.library,
+            "nonzeros": own.nonzeros,
+            "factor_nonzeros": own.factor_nonzeros,
+            "ratio": own.ratio,
+            "first_seconds": own.first,
+            "repeated_seconds": own.repeated,
+            "note": own.note or None,
+        },
         "fixed_point": found.published or NO_RATE,
         "fixed_point_best": found.best or NO_RATE,
         "p": found.smoothing.p,
@@ -177,18 +181,3 @@ def as_json(found: Inspection) -> str:
         "hints": found.hints,
     }
     return json_lines.line(json_lines.plain(record))
-
-
-NO_RATE = {"omega": None, "factor": None, "iterations": None}
-
-
-def _factorization(own: Factorization) -> dict[str, object]:
-    return {
-        "library": own.library,
-        "nonzeros": own.nonzeros,
-        "factor_nonzeros": own.factor_nonzeros,
-        "ratio": own.ratio,
-        "first_seconds": own.first,
-        "repeated_seconds": own.repeated,
-        "note": own.note or None,
-    }

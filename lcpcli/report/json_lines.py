@@ -31,9 +31,8 @@ def line(record: Mapping[str, Any]) -> str:
 
 def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
     """What is said of a problem that could not be read, or whose result was lost, with its mark in a log."""
-    own = {"version": __version__, "file": source.file, "item": source.item}
-    own |= {"status": status, "message": message, "solved": False}
-    return dict.fromkeys(KEYS.split()) | own | dict(source.mark or {})
+    own = {"status": status, "message": message, "solved": False}
+    return dict.fromkeys(KEYS.split()) | place(source) | own | dict(source.mark or {})
 
 
 def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
@@ -42,12 +41,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
     rows = trace and [{key: getattr(row, key) for key in OF_ROW} | {"step": row.step or None} for row in trace.rows]
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     own = {
-        "version": __version__,
-        "file": source.file,
-        "item": source.item,
-        "problem": problem.name,
-        "n": problem.n,
-        "names": names(problem),
+        **place(source, problem),
         "label": wording.name(result),
         "status": result.status.word,
         "advice": wording.advice(result) or None,
@@ -63,13 +57,21 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
         "trace": rows,
     }
-    record = {key: own[key] if key in own else getattr(result, key) for key in KEYS.split()}
-    return {**plain(record), **(source.mark or {})}
+    return record(KEYS, result, own) | dict(source.mark or {})
 
 
-def names(problem: Problem) -> list[str] | None:
-    """The names of the components of z; None if they have none."""
-    return list(problem.names) if any(problem.names) else None
+def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
+    """What is written of something, in the order of the keys: its own values, and attributes for the other keys."""
+    values = {key: own[key] if key in own else getattr(thing, key) for key in keys.split()}
+    return {key: plain(value) for key, value in values.items()}
+
+
+def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
+    """The program, where a problem was read, and if it was its name, its size, and the names of its unknowns."""
+    own = {"version": __version__, "file": source.file, "item": source.item}
+    if problem is None:
+        return own
+    return own | {"problem": problem.name, "n": problem.n, "names": list(problem.names) if any(problem.names) else None}
 
 
 def plain(value: Any) -> Any:

@@ -26,8 +26,15 @@ FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # s
 
 def latex(tables: Sequence[ResultTable]) -> str:
     """One table environment per problem, ready to be \\input."""
-    names = labels([table.title.split(":")[0] for table in tables])
-    return "\n".join([NEEDED, *(_environment(table, name) for table, name in zip(tables, names, strict=True))])
+    lines = [NEEDED]
+    for table, label in zip(tables, labels([table.title.split(":")[0] for table in tables]), strict=True):
+        above = [text for text in (table.verdict, *table.facts) if text]
+        parts = [tabular(table.header, table.groups, LEFT)] if table.groups else []
+        if table.summary:
+            parts.append(tabular(table.summary_header, [table.summary], LEFT))
+        caption = f"{table.title}. {table.provenance}."
+        lines.append(float_of(caption, label, parts, [*above, *table.remarks]) + "\n")
+    return "\n".join(lines)
 
 
 def labels(names: Sequence[str]) -> list[str]:
@@ -38,15 +45,6 @@ def labels(names: Sequence[str]) -> list[str]:
         candidates = (plain if i == 1 else f"{plain}-{i}" for i in itertools.count(1))
         found.append(next(label for label in candidates if label not in found))
     return found
-
-
-def _environment(table: ResultTable, label: str) -> str:
-    caption = f"{table.title}. {table.provenance}."
-    above = [text for text in (table.verdict, *table.facts) if text]
-    tables = [tabular(table.header, table.groups, LEFT)] if table.groups else []
-    if table.summary:
-        tables.append(tabular(table.summary_header, [table.summary], LEFT))
-    return float_of(caption, label, tables, [*above, *table.remarks]) + "\n"
 
 
 def float_of(caption: str, label: str, tables: Sequence[list[str]], notes: Sequence[str]) -> str:
@@ -97,18 +95,18 @@ def escape_latex(text: str) -> str:
 
 def markdown(tables: Sequence[ResultTable]) -> str:
     """One section per problem: a single result and its iterates, or the iterates and then one line per method."""
-    return "\n".join(_section(table) for table in tables)
-
-
-def _section(table: ResultTable) -> str:
-    title = f"### {escape_markdown(table.title)}"
-    remarks = [escape_markdown(line) for line in (*table.facts, *table.remarks)]
-    rows = [row for group in table.groups for row in group]
-    iterates = grid(table.header, rows, LEFT) if rows else ""
-    parts = [title, iterates, grid(table.summary_header, table.summary, LEFT), *remarks]
-    if table.verdict:
-        parts = [title, f"**{escape_markdown(table.verdict)}**", *remarks, iterates]
-    return "\n\n".join(filter(None, [*parts, escape_markdown(table.provenance)])) + "\n"
+    sections = []
+    for table in tables:
+        remarks = [escape_markdown(line) for line in (*table.facts, *table.remarks)]
+        rows = [row for group in table.groups for row in group]
+        parts = [grid(table.header, rows, LEFT) if rows else ""]
+        if table.verdict:
+            parts = [f"**{escape_markdown(table.verdict)}**", *remarks, *parts]
+        else:
+            parts += [grid(table.summary_header, table.summary, LEFT), *remarks]
+        whole = [f"### {escape_markdown(table.title)}", *parts, escape_markdown(table.provenance)]
+        sections.append("\n\n".join(filter(None, whole)) + "\n")
+    return "\n".join(sections)
 
 
 def grid(header: list[str], rows: list[list[str]], left: Collection[str]) -> str:

@@ -15,7 +15,7 @@ from lcpcli.report import wording
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
-    from lcpcli.solving.trace import Trace, TraceRow
+    from lcpcli.solving.trace import Trace
 
 WIDTH = 60  # of z
 MOST_ROWS = 20  # of the iterates
@@ -37,23 +37,22 @@ def result_html(result: Result) -> str:
     facts.insert(1, ("iterations", str(result.iterations)))
     texts = ["" if result.solved else result.message, result.advice, *answers.lines(result, compared=False)]
     table = _table(status, [*facts, *(("", text) for text in texts if text)])
-    return table if result.trace is None else table + _iterates(result, result.trace.rows)
-
-
-def _iterates(result: Result, rows: Sequence[TraceRow]) -> str:
+    if result.trace is None:
+        return table
     if find_spec("matplotlib") is not None:
         from base64 import b64encode
 
         from lcpcli.report import plotting
 
         picture = b64encode(plotting.convergence(plotting.panels([[result]]), "svg")).decode()
-        return f'<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
+        return f'{table}<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
+    rows = result.trace.rows
     kept = rows if len(rows) <= MOST_ROWS else [*rows[: MOST_ROWS // 2], *rows[-MOST_ROWS // 2 :]]
     measure = "error" if result.problem.solutions else "residual"
     cells = [
         (row.k, row.step or row.method, wording.short(getattr(row, measure)), f"{row.seconds:.2e}") for row in kept
     ]
-    return _grid(("k", "step", measure, "seconds"), cells)
+    return table + _grid(("k", "step", measure, "seconds"), cells)
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:

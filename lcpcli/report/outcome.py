@@ -125,18 +125,13 @@ def _cells(result: Result, part: slice) -> list[str]:
     place = -math.inf
     if result.solved and known is not None and 0 < known < math.inf:
         place = math.floor(math.log10(known))
-    cells, problem = [_rounded(v, place) for v in result.z[part].tolist()], result.problem
+    cells, problem = list[str](), result.problem
+    for v in result.z[part].tolist():
+        digits = 1 if v == 0 or not math.isfinite(v) else min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
+        cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
     if not isinstance(problem.origin, OwnNames):
         return cells
-    return [f"{' '.join(name.split())} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
-
-
-def _rounded(v: float, place: float) -> str:
-    """v to 7 digits, but none below that decimal place."""
-    if v == 0 or not math.isfinite(v):
-        return f"{v + 0.0:g}"
-    digits = min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
-    return f"{v:.{digits}g}" if digits > 0 else "0"
+    return [f"{wording.in_a_line(name)} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
 
 
 def costs(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:

@@ -7,7 +7,6 @@ from fractions import Fraction
 from itertools import cycle, islice, product
 from typing import Any, TypeAlias
 
-from lcpcli import __version__
 from lcpcli.enumeration.equilibria import Equilibria
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import SolutionSet, objective
@@ -133,12 +132,7 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
     data, points, held = found.data, found.points, found.equilibria
     place = {point: k for k, point in enumerate(points)}
     record = {
-        "version": __version__,
-        "file": source.file,
-        "item": source.item,
-        "problem": data.problem.name,
-        "n": data.n,
-        "names": json_lines.names(data.problem),
+        **json_lines.place(source, data.problem),
         "status": found.status,
         "message": found.message,
         "complete": found.complete,

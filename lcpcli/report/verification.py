@@ -87,5 +87,4 @@ def _json(verification: Verification) -> str:
         "error_bound_source": verification.bound.source if verification.bound else None,
         "statement": verification.statement or getattr(verification.answer, "statement", None),
     }
-    values = {key: own[key] if key in own else getattr(verification, key) for key in KEYS.split()}
-    return json_lines.line(json_lines.plain(values))
+    return json_lines.line(json_lines.record(KEYS, verification, own))

@@ -8,6 +8,7 @@ from string import ascii_letters, digits
 from textwrap import wrap
 
 from lcpcli.report.figures.data import Panel, Point, Range, decades, errors, inside, times
+from lcpcli.report.wording import in_a_line
 
 COLORS = ("red", "green", "magenta", "blue+", "orange", "cyan")  # legible on light and dark backgrounds
 FAILED = "x"
@@ -37,22 +38,23 @@ def letters(labels: Sequence[str]) -> list[str]:
 
 
 def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str:
+    """A panel with its title and legend. colors : by name, empty for none."""
     marks = letters([curve.label for curve in panel.curves])
     across = times(second for curve in panel.curves for second in curve.seconds)
     up = errors(panel.curves)
     runs = [inside(curve.seconds, curve.errors, across, up) for curve in panel.curves]
-    entries = [f"{mark} {' '.join(curve.label.split())}" for mark, curve in zip(marks, panel.curves, strict=True)]
+    entries = [f"{mark} {in_a_line(curve.label)}" for mark, curve in zip(marks, panel.curves, strict=True)]
     if any(not curve.solved for curve in panel.curves):
         entries.append(f"{FAILED} not solved")
     if any(point.beyond for points in runs for point in points):
         entries.append("at the edge: 0 or beyond the axis")
-    legend = _lines(entries, width)
-    head = [
-        _cut(" ".join(panel.title.split()), width),
-        *wrap(f"{MEASURES[panel.measure]}, against run time (s)", width),
-    ]
-    rows = max(height - len(legend) - len(head), LEAST[1])
-    return "\n".join([*head, _drawn(panel, runs, marks, (across, up), (width, rows), colors), *legend, ""])
+    whole = (_cut(entry, width).replace(" ", UNBROKEN) for entry in entries)
+    lines = wrap("   ".join(whole), width, break_on_hyphens=False) or [""]
+    legend = [line.replace(UNBROKEN, " ") for line in lines]
+    measure = wrap(f"{MEASURES[panel.measure]}, against run time (s)", width)
+    rows = max(height - len(legend) - len(measure) - 1, LEAST[1])
+    drawn = _drawn(panel, runs, marks, (across, up), (width, rows), colors)
+    return "\n".join([_cut(in_a_line(panel.title), width), *measure, drawn, *legend, ""])
 
 
 def _drawn(
@@ -85,13 +87,6 @@ def _drawn(
     figure.clear()
     plotext.terminal.limit()
     return text.rstrip("\n")
-
-
-def _lines(entries: Sequence[str], width: int) -> list[str]:
-    """The entries of a legend, as many a line as fit."""
-    whole = (_cut(entry, width).replace(" ", UNBROKEN) for entry in entries)
-    lines = wrap("   ".join(whole), width, break_on_hyphens=False) or [""]
-    return [line.replace(UNBROKEN, " ") for line in lines]
 
 
 def _cut(text: str, width: int) -> str:
