@@ -94,7 +94,7 @@ class Task(NamedTuple):
         inputs = self.asked.inputs
         for held in inputs.held(work):
             chosen = self.asked.options_for(held.problem)
-            (result,) = self.asked.run(held.problem, chosen, self._traces, labelled=False)
+            (result,) = self.asked.run(held.problem, chosen, self._traces, of_many=True)
             (result,) = concluded([self.asked.proved(result, held.exactly)])
             yield result, [] if inputs.quiet else held.remarks
 
