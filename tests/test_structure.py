@@ -36,7 +36,7 @@ ROOMS = {
 # Libraries that only some rooms import.
 LIBRARIES = {
     "click": "cli",
-    "rich": "report bench cli",
+    "rich": "report bench",
     "matplotlib": "report",
     "plotext": "report",
     "flint": "rational",
