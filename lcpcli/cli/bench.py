@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
-TIME_LIMIT = 10.0
+TIME_LIMIT = replace(options.TIME_LIMIT, default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
 OF_ONE_NAME = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
@@ -51,7 +51,7 @@ EXITS = {
     2: "usage or input error (one-line message)",
     130: "interrupted; --resume continues what -o has saved",
 }
-MEASURING = (TOL, options.TIME_LIMIT, ACCEPT, BUDGET)
+MEASURING = (TOL, TIME_LIMIT, ACCEPT, BUDGET)
 EPILOG = "Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept."
 
 
@@ -90,9 +90,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "  [default: none]",
 )
 @numeric("Stopping", TOL)
-@option(
-    "Stopping", "--time-limit", type=click.FLOAT, help=f"Time limit of each run.  [seconds > 0; default {TIME_LIMIT:g}]"
-)
+@numeric("Stopping", TIME_LIMIT)
 @numeric("Measuring", ACCEPT)
 @numeric("Measuring", BUDGET)
 @numeric("Measuring", replace(THREADS, meaning="Threads for dense linear algebra, in all solvers; by default one."))
@@ -173,7 +171,7 @@ def _started(asked: Request) -> Record:
     if asked.time_limit == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds; a failure counts as that")
     numbers = {number.name: number.default for number in MEASURING}
-    numbers |= {"time_limit": TIME_LIMIT, "budget": budget_of(suites)}
+    numbers["budget"] = budget_of(suites)
     numbers |= {name: getattr(asked, name) for name in numbers if getattr(asked, name) is not None}
     names = [str(variant) for variant in chosen_variants(asked.variants, asked.sweep, DEFAULT_METHODS)]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})

@@ -22,6 +22,13 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
+TIME_LIMIT = replace(
+    options.TIME_LIMIT,
+    default=options.INSPECTION_SECONDS,
+    meaning="Start no further expensive computation after this many seconds; measuring the factorization of a sparse M "
+    "may take as long again.",
+)
+
 
 @command(
     short_help="Verify a proposed solution.",
@@ -124,29 +131,21 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
     "from 1; the indices of the JSON, from 0.",
 )
 @problem_file
-@option(
-    "Stopping",
-    "--time-limit",
-    type=click.FLOAT,
-    default=options.INSPECTION_SECONDS,
-    help="Start no further expensive computation after this many seconds; measuring the factorization of a sparse M "
-    "may take as long again.  "
-    f"[seconds > 0; default {options.INSPECTION_SECONDS:g}]",
-)
+@numeric("Stopping", TIME_LIMIT)
 @format_option(FORMATS)
 @output_file()
 def inspect(
-    file: str, q_file: str | None, time_limit: float, form: str | None, output: str | None, **given: Any
+    file: str, q_file: str | None, time_limit: float | None, form: str | None, output: str | None, **given: Any
 ) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
     inputs = Inputs([file] if q_file is None else [file, q_file], **given)
     inputs.prepare({"--output": output})
-    options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
+    options.check((TIME_LIMIT,), {"time_limit": time_limit})
     form = form or form_of(output, {"": "table", ".txt": "table", ".json": "json"})
     from lcpcli.inspection.inspection import inspect as inspected
     from lcpcli.report import inspection
 
-    found = inspected(inputs.read().problem, time_limit)
+    found = inspected(inputs.read().problem, time_limit or TIME_LIMIT.value)
     width = None if output else terminal()[0]
     show(inspection.as_json(found) if form == "json" else inspection.as_text(found, width), output)
     return 0

@@ -67,7 +67,7 @@ class Task(NamedTuple):
         return [record for work in works for record in self.records(work)], time.perf_counter() - began
 
     def records(self, work: Work) -> Iterator[Record]:
-        """Those of an input, one for each problem, in order."""
+        """Yield the records of an input, one for each problem, in order."""
         alone = self.asked.exact or self.asked.bound or self.every
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
@@ -84,7 +84,7 @@ class Task(NamedTuple):
             yield from self.lost(work, NO_MEMORY)[number:]
 
     def lost(self, work: Work, message: str) -> list[Record]:
-        """Those of an input from which no result came."""
+        """Return the records of an input from which no result came."""
         return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
@@ -94,7 +94,7 @@ class Task(NamedTuple):
         inputs = self.asked.inputs
         for held in inputs.held(work):
             chosen = self.asked.options_for(held.problem)
-            (result,) = self.asked.run(held.problem, chosen, self._traces, labelled=False)
+            (result,) = self.asked.run(held.problem, chosen, self._traces, of_many=True)
             (result,) = concluded([self.asked.proved(result, held.exactly)])
             yield result, [] if inputs.quiet else held.remarks
 
@@ -102,7 +102,7 @@ class Task(NamedTuple):
         return Trace(self.every) if self.every else None, None
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
-        """Those for problems with one M, solved together."""
+        """Yield the results for problems with one M, which are solved together."""
         from lcpcli.solving.many import solve_many
 
         asked = self.asked

@@ -53,11 +53,10 @@ class Output:
         refuse(asked.output in FORMATS, "--output", f"{asked.output} is a format", hint)
         self.form = asked.form or form_of(asked.output)
         self.path, self.silent = asked.output, asked.quiet and asked.output is None
-        self.plot, self.levels = asked.plot, asked.levels
+        self.plot, self.levels, self._every = asked.plot, asked.levels, asked.every
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = asked.trace or None
         self.with_iterates = not self.silent and asked.trace == ITERATES
-        self._every = asked.every
         self._kept = self.with_iterates or self.trace_path is not None or (self.form in TABLES and not self.silent)
         hint = "name a file for the iterates, or leave it out"
         refuse(asked.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)

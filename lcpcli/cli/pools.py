@@ -136,12 +136,10 @@ class Cluster(Pool):
         except ImportError:
             hint = "pip install 'linear-complementarity[cluster]'"
             raise OptionError("--cluster", "needs distributed", hint) from None
+        _refuse_without_certificates(address)
         try:
             get_address_host_port(address)  # a client for none of this form would take long to end
-            _refuse_without_certificates(address)
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
-        except OptionError:
-            raise
         except (OSError, ValueError):
             hint = "start dask scheduler, and give its address"
             raise OptionError("--cluster", f"{address} is not reached", hint) from None

@@ -226,7 +226,7 @@ def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
 
 
 def _size(file: str) -> int:
-    """In bytes; 0 if it cannot be known, as for a pipe."""
+    """Return the bytes of a file; 0 if they cannot be known, as for a pipe."""
     with suppress(OSError, ValueError):
         return Path(file).stat().st_size
     return 0

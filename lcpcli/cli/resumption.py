@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from itertools import groupby
+from itertools import count, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,16 +44,13 @@ def unshown(asked: Request) -> dict[str, str]:
 
 def marked(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Work]:
     """The inputs with the marks that their records have in a log. options : as from `unshown`."""
-    number = 0
+    numbers = count(1)
     for whole in works:
         parts: Iterable[Work] = [whole]
         if isinstance(whole, QColumns):
             parts = (whole.part(at, at + COLUMNS) for at in range(0, len(whole.names), COLUMNS))
         for work in parts:
-            marks = []
-            for its_digest in work.digests:
-                number += 1
-                marks.append({"number": number, "digest": its_digest, "given": options})
+            marks = [{"number": next(numbers), "digest": each, "given": options} for each in work.digests]
             yield replace(work, marks=marks)
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.options import STARTS
-from lcpcli.cli.output import Line
+from lcpcli.cli.output import Line, wanted
 from lcpcli.cli.problems import Inputs, tell, teller
 from lcpcli.clock import PARTS, least_laps
 from lcpcli.errors import OptionError
@@ -41,6 +41,7 @@ ENOUGH, BUDGET = 20, 0.3  # repetitions, and seconds of them, either of which is
 ROUNDING = 1e-9  # relative, of sums of seconds
 
 _methods: set[str] = set()  # that have been run in this process
+Values = dict[str, Any]  # options of a method, by name
 Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
 
 
@@ -99,29 +100,22 @@ class Request(NamedTuple):
         return Limits(**{name: value for name, value in given.items() if value is not None})
 
     def run(
-        self,
-        problem: Problem,
-        chosen: Sequence[dict[str, Any]],
-        traces: Traces,
-        *,
-        labelled: bool = True,
-        compared: bool = False,
-        watched: bool = False,
+        self, problem: Problem, chosen: Sequence[Values], traces: Traces, compared: bool = False, of_many: bool = False
     ) -> Iterator[Result]:
         """One result for each method, and with --warm a second one, started near the solution.
 
-        chosen : as from `options_for`. traces : makes the empty trace and curve of a run. labelled : whether results
-        have the labels of their methods. compared : whether their times are. watched : whether progress is shown.
+        chosen : as from `options_for`. traces : makes the empty trace and curve of a run. compared : whether times are.
+        of_many : whether there are many problems, whose results have no labels, and whose runs show no progress.
         """
         from lcpcli.solving import driver
 
-        near, limits = None, self.limits
+        near, limits, watched = None, self.limits, wanted(self.quiet) and not of_many
         if self.warm is not None:
             from lcpcli.solving import reference
 
             near = reference.near(problem, self.warm)
 
-        def once(method: str, values: dict[str, Any]) -> Result:
+        def once(method: str, values: Values) -> Result:
             trace, curve = traces(problem)
             own = {"trace": trace, "curve": curve, **values}
             with Line() as line:
@@ -134,7 +128,7 @@ class Request(NamedTuple):
                 starts.append({**values, "x0": near, "z0": None, "basis": None})
             for start in starts:
                 for result in timed(partial(once, variant.method, start), compared):
-                    yield replace(result, label=label, warm=start is not values) if labelled else result
+                    yield result if of_many else replace(result, label=label, warm=start is not values)
 
     def proved(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
         """The result with what is asked to be proved of it, in the time that its run has left.
@@ -147,7 +141,7 @@ class Request(NamedTuple):
             result = prove(exactly, result, result.limits.time_limit - result.seconds)
         return bounded(result) if self.bound else result
 
-    def options_for(self, problem: Problem) -> list[dict[str, Any]]:
+    def options_for(self, problem: Problem) -> list[Values]:
         """For each method its own options and those given that it has; OptionError for one given that none has."""
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
         first, *others = [name for name in OF_START if name in given] or [""]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
-from lcpcli.cli.output import STANDARD, Output, show, wanted
+from lcpcli.cli.output import STANDARD, Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
 from lcpcli.cli.runs import Request, referred
 from lcpcli.enumeration import others
@@ -128,7 +128,7 @@ def _results(asked: Request, held: list[Held], output: Output) -> tuple[Results,
     try:
         for problem, own in zip(problems, chosen, strict=True):
             results.append([])
-            for result in asked.run(problem, own, output.traces, compared=is_timed, watched=wanted(asked.quiet)):
+            for result in asked.run(problem, own, output.traces, is_timed):
                 results[-1].append(result)
                 if result.interrupted:
                     return results, True

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, field
 from threading import Condition, Event, Thread
 from typing import TYPE_CHECKING
 
@@ -144,18 +143,13 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
         raise pool.gone from None
 
 
-@dataclass(eq=False)
 class _Piece:
     """Inputs that are handed over together, and what comes back."""
 
-    works: Sequence[Work]
-    future: Future[tuple[list[Record], float]]
-    records: list[Record] = field(default_factory=list)
-    is_finished: bool = False
-    bytes: int = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.bytes = sum(map(size_of, self.works))
+    def __init__(self, works: Sequence[Work], future: Future[tuple[list[Record], float]]) -> None:
+        self.works, self.future, self.is_finished = works, future, False
+        self.records: list[Record] = []
+        self.bytes = sum(map(size_of, works))
 
     def finish(self, task: Task, pool: Pool) -> tuple[int, float]:
         """Take the records in place of the inputs; return how many there are, and the seconds that they took."""
