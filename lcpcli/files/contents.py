@@ -98,12 +98,7 @@ def place(path: str) -> str:
 def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
     """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
     content = (fetch or content_of)(path, expected)
-    return blaming(path, lambda: parse(content))
-
-
-def blaming(path: str, parse: Callable[[], T]) -> T:
-    """As `within` for a file."""
-    return within(place(path), parse)
+    return within(place(path), parse, content)
 
 
 def within(where: str, parse: Callable[..., T], *given: Any) -> T:

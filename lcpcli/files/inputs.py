@@ -20,12 +20,12 @@ from lcpcli.files import json_format, reading
 from lcpcli.files.contents import (
     STANDARD_INPUT,
     Source,
-    blaming,
     checked,
     content_of,
     opened,
     place,
     unpacked,
+    within,
     without_mark,
 )
 from lcpcli.files.fields import made
@@ -115,7 +115,7 @@ class QColumns:
 
     def first_problem(self) -> Problem:
         """The problem with the first q; ProblemError, which names the file of M, if there is none."""
-        return blaming(self.paths[0], lambda: Problem(self.M, self.Q[:, 0], name=self.names[0]))
+        return within(place(self.paths[0]), lambda: Problem(self.M, self.Q[:, 0], name=self.names[0]))
 
     def part(self, begin: int, end: int) -> QColumns:
         """Those from begin up to end, counted from 0."""
@@ -194,7 +194,7 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
-    columns = None if M is None else blaming(q_path, lambda: _columns(q_path, q_content, M.shape[0]))
+    columns = None if M is None else within(place(q_path), lambda: _columns(q_path, q_content, M.shape[0]))
     return Input((path, q_path), (content, q_content)) if columns is None else QColumns((path, q_path), M, *columns)
 
 
