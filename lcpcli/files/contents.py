@@ -24,12 +24,8 @@ Fetch = Callable[[str, str], bytes]  # gives the content of a file, with a hint 
 
 
 class Source(NamedTuple):
-    """A file, and in a file with several problems which of them.
-
-    file : the name of the file, or of that of q; None if it is from none. item : the number of its line, or of its
-    column of q, from 1; None in a file with one problem. mark : what its record in a log says besides (`files/log.py`);
-    None elsewhere.
-    """
+    """A file, or that of q, None if it is from none; in a file with several problems, the number of the line or of the
+    column of q, from 1; and what a record in a log says besides (`files/log.py`)."""
 
     file: str | None = None
     item: int | None = None

@@ -138,9 +138,8 @@ def _program(held: Mapping[str, Any]) -> Problem:
     for key in held:
         if key in OF_OTHERS:
             raise ProblemError(key, "is not a key of a program", OF_OTHERS[key])
-    known = sorted(
-        (key for key in held if any(key in keys for keys, *_ in FORMS.values())), key=lambda k: k not in NATIVE
-    )
+    known = [key for key in held if any(key in keys for keys, *_ in FORMS.values())]
+    known.sort(key=lambda key: key not in NATIVE)
     maker = next((maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), "")
     if not maker:
         pairs = (two for two in combinations(known, 2) if not any(set(two) <= set(keys) for keys, *_ in FORMS.values()))

@@ -44,12 +44,8 @@ FIRST_BYTES = 1024  # of a file, in which its first character that is not blank 
 
 @dataclass(frozen=True)
 class Input:
-    """A problem to be read.
-
-    paths, contents : of its file, or of those of M and of q.
-    line : the number of its line, from 1, in a file with one problem in each; else None.
-    fault : why its files could not be read; else None. marks : that of its problem in a log.
-    """
+    """A problem to be read: the paths and the contents of its file, or of those of M and of q; the number of its line,
+    from 1, in a file with one problem in each; why its files could not be read; and its mark in a log."""
 
     paths: tuple[str, ...]
     contents: tuple[bytes, ...] = ()

@@ -113,11 +113,9 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
         return exact_vector(lambda number: vector_in("q", path, content, None, number))
 
     parts = within(place(paths[0]), lambda: exact_parts_in(form_of(paths[0], contents[0]), contents[0]))
-    return (
-        parts
-        if parts.q is not None
-        else parts._replace(q=within(place(paths[1]), lambda: vector(paths[1], contents[1])))
-    )
+    if parts.q is None:
+        parts = parts._replace(q=within(place(paths[1]), vector, paths[1], contents[1]))
+    return parts
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
