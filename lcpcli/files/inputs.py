@@ -144,9 +144,6 @@ def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
                     for number, line in enumerate(chain(head, file), 1):
                         if text := (without_mark(line) if number == 1 else line).strip():
                             yield Input((path,), (text,), line=number)
-                    if not head:
-                        hint = "give one problem in each line"
-                        yield Input((path,), fault=ProblemError(place(path), "is empty", hint))
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
             yield _followed(path, content, left)
@@ -167,7 +164,7 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
             return head, True
         if len(told) == 2 or (told and not (told[0].startswith(b"{") and told[0].endswith(b"}"))):
             return head, len(told) == 2 and told[1].startswith(b"{")
-    return head, path.casefold().endswith(LINES)
+    return head, False
 
 
 def _is_object(line: bytes) -> bool:
