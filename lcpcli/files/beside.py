@@ -204,7 +204,7 @@ def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> li
 
 def read_states(given: str, problem: Problem) -> list[str]:
     """The states, one for each variable, in words or in a file; ProblemError if some are missing or not possible."""
-    is_file = bool(given) and is_there(given)
+    is_file = is_there(given)
     words = given.replace(",", " ").split()
     if not is_file and not set(words) & set(STATES):
         fault = f"{given!r} is neither a file nor states"
