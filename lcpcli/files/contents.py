@@ -71,19 +71,16 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     except OSError as error:
         raise OptionError(folder, f"cannot be read ({error.strerror})", "make it readable") from None
     files = [file for file in inside if file.name.casefold().endswith(PROBLEMS) and file.is_file()]
-    results = [file for file in files if _is_result(file)]
+    results = []
+    for file in files:
+        with suppress(OSError), file.open("rb") as content:  # an error is told when the file is read
+            results += [file] * is_result(content.read(HEAD))
     if len(results) == len(files):
         raise OptionError(folder, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
     if results:
         names = ", ".join(file.name for file in results[:SHOWN]) + ", ..." * (len(results) > SHOWN)
         tell(f"{folder}: {count(len(results), 'file')} left out, as results of lcp and no problems: {names}")
     return [str(file) for file in files if file not in results]
-
-
-def _is_result(file: Path) -> bool:
-    with suppress(OSError), file.open("rb") as opened:  # an error is told when the file is read
-        return is_result(opened.read(HEAD))
-    return False
 
 
 def place(path: str) -> str:
