@@ -281,3 +281,8 @@ def test_a_name_with_spaces_is_told_by_its_line(lcp: Callable[..., Any], tmp_pat
         (tmp_path / "p.mps").write_text(text)
         refused = lcp("solve", str(tmp_path / "p.mps"))
         assert (refused.code, "p.mps: line 4: has a name with spaces; write it without" in refused.err) == (2, True)
+
+
+def test_comments_between_entries_are_skipped(tmp_path: Path) -> None:
+    text = DIET.replace(" milk fat 1", "* the fat of milk\n milk fat 1").replace("BOUNDS\n", "BOUNDS\n* of loaves\n")
+    assert np.array_equal(read(written(tmp_path, text)).M, read(written(tmp_path, DIET, "plain.mps")).M)

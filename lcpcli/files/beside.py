@@ -22,14 +22,13 @@ from lcpcli.files.formats import OF_ARRAYS, form_of, load
 from lcpcli.files.reading import LINE, vector_in
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.start import STATES, states_of, x_of_states
-from lcpcli.rational.numbers import fraction, ratio, rounded
+from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
     from lcpcli.files.answers import Candidate
     from lcpcli.model.box import Box
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.numbers import Doubles
     from lcpcli.rational.problem import Bounds, ExactProblem
 
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
@@ -116,9 +115,8 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         values = [None if word.casefold() in ABSENT else _end(name, word, number) for word in words]
         return values[0] if len(values) == 1 else values
     if text != STANDARD_INPUT and not is_there(text):
-        raise OptionError(
-            f"--{name}", f"{quoted(text)} is neither a file nor numbers", "write -1,none,0.5 or name a file"
-        )
+        fault = f"{quoted(text)} is neither a file nor numbers"
+        raise OptionError(f"--{name}", fault, "write -1,none,0.5 or name a file")
 
     def as_written(entry: str) -> Any:
         return float(entry) if "inf" in entry.casefold() else number(fraction(entry))
@@ -210,14 +208,12 @@ def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> li
 
 
 def read_states(given: str, problem: Problem) -> list[str]:
-    """The states, one for each variable, in words or in a file; ProblemError if some are missing, or not possible for
-    the bounds."""
-    is_file = bool(given) and is_there(given)
+    """The states, one for each variable, in words or in a file; ProblemError if some are missing or not possible."""
+    is_file = is_there(given)
     words = given.replace(",", " ").split()
     if not is_file and not set(words) & set(STATES):
-        raise OptionError(
-            "--basis", f"{given!r} is neither a file nor states", "write lower,basic,upper or name a file"
-        )
+        fault = f"{given!r} is neither a file nor states"
+        raise OptionError("--basis", fault, "write lower,basic,upper or name a file")
     states = parsed(given, OF_STATES, lambda content: _states_in(given, content, problem)) if is_file else words
     try:
         x_of_states(problem, states)

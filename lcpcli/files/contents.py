@@ -24,12 +24,8 @@ Fetch = Callable[[str, str], bytes]  # gives the content of a file, with a hint 
 
 
 class Source(NamedTuple):
-    """A file, and in a file with several problems which of them.
-
-    file : the name of the file, or of that of q; None if it is from none. item : the number of its line, or of its
-    column of q, from 1; None in a file with one problem. mark : what its record in a log says besides (`files/log.py`);
-    None elsewhere.
-    """
+    """A file, or that of q, None if it is from none; in a file with several problems, the number of the line or of the
+    column of q, from 1; and what a record in a log says besides (`files/log.py`)."""
 
     file: str | None = None
     item: int | None = None
@@ -75,19 +71,16 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     except OSError as error:
         raise OptionError(folder, f"cannot be read ({error.strerror})", "make it readable") from None
     files = [file for file in inside if file.name.casefold().endswith(PROBLEMS) and file.is_file()]
-    results = [file for file in files if _is_result(file)]
+    results = []
+    for file in files:
+        with suppress(OSError), file.open("rb") as content:  # an error is told when the file is read
+            results += [file] * is_result(content.read(HEAD))
     if len(results) == len(files):
         raise OptionError(folder, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
     if results:
         names = ", ".join(file.name for file in results[:SHOWN]) + ", ..." * (len(results) > SHOWN)
         tell(f"{folder}: {count(len(results), 'file')} left out, as results of lcp and no problems: {names}")
     return [str(file) for file in files if file not in results]
-
-
-def _is_result(file: Path) -> bool:
-    with suppress(OSError), file.open("rb") as opened:  # an error is told when the file is read
-        return is_result(opened.read(HEAD))
-    return False
 
 
 def place(path: str) -> str:
@@ -98,12 +91,7 @@ def place(path: str) -> str:
 def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
     """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
     content = (fetch or content_of)(path, expected)
-    return blaming(path, lambda: parse(content))
-
-
-def blaming(path: str, parse: Callable[[], T]) -> T:
-    """As `within` for a file."""
-    return within(place(path), parse)
+    return within(place(path), parse, content)
 
 
 def within(where: str, parse: Callable[..., T], *given: Any) -> T:

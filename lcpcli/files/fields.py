@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from lcpcli import errors
 from lcpcli.errors import ProblemError
@@ -89,20 +89,11 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
     errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})
 
 
-class Form(NamedTuple):
-    """A way to write a program: its keys, the vector and the matrix of its objective, what makes the problem."""
-
-    keys: tuple[str, ...]
-    vector: str
-    matrix: str
-    maker: str
-
-
-FORMS = (
-    Form(NATIVE, "c", "Q", "from_qp"),
-    Form(QPSOLVERS, "q", "P", "from_qpsolvers"),
-    Form(OSQP, "q", "P", "from_osqp"),
-)
+FORMS = {  # ways to write a program: what makes the problem, of which keys, the vector and the matrix of the objective
+    "from_qp": (NATIVE, "c", "Q"),
+    "from_qpsolvers": (QPSOLVERS, "q", "P"),
+    "from_osqp": (OSQP, "q", "P"),
+}
 
 
 def kind_of(keys: Collection[str]) -> str:
@@ -147,27 +138,24 @@ def _program(held: Mapping[str, Any]) -> Problem:
     for key in held:
         if key in OF_OTHERS:
             raise ProblemError(key, "is not a key of a program", OF_OTHERS[key])
-    form = _form(held)
-    refuse_unknown("", held, form.keys, "a program")
-    if form.vector not in held:
-        raise ProblemError(form.vector, "is missing", f"add the objective, {form.vector}'x")
-    if form.keys is OSQP and "P" not in held:
+    known = [key for key in held if any(key in keys for keys, *_ in FORMS.values())]
+    known.sort(key=lambda key: key not in NATIVE)
+    maker = next((maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), "")
+    if not maker:
+        pairs = (two for two in combinations(known, 2) if not any(set(two) <= set(keys) for keys, *_ in FORMS.values()))
+        one, other = next(pairs)
+        raise ProblemError(other, f"and {one} are of two ways to write a program", READINGS)
+    keys, vector, matrix = FORMS[maker]
+    refuse_unknown("", held, keys, "a program")
+    if vector not in held:
+        raise ProblemError(vector, "is missing", f"add the objective, {vector}'x")
+    if keys is OSQP and "P" not in held:
         hint = "add it, all zeros for a linear program; the matrix of a complementarity problem is called M"
         raise ProblemError("P", "is missing", hint)
     from lcpcli.model import reductions
 
-    problem: Problem = getattr(reductions, form.maker)(**{form.matrix: None} | dict(held))
+    problem: Problem = getattr(reductions, maker)(**{matrix: None} | dict(held))
     return problem
-
-
-def _form(keys: Collection[str]) -> Form:
-    """The first way to write a program that has those of the keys that any has; ProblemError if none has them all."""
-    known = sorted((key for key in keys if any(key in form.keys for form in FORMS)), key=lambda key: key not in NATIVE)
-    for form in FORMS:
-        if set(known) <= set(form.keys):
-            return form
-    one, other = next(two for two in combinations(known, 2) if not any(set(two) <= set(form.keys) for form in FORMS))
-    raise ProblemError(other, f"and {one} are of two ways to write a program", READINGS)
 
 
 def _game(held: Mapping[str, Any]) -> Problem:

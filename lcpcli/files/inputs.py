@@ -20,12 +20,12 @@ from lcpcli.files import json_format, reading
 from lcpcli.files.contents import (
     STANDARD_INPUT,
     Source,
-    blaming,
     checked,
     content_of,
     opened,
     place,
     unpacked,
+    within,
     without_mark,
 )
 from lcpcli.files.fields import made
@@ -44,12 +44,8 @@ FIRST_BYTES = 1024  # of a file, in which its first character that is not blank 
 
 @dataclass(frozen=True)
 class Input:
-    """A problem to be read.
-
-    paths, contents : of its file, or of those of M and of q.
-    line : the number of its line, from 1, in a file with one problem in each; else None.
-    fault : why its files could not be read; else None. marks : that of its problem in a log.
-    """
+    """A problem to be read: the paths and the contents of its file, or of those of M and of q; the number of its line,
+    from 1, in a file with one problem in each; why its files could not be read; and its mark in a log."""
 
     paths: tuple[str, ...]
     contents: tuple[bytes, ...] = ()
@@ -115,7 +111,7 @@ class QColumns:
 
     def first_problem(self) -> Problem:
         """The problem with the first q; ProblemError, which names the file of M, if there is none."""
-        return blaming(self.paths[0], lambda: Problem(self.M, self.Q[:, 0], name=self.names[0]))
+        return within(place(self.paths[0]), lambda: Problem(self.M, self.Q[:, 0], name=self.names[0]))
 
     def part(self, begin: int, end: int) -> QColumns:
         """Those from begin up to end, counted from 0."""
@@ -148,9 +144,6 @@ def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
                     for number, line in enumerate(chain(head, file), 1):
                         if text := (without_mark(line) if number == 1 else line).strip():
                             yield Input((path,), (text,), line=number)
-                    if not head:
-                        hint = "give one problem in each line"
-                        yield Input((path,), fault=ProblemError(place(path), "is empty", hint))
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
             yield _followed(path, content, left)
@@ -171,7 +164,7 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
             return head, True
         if len(told) == 2 or (told and not (told[0].startswith(b"{") and told[0].endswith(b"}"))):
             return head, len(told) == 2 and told[1].startswith(b"{")
-    return head, path.casefold().endswith(LINES)
+    return head, False
 
 
 def _is_object(line: bytes) -> bool:
@@ -194,7 +187,7 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
-    columns = None if M is None else blaming(q_path, lambda: _columns(q_path, q_content, M.shape[0]))
+    columns = None if M is None else within(place(q_path), lambda: _columns(q_path, q_content, M.shape[0]))
     return Input((path, q_path), (content, q_content)) if columns is None else QColumns((path, q_path), M, *columns)
 
 

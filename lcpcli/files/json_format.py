@@ -195,7 +195,12 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         return json.dumps(value, ensure_ascii=False)
     if value.ndim == 2:
         return "[\n    " + ",\n    ".join(_text(row, number) for row in value) + "\n  ]"
-    return "[" + ", ".join(map(_payoff_text if value.dtype == object else number, value.tolist())) + "]"
+    if value.dtype != object:
+        return "[" + ", ".join(map(number, value.tolist())) + "]"
+    from lcpcli.rational.numbers import decimal, places, text
+
+    payoffs = (json.dumps(text(x)) if places(x) is None else decimal(x) for x in value)  # a text if it is no decimal
+    return f"[{', '.join(payoffs)}]"
 
 
 def number_text(exact: Exact, x: float) -> str:
@@ -212,10 +217,3 @@ def repeated(rows: Indices, cols: Indices) -> int | None:
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
     return int(order[again[0] + 1]) if again.size else None
-
-
-def _payoff_text(x: Fraction) -> str:
-    """A payoff as a decimal, or as a text if it is none."""
-    from lcpcli.rational.numbers import decimal, places, text
-
-    return json.dumps(text(x)) if places(x) is None else decimal(x)

@@ -55,7 +55,11 @@ class Log:
             text = line.rstrip(b"\0")  # a failure of power may leave zeros
             if not line.endswith(b"\n") and (text.startswith(OPENING) or OPENING.startswith(text)):
                 break  # it is torn
-            record = _record(self._path, at, line)
+            record = None
+            with suppress(ValueError, RecursionError):
+                record = json.loads(line)
+            if not isinstance(record, dict) or not {"file", "item", "status", "exact"} <= record.keys():
+                raise OptionError(self._path, f"is not a log of results (line {at})", EXPECTED)
             place += len(line)
             if record["status"] != UNFINISHED:
                 finished = place
@@ -142,11 +146,3 @@ def _number(line: bytes, otherwise: int) -> int:
 def _is_complete(file: IO[bytes]) -> bool:
     file.seek(-min(len(COMPLETE), file.seek(0, 2)), 2)
     return file.read() == COMPLETE
-
-
-def _record(path: str, number: int, line: bytes) -> Mapping[str, Any]:
-    with suppress(ValueError, RecursionError, AttributeError):
-        held: Mapping[str, Any] = json.loads(line)
-        if {"file", "item", "status", "exact"} <= held.keys():
-            return held
-    raise OptionError(path, f"is not a log of results (line {number})", EXPECTED)

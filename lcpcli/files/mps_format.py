@@ -119,20 +119,12 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
         ends[:, places[row]] = ranges[row]
     if k + lp.num_row_ <= DENSE:
         A, Q = A.toarray(), None if Q is None else Q.toarray()
+    found = {} if Q is None else {"Q": Q}
+    found |= {"c": np.array(lp.col_cost_), "lower": low, "upper": high, "columns": names, "rows": list(lp.row_names_)}
+    found |= {"A": A, "row_lower": ends[0], "row_upper": ends[1]} if lp.num_row_ else {}
     name = NAME.search(text)
-    of_rows = {"A": A, "row_lower": ends[0], "row_upper": ends[1]} if lp.num_row_ else {}
-    return {
-        **({} if Q is None else {"Q": Q}),
-        "c": np.array(lp.col_cost_),
-        **of_rows,
-        "lower": low,
-        "upper": high,
-        "sense": "max" if "Max" in lp.sense_.name else "min",
-        "constant": lp.offset_,
-        "rows": list(lp.row_names_),
-        "columns": names,
-        "name": name[1].decode("utf-8", "replace") if name else "",
-    }
+    found["name"] = name[1].decode("utf-8", "replace") if name else ""
+    return found | {"sense": "max" if "Max" in lp.sense_.name else "min", "constant": lp.offset_}
 
 
 def _double(side: Fraction | float, number: Number) -> float:

@@ -174,20 +174,18 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
             raise ProblemError(field, fault, "give --infinity 1e20 if it means none here too, or write .json")
     columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
-    kinds, sides, ranges = (
-        zip(*map(partial(_side, exact), *(end.tolist() for end in ends)), strict=True) if m else ((), (), ())
-    )
-    lines = [f"NAME {'_'.join(fields.get('name', '').split())}".rstrip()]
-    lines += ["OBJSENSE", "    MAX"] if "sense" in fields else []
-    lines += ["ROWS", f" N {objective}", *(f" {kind} {row}" for kind, row in zip(kinds, rows, strict=True)), "COLUMNS"]
-    lines += _columns(fields, columns, rows, objective, number)
-    lines += ["RHS"] + ([f" RHS {objective} {number(-fields['constant'])}"] if "constant" in fields else [])
-    lines += [f" RHS {row} {number(side)}" for row, side in zip(rows, sides, strict=True) if side]
-    lines += ["RANGES"] * any(ranges)
-    lines += [f" RNG {row} {size}" for row, size in zip(rows, ranges, strict=True) if size]
+    sides = [_side(exact, *each) for each in zip(*(end.tolist() for end in ends), strict=True)]
+    ranges = [f" RNG {row} {size}" for row, (*_, size) in zip(rows, sides, strict=True) if size]
     bounds = [
         line for each in zip(columns, low.tolist(), high.tolist(), strict=True) for line in _bounds(number, *each)
     ]
+    lines = [f"NAME {'_'.join(fields.get('name', '').split())}".rstrip()]
+    lines += ["OBJSENSE", "    MAX"] if "sense" in fields else []
+    lines += ["ROWS", f" N {objective}", *(f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True))]
+    lines += ["COLUMNS", *_columns(fields, columns, rows, objective, number)]
+    lines += ["RHS"] + ([f" RHS {objective} {number(-fields['constant'])}"] if "constant" in fields else [])
+    lines += [f" RHS {row} {number(side)}" for row, (_, side, _) in zip(rows, sides, strict=True) if side]
+    lines += ["RANGES", *ranges] if ranges else []
     lines += ["BOUNDS", *bounds] if bounds else []
     if "Q" in fields:
         from scipy.sparse import coo_array

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.contents import STANDARD_INPUT, blaming, content_of, place
+from lcpcli.files.contents import STANDARD_INPUT, content_of, place, within
 from lcpcli.files.fields import BOUNDS, kind_of, made
 from lcpcli.files.formats import NO_VECTORS, OF_ARRAYS, Number, form_of, is_result, load, uncompressed
 from lcpcli.model.arrays import as_vector
@@ -49,7 +49,7 @@ def read(
         return problem
     from lcpcli.model.far_bounds import with_infinity
 
-    return blaming(paths[0], lambda: with_infinity(problem, infinity))
+    return within(place(paths[0]), lambda: with_infinity(problem, infinity))
 
 
 def read_origin(kind: str, path: str) -> Problem:
@@ -85,8 +85,8 @@ def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number =
         if not q_paths:
             shape = " x ".join(map(str, held.shape)) or "one number"
             raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
-        q = blaming(q_paths[0], lambda: vector_in("q", q_paths[0], contents[1], None, number))
-        problem = blaming(path, lambda: Problem(held, q))
+        q = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number))
+        problem = within(place(path), lambda: Problem(held, q))
     return problem if problem.name else problem.named(name_of(path))
 
 
@@ -94,7 +94,7 @@ def held_in(path: str, content: bytes, number: Number = float) -> Problem | Matr
     """The problem in a file, or M alone."""
     if is_result(content):
         raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
-    return blaming(path, lambda: made(load(form_of(path, content)).fields(content, number)))
+    return within(place(path), lambda: made(load(form_of(path, content)).fields(content, number)))
 
 
 def vector_in(field: str, path: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
@@ -115,8 +115,10 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
             return fractions_of(load(form).values("q", content))
         return exact_vector(lambda number: vector_in("q", path, content, None, number))
 
-    parts = blaming(paths[0], lambda: exact_parts_in(form_of(paths[0], contents[0]), contents[0]))
-    return parts if parts.q is not None else parts._replace(q=blaming(paths[1], lambda: vector(paths[1], contents[1])))
+    parts = within(place(paths[0]), lambda: exact_parts_in(form_of(paths[0], contents[0]), contents[0]))
+    if parts.q is None:
+        parts = parts._replace(q=within(place(paths[1]), vector, paths[1], contents[1]))
+    return parts
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
