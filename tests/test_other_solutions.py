@@ -104,7 +104,7 @@ def test_error_in_the_search_for_others_leaves_the_solution(lcp: Lcp, monkeypatc
     def broken(*_: object, **__: object) -> None:
         raise ValueError("broken")
 
-    monkeypatch.setattr(search, "solutions", broken)
+    monkeypatch.setattr(others, "_searched", broken)
     outcome = lcp("solve", "one.json", "--format", "json")
     held = json.loads(outcome.out)
     assert (outcome.code, held["solved"], held["others"]) == (0, True, None)

@@ -153,8 +153,8 @@ def as_json(found: Inspection) -> str:
             name: {"verdict": own.word, "evidence": own.evidence, "indices": own.indices, "vector": own.vector}
             for name, own in found.classes.items()
         },
-        "spread": {f"{key}_decades": value for key, value in vars(found.spread).items()},
-        "equilibrated_spread": {f"{key}_decades": value for key, value in vars(found.equilibrated_spread).items()},
+        "spread": {f"{key}_decades": value for key, value in found.spread._asdict().items()},
+        "equilibrated_spread": {f"{key}_decades": value for key, value in found.equilibrated_spread._asdict().items()},
         "condition": found.condition,
         "equilibrated_condition": scaled,
         "singular": None if scaled is None else math.isinf(scaled),
