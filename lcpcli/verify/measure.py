@@ -187,7 +187,7 @@ class Measure:
     def _unsolved_sizes(self, z: Vector) -> Vector:
         """log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or moved."""
         box, units = self.data.box, self.data.units
-        at_bound = ((z <= box.lower) | (z >= box.upper)) & (box.lower < box.upper)
+        at_bound = ((z == box.lower) | (z == box.upper)) & (box.lower < box.upper)
         moved = np.where(at_bound, np.abs(z - self._reference), 0.0)
         if not np.count_nonzero(moved):
             return self._violated_sizes
