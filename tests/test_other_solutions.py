@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, run
-from lcpcli.enumeration import others, search, theorems
+from lcpcli.enumeration import others, theorems
 from lcpcli.gallery import families
 from lcpcli.rational.problem import ExactProblem
 
