@@ -94,15 +94,15 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
 
     def __init__(self, meanings: Mapping[str, str]) -> None:
         super().__init__(list(meanings))
-        self._meanings = meanings
+        self.meanings = meanings
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if value not in self._meanings:
-            self.fail(f"{quoted(value)} is unknown; {likely(value, self._meanings)}", param, ctx)
+        if value not in self.meanings:
+            self.fail(f"{quoted(value)} is unknown; {likely(value, self.meanings)}", param, ctx)
         return value
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
-        return _words(self._meanings, incomplete)
+        return _words(self.meanings, incomplete)
 
 
 def _number_or_auto(value: Any) -> float | str:
@@ -142,7 +142,7 @@ def numeric(heading: str, declared: Option) -> Declaration:
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
     """The declaration of an option whose value is of a kind, typed or in a file."""
-    return option(heading, flag(name), metavar=f"{kind}|FILE", shell_complete=VECTOR, help=meaning)
+    return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=VECTOR, help=meaning)
 
 
 def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:

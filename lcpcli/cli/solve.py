@@ -20,7 +20,6 @@ from lcpcli.cli.options import (
 from lcpcli.cli.output import refuse
 from lcpcli.cli.runs import Request
 from lcpcli.files import contents
-from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS, WARM
 from lcpcli.report.wording import LEVELS
@@ -40,7 +39,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
         "lcp solve bimatrix --all",
         "lcp solve bimatrix diode-bridge --jobs 2",
     ),
-    lists={"Methods": meanings()},
+    lists={"Methods": METHOD.meanings},
     exits=EXITS,
 )
 @problem_files
@@ -94,7 +93,7 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
         "lcp compare --method shi --k-star 1 --format csv",
         "lcp compare paper-example-1 --plot errors.svg --warm 0.01",
     ),
-    lists={"Methods": meanings()},
+    lists={"Methods": METHOD.meanings},
     exits={**EXITS, 0: "every method solved every problem"},
     epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one.",
 )
