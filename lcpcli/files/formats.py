@@ -10,7 +10,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, cast
 
-from lcpcli.additions import addition
 from lcpcli.errors import ProblemError
 
 if TYPE_CHECKING:
@@ -100,8 +99,11 @@ def load(form: str) -> Format:
 
 def kind_with(suffix: str) -> Kind | None:
     """The kind of the files with a suffix, in this package or in another one; None if there is none."""
-    if suffix not in FORMATS and suffix and (kind := addition("formats", suffix)):
-        FORMATS[suffix] = kind
+    if suffix and suffix not in FORMATS:
+        from lcpcli.additions import addition
+
+        if kind := addition("formats", suffix):
+            FORMATS[suffix] = kind
     return FORMATS.get(suffix)
 
 
