@@ -271,7 +271,7 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
     )
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
     (installed / "entry_points.txt").write_text(
-        "[lcpcli.methods]\ntoy = toys:METHOD\n\n[lcpcli.formats]\n.toy = toys:FORMAT\n"
+        "[lcpcli.methods]\ntoy = toys:METHOD\nbroken = toys.none:METHOD\n\n[lcpcli.formats]\n.toy = toys:FORMAT\n"
     )
     path = Path(os.pathsep.join([str(tmp_path), str(ROOT)]))
     run(path, tmp_path, "-m", "lcpcli", "make", "diagonal", "-n", "2", "--set", "decades=0", "-o", "problem.toy")
@@ -280,6 +280,10 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
     assert (record["method"], record["z"], record["options"]) == ("toy", [1.0, 0.0], {"relaxation": 1.0, "sweeps": 2})
     code = "import lcpcli; print(lcpcli.run(lcpcli.read('problem.toy'), 'toy', relaxation=1.5).solved)"
     assert run(path, tmp_path, "-c", code) == "True\n"
+    broken = f"{sys.executable} -m lcpcli solve problem.toy --method broken 2>&1; test $? = 2"
+    line = run(path, tmp_path, "-c", f"import subprocess; subprocess.run({broken!r}, shell=True, check=True)")
+    assert line.startswith("lcp: broken: is toys.none:METHOD of another package, which cannot be loaded: ")
+    assert line.count("\n") == 1
 
 
 def test_what_the_package_knows_itself_is_not_looked_for_in_others() -> None:
