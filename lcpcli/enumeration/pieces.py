@@ -24,12 +24,14 @@ from lcpcli.rational.tree import Cover, Node, Unknowns, leaves
 
 LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
 FIXED = "fixed"
-SHOWN = 6  # numbers of a point, and points, that are printed
-KEPT = 10_000  # vertices whose states are remembered, as they may be of several pieces
-BASES = 1000  # of a piece that takes more of them the vertices are listed after all other pieces
-SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
-LARGE_GAME = 30  # the same for games, of which all solutions are sought; they are known to have one
-METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
+SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line
+# Vertices whose states are remembered, as they may be of several pieces: so many need little memory.
+MOST_REMEMBERED = 10_000
+MOST_BASES_AT_FIRST = 1000  # a piece that takes more of them is listed after all other pieces
+MOST_FOR_TREE = 10  # unknowns up to which the tree finds a first solution as fast as a method does
+MOST_FOR_TREE_OF_GAME = 30  # the same for games, of which all solutions are sought and which are known to have one
+# Seconds for the methods where Lemke's method in fractions can follow, as doubles may not represent a solution.
+METHODS_SECONDS = 5.0
 
 States = tuple[tuple[str, ...], ...]  # of each unknown, those that hold
 Points = tuple[Point, ...]
@@ -120,7 +122,7 @@ def _short(point: Point) -> str:
 
 
 def _elided(parts: list[str]) -> list[str]:
-    return parts if len(parts) <= SHOWN else [*parts[: SHOWN - 1], "...", parts[-1]]
+    return parts if len(parts) <= SHOWN_PARTS else [*parts[: SHOWN_PARTS - 1], "...", parts[-1]]
 
 
 def blocks(data: ExactProblem) -> list[list[int]]:
@@ -146,7 +148,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     a first solution where it is known that there is one, or that all are one piece.
     """
     shape = theorems.shape(data, check)
-    large = SMALL if shape else LARGE_GAME if isinstance(data.problem.origin, Game) else math.inf
+    large = MOST_FOR_TREE if shape else MOST_FOR_TREE_OF_GAME if isinstance(data.problem.origin, Game) else math.inf
     z = _solution(data, check, deadline) if data.n > large else None
     if z is not None and shape == theorems.POINT:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
@@ -164,7 +166,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     cover = Cover()
     late: list[Node] = []
 
-    @lru_cache(KEPT)
+    @lru_cache(MOST_REMEMBERED)
     def states_at(values: Direction) -> tuple[Point, States]:
         vertex = unknowns.vertex(values)
         return vertex, states_of(data, vertex)
@@ -172,7 +174,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     for leaf in chain.from_iterable(leaves(unknowns, start, cover) for start in starts[z is None :]):
         node, held = _largest(unknowns, root, leaf)
         cover.add(held)
-        piece = _listed(unknowns, node, states_at, math.inf if shape else BASES)
+        piece = _listed(unknowns, node, states_at, math.inf if shape else MOST_BASES_AT_FIRST)
         if piece is None:
             late.append(node)
             continue
@@ -236,7 +238,7 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     from lcpcli.verify.exact_solution import from_point
 
     began = clock.seconds()
-    seconds = min(deadline - began, METHODS if data.n <= lemke.MOST_UNKNOWNS else math.inf)
+    seconds = min(deadline - began, METHODS_SECONDS if data.n <= lemke.MOST_LEMKE_UNKNOWNS else math.inf)
     if seconds <= 0:
         return None
     limits = Limits(time_limit=seconds)

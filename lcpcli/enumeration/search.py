@@ -23,8 +23,8 @@ from lcpcli.rational.problem import ExactProblem
 if TYPE_CHECKING:
     from lcpcli.enumeration.equilibria import Equilibria
 
-LARGEST = 500  # unknowns of a block
-SHOWN = 4  # pieces that are printed
+MOST_BLOCK_UNKNOWNS = 500  # that depend on each other: the search among more would practically never end
+SHOWN_PIECES = 4  # pieces that are printed: they fit on a few lines
 COMPLETE, UNSOLVABLE = "complete", "unsolvable"  # proved to be all; proved that there are none
 ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"  # what ended the search before
 UNLISTED = {
@@ -33,7 +33,7 @@ UNLISTED = {
     INTERRUPTED: " before the search was interrupted",
 }
 OTHERS = {True: "there are others", None: "there may be others"}
-STEPS = 1000  # at least, in looking for a further piece than were asked for
+LEAST_FURTHER_STEPS = 1000  # in looking for one more piece than were asked for: a fraction of a second
 
 
 def solutions(
@@ -97,9 +97,9 @@ class Solutions(Iterator[Piece]):
 
             self.problem, self._players = ExactProblem.of_decimals(problem.problem), Players(origin)
         self._blocks = blocks(self.problem)
-        if self._players is None and len(self._blocks[-1]) > LARGEST:
+        if self._players is None and len(self._blocks[-1]) > MOST_BLOCK_UNKNOWNS:
             fault = f"has {len(self._blocks[-1])} unknowns that depend on each other"
-            raise ProblemError("M", fault, f"all solutions are listed up to {LARGEST}; lcp solve finds one")
+            raise ProblemError("M", fault, f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one")
         self.pieces: list[Piece] = []
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
@@ -117,7 +117,7 @@ class Solutions(Iterator[Piece]):
             yield self.pieces[i]
 
     def __repr__(self) -> str:
-        pieces = [str(piece) for piece in self.pieces[:SHOWN]] + ["..."] * (len(self.pieces) > SHOWN)
+        pieces = [str(piece) for piece in self.pieces[:SHOWN_PIECES]] + ["..."] * (len(self.pieces) > SHOWN_PIECES)
         known = {False: "all of them", True: "not all", None: "not known to be all"}[self.others]
         return f"<Solutions: {counted(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
 
@@ -126,7 +126,7 @@ class Solutions(Iterator[Piece]):
         if enough:
             if self._last < math.inf:
                 raise StopIteration
-            self._last = self._steps + max(self._steps, STEPS)
+            self._last = self._steps + max(self._steps, LEAST_FURTHER_STEPS)
         try:
             piece = next(self._search)
         except TimeIsUp:

@@ -19,12 +19,12 @@ from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_
 from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
-SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
-QUICK = 10_000  # entries up to which a sparse factorization is too fast to need an interruptible thread
+MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
+MOST_QUICK_ENTRIES = 10_000  # up to which a sparse factorization is too fast to need an interruptible thread
 LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense ones are interruptible; see `_DenseFactors`
 LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
-UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
-CONDITION = 1e8  # up to which a matrix is well-conditioned
+MOST_UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
+MODEST_CONDITION = 1e8  # the condition number up to which an inverse has half of the digits of a double
 Solve = Callable[[Vector], Vector]
 
 
@@ -42,7 +42,7 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
     if is_sparse(M):
         lu = sparse_lu(is_symmetric(M))
         factorize = lambda A: lu(A).solve  # noqa: E731
-    elif M.shape[0] > SMALL:
+    elif M.shape[0] > MOST_NUMPY_ROWS:
         factorize = partial(dense_factors().lu, overwrite=True)
 
     def checked(shift: float) -> Solve:
@@ -83,7 +83,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
         columns = A.T if symmetric else A.tocsc()
         factors = partial(splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **chosen)
         try:
-            return interruptibly(factors) if A.nnz > QUICK else factors()
+            return interruptibly(factors) if A.nnz > MOST_QUICK_ENTRIES else factors()
         except RuntimeError as error:
             if "singular" not in str(error) and "failed to factorize" not in str(error):
                 raise
@@ -141,10 +141,10 @@ def invert(A: Matrix) -> Solve:
 
 
 def well_conditioned_inverse(M: Matrix) -> Matrix | None:
-    """The inverse of a dense M, None if its condition number exceeds CONDITION."""
+    """The inverse of a dense M, None if its condition number exceeds MODEST_CONDITION."""
     with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
-        if norm_inf(M) * norm_inf(inverse) <= CONDITION:
+        if norm_inf(M) * norm_inf(inverse) <= MODEST_CONDITION:
             return inverse
     return None
 
@@ -157,7 +157,7 @@ def definite_solver(M: Matrix) -> Solve | None:
         if is_sparse(M):
             lu = sparse_lu(symmetric=True)(M)
             return lu.solve if positive_pivots(lu) else None
-        if M.shape[0] > SMALL:
+        if M.shape[0] > MOST_NUMPY_ROWS:
             return dense_factors().cholesky(M)
         np.linalg.cholesky(M)
         return invert(M)
@@ -174,7 +174,7 @@ class PrincipalSolver:
 
     def __init__(self, M: Matrix) -> None:
         self._M = M
-        self._small = not is_sparse(M) and M.shape[0] <= SMALL
+        self._small = not is_sparse(M) and M.shape[0] <= MOST_NUMPY_ROWS
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool(M.diagonal().min() > 0) and not (is_sparse(M) and not is_symmetric(M))
         self._kept: tuple[Indices, Solve] | None = None
@@ -244,7 +244,7 @@ class PrincipalSolver:
         before[kept], now[indices] = True, True
         added, dropped = indices[~before[indices]], np.flatnonzero(~now[kept])
         changes = added.size + dropped.size
-        if changes > UPDATED * kept.size:
+        if changes > MOST_UPDATED * kept.size:
             return None
         if not changes:
             return solve

@@ -15,15 +15,15 @@ from typing import Any, Literal
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import LARGEST
+from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.typing import Matrix, Vector
 
-FEW = 10_000  # entries of which a copy costs less than a second reduction
-BLOCK_BYTES = 1 << 20
-NARROW = 4  # times the entries of M
-THREADED = 64  # rows from which a BLAS may use threads
+MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
+BLOCK_BYTES = 1 << 20  # of a block of rows: it stays in the cache
+MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
+FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads
 SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits
-MODERATE = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
+MODERATE_FACTOR = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
 
 
 def is_sparse(M: Any) -> bool:
@@ -74,7 +74,7 @@ def _row_maxima(M: Matrix, entries: Vector) -> Vector:
 
 
 def _maxima(M: Vector, axis: int) -> Vector:
-    return np.asarray(np.abs(M).max(axis) if M.size <= FEW else np.maximum(M.max(axis), -M.min(axis)))
+    return np.asarray(np.abs(M).max(axis) if M.size <= MOST_COPIED_ENTRIES else np.maximum(M.max(axis), -M.min(axis)))
 
 
 def dense(A: Matrix) -> Matrix:
@@ -133,14 +133,14 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
     Where the product itself overflows, the result is the largest finite number.
     """
-    if min(R.min(), C.min()) >= 1 / MODERATE and max(R.max(), C.max()) <= MODERATE:
+    if min(R.min(), C.min()) >= 1 / MODERATE_FACTOR and max(R.max(), C.max()) <= MODERATE_FACTOR:
         return lambda entries, left, right: left * entries * right
 
     def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
         (left, left_power), (right, right_power) = np.frexp(left), np.frexp(right)
         with np.errstate(over="ignore"):
             result: Vector = np.ldexp(2 * left * entries * (2 * right), left_power + right_power - 2)
-        return np.clip(result, -LARGEST, LARGEST, out=result)
+        return np.clip(result, -LARGEST_DOUBLE, LARGEST_DOUBLE, out=result)
 
     return multiply
 
@@ -184,7 +184,7 @@ def is_narrow(M: Matrix) -> bool:
     """Whether the entries of a sparse M are so near its diagonal, as in one dimension, that its factors cannot have
     many more."""
     width = np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0)
-    return bool(M.shape[0] * (2 * width + 1) <= NARROW * M.nnz)
+    return bool(M.shape[0] * (2 * width + 1) <= MOST_NARROW_ENTRIES * M.nnz)
 
 
 def stack(blocks: list[list[Matrix]]) -> Matrix:
@@ -203,7 +203,7 @@ def product(M: Matrix, v: Vector) -> Vector:
     are used in turn they compete for the processors: a factorization by scipy between products by numpy was observed to
     take three to fifteen times as long. So scipy's, once loaded, computes the products with large dense matrices too.
     """
-    flags = getattr(M, "flags", None) if M.shape[0] >= THREADED else None
+    flags = getattr(M, "flags", None) if M.shape[0] >= FEWEST_SHARED_ROWS else None
     blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
     if blas is None or flags is None:
         return np.asarray(M @ v)
@@ -217,7 +217,7 @@ def absolute_product(M: Matrix, z: Vector) -> Vector:
     """|M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
         return np.asarray(abs(M) @ z)
-    if M.size <= FEW:
+    if M.size <= MOST_COPIED_ENTRIES:
         return np.asarray(np.abs(M) @ z)
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])
 

@@ -14,19 +14,19 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import compressed, is_sparse
 from lcpcli.typing import Indices, Matrix, Vector
 
-LARGEST_DENSE = 5000  # n up to which factorizing a dense matrix is affordable
-MAX_ENTRIES = 150_000_000  # of a band whose factorization is affordable
-MAX_OPERATIONS = 100_000_000_000
-SMALL = 20_000  # entries up to which any order is found in no time
-STEPS = 8  # in which most of a graph without small separators is reached
-MUCH = 10  # entries of L for each of M, beyond which the search for an order of minimum degree may take minutes
+MOST_DENSE_ROWS = 5000  # up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes
+MAX_ENTRIES = 150_000_000  # of the factors in a band that are affordable: about a gigabyte
+MAX_OPERATIONS = 100_000_000_000  # of the elimination in a band that are affordable: a minute or so
+MOST_ORDERED_ENTRIES = 20_000  # up to which any order is found in no time
+SPREADING_STEPS = 8  # in which most of a graph without small separators is reached
+MUCH_FILL = 10  # entries of L for each of M, beyond which the search for a minimum degree order may take minutes
 
 
 def affordable(M: Matrix) -> bool:
     """Whether a factorization of M costs little enough to be a side computation; better orders than that of the band
     usually save most of it."""
     if not is_sparse(M):
-        return bool(M.shape[0] <= LARGEST_DENSE)
+        return bool(M.shape[0] <= MOST_DENSE_ROWS)
     band = Band(M)
     return band.entries <= MAX_ENTRIES and band.operations <= MAX_OPERATIONS
 
@@ -61,8 +61,8 @@ def order_of(M: Matrix) -> str:
     it. Minimum degree gives less fill, but takes minutes where the graph of M has no small separators, and L is nearly
     dense in any order; COLAMD takes a second there.
     """
-    most = MUCH * M.nnz
-    slow = M.nnz > SMALL and _spreads(M) and fill(M, most) > most
+    most = MUCH_FILL * M.nnz
+    slow = M.nnz > MOST_ORDERED_ENTRIES and _spreads(M) and fill(M, most) > most
     return "COLAMD" if slow else "MMD_AT_PLUS_A"
 
 
@@ -72,7 +72,7 @@ def _spreads(M: Matrix) -> bool:
     pattern.data[:] = 1.0
     reached = np.zeros(M.shape[0])
     reached[np.argsort(np.diff(pattern.indptr))[reached.size // 2]] = 1.0
-    for _ in range(STEPS):
+    for _ in range(SPREADING_STEPS):
         reached = np.minimum(reached + pattern @ reached, 1.0)
     return bool(reached.sum() > reached.size / 2)
 

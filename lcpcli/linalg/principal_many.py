@@ -10,7 +10,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 BATCH = 1 << 16  # numbers in the submatrices and right-hand sides that are solved in one call: they stay in the cache
 WORD = 64  # bits
-LARGE = 0.55  # of all indices: sets from which on the complements are solved for
+LARGE_SHARE = 0.55  # of all indices: from there on the systems of the complements are solved, which cost less
 
 
 def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None) -> Vector:
@@ -23,7 +23,7 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
     if not sets.size:
         return np.zeros(B.shape)
     if inverse is not None:
-        large = np.count_nonzero(sets, axis=1) > LARGE * sets.shape[1]
+        large = np.count_nonzero(sets, axis=1) > LARGE_SHARE * sets.shape[1]
         if large.any():
             X = np.empty(B.shape)
             X[~large] = solve_principal(M, sets[~large], B[~large])

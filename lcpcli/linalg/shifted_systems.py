@@ -23,9 +23,10 @@ from lcpcli.linalg.patterns import order_of
 from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
-DENSE, MOST = 10.0, 30  # times the root of n: the entries of a row that is dense; and so many are split off
-PATIENCE = 0.02  # seconds of a factorization from which it is worth trying another library for the next
-DECIDED = 3  # factorizations that tell which library is faster: two by QDLDL, one by SuperLU in its order
+DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
+MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
+PATIENCE_SECONDS = 0.02  # of a factorization, from which it is worth trying another library for the next
+TRIALS = 3  # factorizations that show which library is faster: two by QDLDL, one by SuperLU in its order
 SparseSystems: TypeAlias = "SuperLU | LDL | Bordered | _Faster"
 """Those of sparse M; library and nonzeros are those of the last factors, without a unit diagonal."""
 Systems: TypeAlias = "SparseSystems | _Dense"
@@ -152,7 +153,7 @@ class LDL:
 def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
     """The factors of a matrix with so many entries; SingularMatrix for what a library raises."""
     try:
-        return interruptibly(factorize) if entries > factors.QUICK else factorize()
+        return interruptibly(factorize) if entries > factors.MOST_QUICK_ENTRIES else factorize()
     except RuntimeError as error:
         raise SingularMatrix from error
 
@@ -179,8 +180,8 @@ def dense_places(M: Matrix) -> Indices:
     """The indices of dense rows and columns; none if they are too many."""
     n = M.shape[0]
     counts = np.maximum(np.diff(M.indptr), np.bincount(M.indices, minlength=n))
-    places = np.flatnonzero(counts > DENSE * np.sqrt(n))
-    return places if places.size <= MOST else places[:0]
+    places = np.flatnonzero(counts > DENSE_FACTOR * np.sqrt(n))
+    return places if places.size <= MOST_SPLIT_OFF else places[:0]
 
 
 class Bordered:
@@ -216,7 +217,7 @@ class Bordered:
 
 
 class _Faster:
-    """The first of several that factorizes again within PATIENCE, or the quickest.
+    """The first of several that factorizes again within PATIENCE_SECONDS, or the quickest.
 
     The time of the second factorization counts, as the first one includes the analysis of the pattern.
     """
@@ -232,7 +233,7 @@ class _Faster:
     def factorize(self, d: Vector) -> None:
         if self._count == 2:
             self._tried.append((self._seconds, self._used))
-            if self._seconds > PATIENCE and self._untried:
+            if self._seconds > PATIENCE_SECONDS and self._untried:
                 self._used, self._count = self._untried.pop(0)(), 0
             else:
                 self._used = min(self._tried, key=lambda each: each[0])[1]

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
 VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", GENERAL)
-FEWEST_ROWS = 100  # of a matrix: with fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway
+FEWEST_THREADED_ROWS = 100  # with fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway
 # Rows of a dense matrix from which more threads pay. Measured on two processors, with one thread / two, in seconds:
 # n = 2000 0.16 / 0.11 by auto and 0.27 / 0.21 by fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and
 # 2.9 / 2.0. Beside two busy processes two threads took up to 12 times as long as one at n = 3000, 4 times at 5000.
@@ -69,7 +69,7 @@ def _number(M: Matrix, asked: int | None) -> int | None:
             hint = "pip install 'linear-complementarity[threads]'"
             raise ParameterError(options.THREADS.name, "needs threadpoolctl", hint)
         return int(asked)
-    if M.shape[0] < FEWEST_ROWS or _decided_by_environment():
+    if M.shape[0] < FEWEST_THREADED_ROWS or _decided_by_environment():
         return None
     from lcpcli.linalg.matrices import is_sparse
 

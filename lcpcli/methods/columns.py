@@ -25,9 +25,9 @@ from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, Safeguard, exchanging, in_units_of_state
 
 STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
-NEAR = 0.25  # of the distance of q from 0: the distance from another one that makes it a neighbour
-FASTER = 0.5  # of the changes of state between two looks: the most between the next two, if gradients are to go on
-SETTLED = 0.1  # changes of state of a problem, on average, between two looks
+NEIGHBOUR_DISTANCE = 0.25  # of q from another q, relative to its distance from 0, up to which the two are neighbours
+SETTLING_FACTOR = 0.5  # most changes of state between two looks, relative to the last two, for gradients to go on
+SETTLED_CHANGES = 0.1  # changes of state of a problem between two looks, on average, with which pivoting takes over
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +166,7 @@ def _neighbours(q: Vector) -> tuple[Indices, Mask]:
 
 def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
     distances, sizes = q[rows] - q[others], q[rows]
-    return np.asarray((distances**2).sum(axis=1) < NEAR**2 * (sizes**2).sum(axis=1))
+    return np.asarray((distances**2).sum(axis=1) < NEIGHBOUR_DISTANCE**2 * (sizes**2).sum(axis=1))
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
@@ -183,7 +183,7 @@ def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
 
 def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
     """The states at which projected gradients arrive, and where these do not diverge. They go on while the states
-    settle: while each look finds less than FASTER of the changes of the last one."""
+    settle: while each look finds less than SETTLING_FACTOR of the changes of the last one."""
     half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
     R, C = R * half, C * half
     M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R
@@ -196,7 +196,7 @@ def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask
     most = np.inf
     for look in gradient_steps(frame.box.in_units(C), w_of, np.zeros(q.shape), q):
         *_, basis, changes, bounded = look
-        if changes <= SETTLED * q.shape[0] or changes > FASTER * most:
+        if changes <= SETTLED_CHANGES * q.shape[0] or changes > SETTLING_FACTOR * most:
             break
         most = changes
     return basis, bounded

@@ -98,7 +98,7 @@ def best_omega(M: Matrix) -> float:
 
 
 RESTART_GROWTH = 2.0  # growth of |g - x| over its minimum at which the memory is cleared
-RIDGE = 1e-14  # added to the Gram matrix, relative to its trace, against nearly dependent differences
+GRAM_RIDGE = 1e-14  # added to the Gram matrix, relative to its trace, against nearly dependent differences
 
 
 class Anderson:
@@ -148,6 +148,6 @@ class Anderson:
             return g
         kept = slice(self._kept)
         gram = self._gram[kept, kept]
-        ridge = RIDGE * float(np.trace(gram)) * np.eye(self._kept)
+        ridge = GRAM_RIDGE * float(np.trace(gram)) * np.eye(self._kept)
         gamma = np.linalg.lstsq(gram + ridge, np.einsum("ij,j->i", self._df[kept], f), rcond=None)[0]
         return np.asarray(g - np.einsum("i,ij->j", gamma, self._dg[kept]))

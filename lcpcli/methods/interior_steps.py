@@ -23,18 +23,21 @@ from lcpcli.linalg.shifted_systems import Systems
 from lcpcli.methods.interior_scaling import Scaled
 from lcpcli.typing import Matrix, Vector
 
-LEAST_SIGMA = 1e-6
-CORRECTORS, WORTH, ASPIRED = 2, 0.01, 0.3  # Gondzio's: at most, the least gain in step length, the gain aimed at
-SPREAD = 10.0  # of the products s w around their mean, beyond which they are corrected
-LONG, SHORT, SAFE_SIGMA = 0.95, 0.1, 0.5  # step lengths that are good enough, and that ask for more centring
-TO_BOUNDARY = 0.995
-TINY = 1e-30
-ENOUGH = 1e-3  # of the infeasibility: how accurately systems are solved
-REFINEMENTS = 8
-SLOW = 0.3  # the factor per refinement above which GMRES takes over
-ACCURACY = 1e-13  # of a solution, relative to the right-hand side
-DOUBTFUL, POOR, USELESS = 1e-6, 1e-7, 1e-2  # residuals: of refinement, and of the factors
-KRYLOV, LOOK = 8, 4  # steps of GMRES: at most, and between looks at what is left
+LEAST_SIGMA = 1e-6  # of mu: the smallest target of a step, so that products s w do not vanish one before another
+CORRECTORS = 2  # of Gondzio's, at most
+WORTH_GAIN, ASPIRED_GAIN = 0.01, 0.3  # the least gain in step length that a corrector is worth, and the one aimed at
+PRODUCT_SPREAD = 10.0  # the factor between products s w and their target beyond which they are corrected
+GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1  # of a step: long enough without correctors; so short that centring is needed
+SAFE_SIGMA = 0.5  # of mu: the target of a step that only centres
+TO_BOUNDARY = 0.995  # of the longest step: so far it goes at least, so that s and w stay positive
+TINY = 1e-30  # the least s and w, so that ratios of them are finite
+SYSTEM_ACCURACY = 1e-3  # relative to the infeasibility: a step reduces it hardly less than an exact one
+SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
+SLOW_REFINEMENT = 0.3  # the factor per refinement above which GMRES takes over
+LEAST_ACCURACY = 1e-13  # of a solution, relative to the right-hand side: more is out of reach in doubles
+DOUBTFUL_RESIDUAL = 1e-6  # relative to the right-hand side: refinement that leaves more calls for a smaller rho
+POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2  # the same of the factors: a larger rho next time, or at once
+GMRES_STEPS, GMRES_LOOK = 8, 4  # at most, and between looks at what is left
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +117,7 @@ class Steps:
         after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
         sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
         found, step = self._corrected(direction, at, affine, sigma * mu)
-        if step < SHORT and step < 0.5 * length:
+        if step < SHORT_LENGTH and step < 0.5 * length:
             central = direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
             if longest(at, central) > step:
                 found, step = central, longest(at, central)
@@ -126,7 +129,7 @@ class Steps:
         for w / s; `absorbing` is the share of the multipliers in what the system leaves over."""
         dual, primal = self.residuals(at)
         b = self._spread(self._sign * (products - at.w * primal) / at.s) - dual
-        z, left = self._systems.solve(b, ENOUGH * self.infeasibility(at))
+        z, left = self._systems.solve(b, SYSTEM_ACCURACY * self.infeasibility(at))
         ds = self._sign * z[self._index] + primal
         return Point(z, ds, (products - at.w * ds) / at.s + absorbing * left[self._index])
 
@@ -138,15 +141,15 @@ class Steps:
         found = direction(wanted)
         step = longest(at, found)
         for _ in range(CORRECTORS):
-            if step > LONG:
+            if step > GOOD_LENGTH:
                 break
-            aspired = min(1.0, step + ASPIRED)
+            aspired = min(1.0, step + ASPIRED_GAIN)
             products = (at.s + aspired * found.s) * (at.w + aspired * found.w)
-            correction = np.clip(products, target / SPREAD, target * SPREAD) - products
-            more = wanted + np.maximum(correction, -SPREAD * target)
+            correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
+            more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
             other = direction(more)
             length = longest(at, other)
-            if length < step + WORTH:
+            if length < step + WORTH_GAIN:
                 break
             found, step, wanted = other, length, more
         return found, step
@@ -199,20 +202,21 @@ class AccurateSystems:
     def factorize(self, D: Vector) -> None:
         """Factorize M + D + rho, after rho has been adapted to the last systems."""
         own = self.regularization
-        if self._of_factors > POOR:
+        if self._of_factors > POOR_FACTORS:
             own.rho = min(own.rho * 10, own.most)
-        elif self._used_gmres or self._left > DOUBTFUL:
+        elif self._used_gmres or self._left > DOUBTFUL_RESIDUAL:
             own.rho = max(own.rho / 10, own.least)
         self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
         self._D, self._weights = D, 1.0 / (1.0 + D)
         self._systems.factorize(D + own.rho)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
-        """x and b - (M + D) x, whose weighted norm is at most the target or ACCURACY of that of b, if possible."""
+        """Return x and b - (M + D) x, whose weighted norm is at most the target, or LEAST_ACCURACY times the norm of
+        b, if that can be attained."""
         size, own = self._norm(b) + 1e-300, self.regularization
-        goal = max(ACCURACY * size, target)
+        goal = max(LEAST_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
-        while not of_factors <= USELESS * size and own.rho < own.most:
+        while not of_factors <= USELESS_FACTORS * size and own.rho < own.most:
             own.rho = own.least = min(own.rho * 10, own.most)  # from now on the least one
             self._systems.factorize(self._D + own.rho)
             x, r, of_factors = self._first(b)
@@ -220,7 +224,7 @@ class AccurateSystems:
             raise SingularMatrix
         self._of_factors = max(self._of_factors, of_factors / size)
         x, r, left = self._refined(x, r, b, goal)
-        if left > max(10 * goal, DOUBTFUL * size):
+        if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):
             x, r, left = self._by_gmres(x, r, b, goal)
         self._left = max(self._left, left / size)
         return x, r
@@ -233,7 +237,7 @@ class AccurateSystems:
 
     def _refined(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
         left = self._norm(r)
-        for _ in range(REFINEMENTS):
+        for _ in range(SYSTEM_REFINEMENTS):
             if left <= goal:
                 break
             better = x + self._systems.solve(r)
@@ -242,19 +246,19 @@ class AccurateSystems:
             if not size < left:
                 break
             rate, x, r, left = size / left, better, residual, size
-            if rate > SLOW:
+            if rate > SLOW_REFINEMENT:
                 break
         return x, r, left
 
     def _by_gmres(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
-        """x, its residual and the size of that after at most KRYLOV steps, which minimize the weighted residual."""
+        """Return x, its residual and the norm of the residual after at most GMRES_STEPS, which minimize that norm."""
         self._used_gmres, weights = True, self._weights
-        V, Z = np.empty((KRYLOV + 1, b.size)), np.empty((KRYLOV, b.size))
-        H, target = np.zeros((KRYLOV + 1, KRYLOV)), np.zeros(KRYLOV + 1)
+        V, Z = np.empty((GMRES_STEPS + 1, b.size)), np.empty((GMRES_STEPS, b.size))
+        H, target = np.zeros((GMRES_STEPS + 1, GMRES_STEPS)), np.zeros(GMRES_STEPS + 1)
         V[0] = weights * r
         target[0] = np.linalg.norm(V[0])
         V[0] /= target[0]
-        for k in range(KRYLOV):
+        for k in range(GMRES_STEPS):
             Z[k] = self._systems.solve(V[k] / weights)
             V[k + 1] = weights * self._product(Z[k])
             for _ in range(2):  # once more against rounding
@@ -265,7 +269,7 @@ class AccurateSystems:
             if not 0 < size < np.inf:
                 return x, r, self._norm(r)
             V[k + 1] /= size
-            if (k + 1) % LOOK == 0:
+            if (k + 1) % GMRES_LOOK == 0:
                 y = np.linalg.lstsq(H[: k + 2, : k + 1], target[: k + 2], rcond=None)[0]
                 if np.linalg.norm(H[: k + 2, : k + 1] @ y - target[: k + 2]) <= 0.1 * goal:
                     break

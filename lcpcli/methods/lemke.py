@@ -25,10 +25,10 @@ from lcpcli.verify.certificate import RAY, Certificate, proves_infeasible
 
 MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the inverse of the basis is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
-MOST_EXCHANGED = 1000  # since the exchanged problem is dense
-TRIES = 8  # of other starts
-MAX_PIVOTS = 5  # per unknown and try
-TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
+MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
+OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
+MAX_PIVOTS = 5  # per unknown and start: paths that end at a solution usually take about one
+PATH_TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
 
 
 def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
@@ -137,13 +137,13 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
     if problem.n > MOST_EXCHANGED or not (problem.q < 0).any():
         return Finished()
     M, evaluations = matrices.dense(problem.M), 0
-    for k in np.random.default_rng(0).permutation(problem.n)[:TRIES]:
+    for k in np.random.default_rng(0).permutation(problem.n)[:OTHER_STARTS]:
         rows = np.flatnonzero((M[:, k] > 0) & (problem.q < 0))
         if not rows.size:
             continue
         pair = np.unique([k, rows[np.argmax(-problem.q[rows] / M[rows, k])]])
         last = _end_of_path(M, problem.q, pair)
-        if last is None or last.F is None or np.abs(last.F).max() > TOLERANCE * np.abs(problem.q).max():
+        if last is None or last.F is None or np.abs(last.F).max() > PATH_TOLERANCE * np.abs(problem.q).max():
             continue
         x = last.x.copy()
         x[pair] *= -1

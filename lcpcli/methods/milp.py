@@ -153,7 +153,7 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
             z = np.zeros(q.size)
             z[active] = np.maximum(z_P, 0.0)
             w = M @ z + q
-            if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE * max(z.max(), 1.0):
+            if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE_COLUMN * max(z.max(), 1.0):
                 continue
             best = z
             violation = np.where(P, np.abs(w), -w)
@@ -219,7 +219,7 @@ def candidates(
         w = M @ z + q
         overlap = np.where(undecided, np.minimum(z, w), -np.inf)
         branch = int(np.argmax(overlap))
-        if found.point is not None and overlap[branch] <= farkas.ACTIVE * max(float(z.max()), 1.0):
+        if found.point is not None and overlap[branch] <= farkas.ACTIVE_COLUMN * max(float(z.max()), 1.0):
             yield (decided == ACTIVE) | (undecided & (z > w))
         order = (ACTIVE, INACTIVE) if z[branch] < w[branch] else (INACTIVE, ACTIVE)  # likelier last: popped first
         for decision in order:

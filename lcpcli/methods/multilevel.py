@@ -22,7 +22,7 @@ COARSEST = 500  # n up to which a matrix is factorized
 STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level to level
 MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one level to the next
 MAX_ENTRIES_RATIO = 1.5  # the same for the numbers of entries
-SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
+JACOBI_SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
 RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation hardly reduces
 REUSE_CHANGE = 0.03  # of an index set: how far it may differ from that for which a preconditioner was built
 
@@ -121,10 +121,10 @@ def _v_cycle(levels: list[Level], coarse: Solve, b: Vector) -> Vector:
         return coarse(b)
     A, P, restriction, weights = levels[0]
     x = weights * b
-    for _ in range(SWEEPS - 1):
+    for _ in range(JACOBI_SWEEPS - 1):
         x += weights * (b - A @ x)
     x += P @ _v_cycle(levels[1:], coarse, restriction @ (b - A @ x))
-    for _ in range(SWEEPS):
+    for _ in range(JACOBI_SWEEPS):
         x += weights * (b - A @ x)
     return x
 

@@ -14,7 +14,7 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, from_states, newton
-from lcpcli.methods.small import PIVOTS, exactly, small
+from lcpcli.methods.small import SMALL_PIVOTS, exactly, small
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model.changes import is_far_from_one, scale
 from lcpcli.model.problem import Problem
@@ -25,9 +25,9 @@ from lcpcli.verify.refinement import is_rounded_solution, refined
 
 REFINED = "refined"
 SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
-LEAST_SECONDS = 0.1
-FASTER = 0.2  # of the changes of state of a step of newton: the most in the next one, if it is to go on
-FEW = 50  # unknowns up to which lemke is as fast as the interior point method
+LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
+NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
+MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 
 
@@ -71,7 +71,7 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 
 def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
-    return (small if problem.n <= measure.FEW else stages.from_reference)(problem, x0, search)
+    return (small if problem.n <= measure.FEW_UNKNOWNS else stages.from_reference)(problem, x0, search)
 
 
 def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
@@ -92,7 +92,7 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
             if (yield from _improved(problem, turns)):
                 return Finished()
     undecided = Stalled("no other method is tried")
-    if problem.n <= measure.FEW:
+    if problem.n <= measure.FEW_UNKNOWNS:
         ending = yield from exactly(problem, turns, decide=True)
         if not isinstance(ending, Stalled):
             return ending
@@ -100,13 +100,13 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
     if not milp:
         return undecided
     ending = yield from turns.take("milp", stages.begin("milp", problem, x0, time_limit=_remaining(deadline)))
-    return undecided if problem.n <= measure.FEW and isinstance(ending, Stalled) else ending
+    return undecided if problem.n <= measure.FEW_UNKNOWNS and isinstance(ending, Stalled) else ending
 
 
 def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     """The last iterate refined to its last digits, or made exact among few unknowns; and whether it is a solution but
     for rounding."""
-    if problem.n <= measure.FEW:
+    if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
     box, basis = problem.box, problem.box.basis_of(turns.last.x)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -119,7 +119,7 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
 
 def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
     """The methods for a large problem with many evident variables, without these."""
-    if not problem.is_mixed or problem.n <= factors.SMALL:
+    if not problem.is_mixed or problem.n <= factors.MOST_NUMPY_ROWS:
         return
     from lcpcli.model.standard_form import presolved
 
@@ -131,12 +131,12 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
 
 def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
     """The methods before milp in order, by name, each created when its turn comes."""
-    large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
+    large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
     first = _first(problem) if large_and_sparse else ""
     if first == "linear":
         from lcpcli.methods.linear import linear
 
-        limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SECONDS)
+        limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SIMPLEX_SECONDS)
         yield first, linear(problem, min(limit, _remaining(deadline)))
     if first:
         yield "newton", _while_fast(problem, newton(problem, x0, problem.n))
@@ -153,8 +153,8 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     yield "newton", newton(problem, x0, problem.n) if sparse else dense_route(problem, x0)
     if is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if problem.n <= FEW:
-        yield "lemke", stages.limited(stages.begin("lemke", problem, x0), PIVOTS * problem.n)
+    if problem.n <= MOST_LEMKE_FIRST:
+        yield "lemke", stages.limited(stages.begin("lemke", problem, x0), SMALL_PIVOTS * problem.n)
     from lcpcli.linalg.krylov import is_semidefinite
     from lcpcli.methods.lemke import restarts
     from lcpcli.methods.linear import linear
@@ -168,7 +168,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
 
 
 def _while_fast(problem: Problem, stage: Stage) -> Stage:
-    """newton, until a step changes more than FASTER of the states that the one before has changed.
+    """newton, until a step changes more than NEWTON_SETTLING_FACTOR of the states that the one before has changed.
 
     Circuits need three steps, each with one factorization; most programs end it at the first one.
     """
@@ -179,7 +179,7 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
         yield step
         if changes > most:
             return Stalled("the active set settles too slowly")
-        most = FASTER * changes
+        most = NEWTON_SETTLING_FACTOR * changes
     return step
 
 

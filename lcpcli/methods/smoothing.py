@@ -36,9 +36,9 @@ from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-NOWHERE = np.empty(0, dtype=np.intp)
+NO_INDICES = np.empty(0, dtype=np.intp)
 WINDOW = 746.0  # e^-746 is zero in double precision, denormals included
-MAX_TRIALS = 200
+MAX_TRIALS = 200  # of one line search, which halves the bracket: far more than a double has digits
 SHORT_STEP = 1e-6  # relative to the first trial length: for shorter trials, whether x changes at all is checked
 
 
@@ -91,7 +91,7 @@ class Smoothed:
         w = np.subtract(z, t, out=t)
         near = [np.abs(x - kink) for _, kink in self._kinks]
         distance = near[0] if len(near) == 1 else np.minimum.reduce(near, initial=np.inf)
-        window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NOWHERE
+        window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NO_INDICES
         if window.size:
             delta = sum(s * excess(self._p, t[window]) for (s, _), t in zip(self._kinks, near, strict=True))
             z[window] += delta

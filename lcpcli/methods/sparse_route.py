@@ -30,15 +30,15 @@ from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 MEMORY = 10  # pairs for Anderson acceleration: more do not find the active set sooner (measured for 5 to 20)
 MODULUS_STEPS = 500  # ten times what it needs for the matrices that it is meant for
-GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
+MODULUS_GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
 REDUCTION = 0.1  # of the residual, by one inexact solve
 FINAL_REDUCTION = 1e-3  # the same once P is unchanged from the last step
-PATIENCE = 20  # products with M per digit: more indicate an ill-conditioned M
-PATIENCE_MULTILEVEL = 120  # even so they cost less than a factorization
+PATIENCE_PRODUCTS = 20  # with M per digit: more indicate an ill-conditioned M
+PATIENCE_PRODUCTS_MULTILEVEL = 120  # even so many cost less than a factorization
 MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that count as cycling
 STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
 COARSE_TOLERANCE = 1e-3  # residual of the coarse solutions relative to |q|, unless COARSE_STEPS are reached first
-COARSE_STEPS = 12
+COARSE_STEPS = 12  # on each level: a coarse solution only has to give nearly the right active set
 NOT_POSITIVE = "a diagonal entry of M is not positive"
 
 
@@ -78,12 +78,12 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
 
 
 def _while_bounded(stage: Stage) -> Stage:
-    """The stage, until |F| has grown by a factor GROWTH over its minimum so far."""
+    """The stage, until |F| has grown by a factor MODULUS_GROWTH over its minimum so far."""
     least = np.inf
     while isinstance(step := advance(stage), Iterate):
         if step.F is not None:
             size = float(np.abs(step.F).max())
-            if not size <= GROWTH * least:
+            if not size <= MODULUS_GROWTH * least:
                 return Breakdown("the modulus iteration diverges")
             least = min(size, least)
         yield step
@@ -110,7 +110,7 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
 
     Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
     Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
-    PATIENCE products per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
+    PATIENCE_PRODUCTS per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
     """
     return _steps(_Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0)))
 
@@ -194,7 +194,7 @@ class _Inexact:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
         symmetric = precondition is not None or is_symmetric(M)
         self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
-        self._patience = PATIENCE if precondition is None else PATIENCE_MULTILEVEL
+        self._patience = PATIENCE_PRODUCTS if precondition is None else PATIENCE_PRODUCTS_MULTILEVEL
         self._precondition = precondition or (lambda *_: identity)
         self._cycle: Solve = identity
         self._block: Matrix = None

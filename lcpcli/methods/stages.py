@@ -82,11 +82,11 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 """A running method: a generator of the iterates after the start, which returns how it ended."""
 
 
-SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
+NEARLY_SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
 INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
 FAULTS = (FloatingPointError, MemoryError)
 """What a running method may raise when it cannot continue."""
-KINDS = {  # of FloatingPointError, by how numpy's message begins
+FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
     "overflow": "an overflow of double precision",
     "divide": "a division by zero",
     "invalid": "an operation on infinite numbers that has no result",
@@ -109,7 +109,7 @@ def told(fault: FloatingPointError | MemoryError) -> str:
     """One of FAULTS as a clause for the user."""
     if isinstance(fault, MemoryError):
         return "there is not enough memory"
-    return next((kind for message, kind in KINDS.items() if str(fault).startswith(message)), str(fault))
+    return next((kind for message, kind in FAULT_KINDS.items() if str(fault).startswith(message)), str(fault))
 
 
 def ended(ending: Ending, *iterates: Iterate) -> Stage:
@@ -155,7 +155,7 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     polishing : the basic solutions of a mixed problem, which replace those of its standard form, as that has more
     numbers to round, and no F of the given problem.
     """
-    small = SOLVED * largest(change.problem.q)
+    small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):
         with np.errstate(over="ignore", invalid="ignore"):
             x, F = change.back(step.x), None

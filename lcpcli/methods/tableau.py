@@ -11,10 +11,10 @@ from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-NOISE = 2.0**-36  # relative to the terms: what an update leaves below is zero, and ratios this close tie
+UPDATE_NOISE = 2.0**-36  # relative to the terms: what an update leaves below is zero, and ratios this close tie
 RECOMPUTED_NOISE = 2.0**-42  # the same for sums just computed from M and q
 TIE = 2.0**-30  # relative difference up to which quotients of entries of the inverse are equal
-DOUBTFUL = 2.0**-26  # relative to its terms: a smaller pivot is recomputed before use, as cancellation spoils it
+DOUBTFUL_PIVOT = 2.0**-26  # relative to its terms: a smaller pivot is recomputed before use, as cancellation spoils it
 REFACTOR = 50  # minimum number of pivots between two inversions of the basis from scratch
 REFACTOR_AT_TIES = 5  # the same if rows tie: there rounding can lead off the path
 
@@ -91,7 +91,7 @@ class Tableau:
         column, size = self._column(entering)
         row, tied = self._minimum_ratio(column)
         delicate = tied.size > 1 and self.age >= max(REFACTOR_AT_TIES, k**2 / self.n)
-        if self.age and (row < 0 or delicate or column[row] < DOUBTFUL * size[row]):
+        if self.age and (row < 0 or delicate or column[row] < DOUBTFUL_PIVOT * size[row]):
             self.invert()
             column, size = self._column(entering)
             row, tied = self._minimum_ratio(column)
@@ -104,7 +104,7 @@ class Tableau:
         step = self.values[row] / column[row]
         change = step * column
         self.values -= change
-        self.values[np.abs(self.values) <= NOISE * np.abs(change)] = 0.0
+        self.values[np.abs(self.values) <= UPDATE_NOISE * np.abs(change)] = 0.0
         self.values[tied] = 0.0
         self.values[row] = step
         if leaving < self.n:
@@ -116,7 +116,7 @@ class Tableau:
         np.multiply(quotients[:, np.newaxis], column, out=change)
         inverse -= change
         np.abs(change, out=change)
-        change *= NOISE
+        change *= UPDATE_NOISE
         cancelled = inverse <= change
         cancelled &= inverse >= np.negative(change, out=change)
         inverse[cancelled] = 0.0
@@ -170,7 +170,7 @@ class Tableau:
         rows = np.flatnonzero(self.basic < self.n)
         column[rows] += beside
         size[rows] += np.abs(beside)
-        column[np.abs(column) <= NOISE * size] = 0.0
+        column[np.abs(column) <= UPDATE_NOISE * size] = 0.0
         return column, size
 
     def _minimum_ratio(self, column: Vector) -> tuple[int, Indices]:
@@ -178,7 +178,7 @@ class Tableau:
         if not rows.size:
             return -1, rows
         ratios = np.maximum(self.values[rows], 0.0) / column[rows]
-        tied = rows[ratios <= ratios.min() * (1 + NOISE)]
+        tied = rows[ratios <= ratios.min() * (1 + UPDATE_NOISE)]
         if tied.size == 1:
             return int(tied[0]), tied
         auxiliary = int(self.row_of[2 * self.n])

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import LARGEST, largest
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, largest
 from lcpcli.typing import Indices, Mask, Vector
 
 NO_BOUND = 1e20  # the size from which on a bound is none, by the convention of MPS files and of OSQP
-LARGEST_X = LARGEST / 2  # |x| up to which z and w are finite
+LARGEST_X = LARGEST_DOUBLE / 2  # |x| up to which z and w are finite
 
 
 class Wording(NamedTuple):
@@ -57,7 +57,7 @@ def in_range(x: Vector) -> bool:
 
 def moved(bound: Vector, given: Vector | float) -> Vector:
     """A bound in other variables, kept finite where the given one is."""
-    return np.where(np.isfinite(given), np.clip(bound, -LARGEST, LARGEST), bound)
+    return np.where(np.isfinite(given), np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE), bound)
 
 
 class Basis(NamedTuple):

@@ -14,7 +14,7 @@ from lcpcli.model.box import LARGEST_X, moved
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-MODERATE = 300  # the power of two up to which R q is left unchanged
+MODERATE_POWER = 300  # the power of two up to which R q is left unchanged
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ def _common_power(q: Vector, R: Vector, C: Vector) -> float:
         return 0.0
     rows, columns = np.log2(R), np.log2(C)
     size = float((np.frexp(q)[1] + rows).max(where=q != 0, initial=-np.inf))
-    if abs(size) <= MODERATE:
+    if abs(size) <= MODERATE_POWER:
         return 0.0
     low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
     high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)

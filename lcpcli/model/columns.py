@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import FAR, are_moderate, is_finite
-from lcpcli.linalg.factors import SMALL, well_conditioned_inverse
+from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model.arrays import FROM_0, as_columns, own
 from lcpcli.model.bounds import as_bound, as_intervals, has_columns, with_infinity
@@ -38,7 +38,7 @@ class Columns:
             self._bounds = _bounds_of_columns(lower, upper, n, self.k, infinity)
             lower, upper = 0.0, math.inf
         self.like = _problem(M, self.Q, lower, upper, infinity)
-        self.M = dense(self.like.M) if n <= SMALL else self.like.M
+        self.M = dense(self.like.M) if n <= MOST_NUMPY_ROWS else self.like.M
 
     @property
     def n(self) -> int:
@@ -47,7 +47,7 @@ class Columns:
     @cached_property
     def inverse(self) -> Matrix | None:
         """That of M, if it pays: if M is small and well-conditioned, and there are more columns than unknowns."""
-        return well_conditioned_inverse(self.M) if self.n < min(self.k, SMALL + 1) else None
+        return well_conditioned_inverse(self.M) if self.n < min(self.k, MOST_NUMPY_ROWS + 1) else None
 
     def block(self, first: int, last: int) -> Block:
         """The problems of columns first to last - 1, copied and checked as they are now, as the arrays may have changed
@@ -162,7 +162,7 @@ class Block:
     def are_moderate(self) -> Mask:
         """Which of the problems have moderate numbers, as `Problem.is_moderate`; shape (m,)."""
         least, largest = self._sizes_of_q
-        return np.asarray((largest <= FAR) & (least >= 1 / FAR) & are_moderate(self.like.row_maxima))
+        return np.asarray((largest <= FAR_FROM_ONE) & (least >= 1 / FAR_FROM_ONE) & are_moderate(self.like.row_maxima))
 
     @cached_property
     def _fields_of_q(self) -> list[tuple[tuple[float, float], bool]]:

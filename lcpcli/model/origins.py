@@ -21,10 +21,10 @@ from lcpcli.model.arrays import as_matrix, own
 from lcpcli.model.program import Conditions, Program, names_of
 from lcpcli.typing import Vector
 
-KEYS = ("kind", "A", "B", "rows", "columns")
-RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}\s*")
+GAME_KEYS = ("kind", "A", "B", "rows", "columns")
+PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}\s*")
 
-EXACT = Context(prec=1000)  # digits enough for sums and differences of any doubles, which have 650 at most
+EXACT_CONTEXT = Context(prec=1000)  # digits: enough for sums and differences of any doubles, which have 650 at most
 
 Payoffs = list[list[Fraction]]
 
@@ -48,7 +48,7 @@ class Game:
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Game:
         """The game described in a file, or a ProblemError."""
-        refuse_unknown("", data, KEYS)
+        refuse_unknown("", data, GAME_KEYS)
         for key in ("A", "B"):
             if key not in data:
                 raise ProblemError(key, "is missing", f"add the key {key}")
@@ -85,7 +85,7 @@ class Game:
         """M and q."""
         m, k = self.A.shape
         M = np.zeros((m + k, m + k))
-        with localcontext(EXACT):
+        with localcontext(EXACT_CONTEXT):
             M[:m, m:], M[m:, :m] = _costs("A", self._numbers(0)), _costs("B", self._numbers(1)).T
         return M, -np.ones(m + k)
 
@@ -96,7 +96,7 @@ class Game:
 
     def cost_constants(self) -> tuple[Fraction, Fraction]:
         """The numbers from which the payoffs of the row and of the column player are subtracted."""
-        with localcontext(EXACT):
+        with localcontext(EXACT_CONTEXT):
             r, c = (Fraction(_constant(self._numbers(player))) for player in (0, 1))
         return r, c
 
@@ -138,7 +138,7 @@ def _constant(payoffs: Any) -> Any:
 def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
     """Payoffs rounded, and before if some are fractions or are written as such, "1/3"."""
     if isinstance(values, (list, tuple)) and all(isinstance(row, (list, tuple)) for row in values):
-        rows = [[Fraction(v) if isinstance(v, str) and RATIO.fullmatch(v) else v for v in row] for row in values]
+        rows = [[Fraction(v) if isinstance(v, str) and PAYOFF_RATIO.fullmatch(v) else v for v in row] for row in values]
         if any(isinstance(v, Fraction) for row in rows for v in row):
             rounded = _payoffs(field, [[_double(v) for v in row] for row in rows])[0]
             return rounded, [[v if isinstance(v, Fraction) else Fraction(repr(float(v))) for v in row] for row in rows]
@@ -195,7 +195,7 @@ class OwnNames:
 
 
 Origin: TypeAlias = Program | Game | OwnNames
-KINDS: dict[str, type[Program | Game]] = {"qp": Program, "game": Game}
+ORIGIN_KINDS: dict[str, type[Program | Game]] = {"qp": Program, "game": Game}
 
 
 def as_origin(given: Any, problem: Conditions) -> Origin:
@@ -210,13 +210,13 @@ def _parsed(given: Any) -> Program | Game:
     if not isinstance(given, Mapping):
         raise ProblemError("origin", f"is {kind(given)}", "give an object with the key kind")
     if "kind" not in given:
-        raise ProblemError("origin.kind", "is missing", f"add one of {', '.join(KINDS)}")
+        raise ProblemError("origin.kind", "is missing", f"add one of {', '.join(ORIGIN_KINDS)}")
     name = given["kind"]
-    if not isinstance(name, str) or name not in KINDS:
+    if not isinstance(name, str) or name not in ORIGIN_KINDS:
         shown = quoted(name) if isinstance(name, str) else kind(name)
-        raise ProblemError("origin.kind", f"is {shown}", f"use one of {', '.join(KINDS)}")
+        raise ProblemError("origin.kind", f"is {shown}", f"use one of {', '.join(ORIGIN_KINDS)}")
     try:
-        return KINDS[name].parse(given)
+        return ORIGIN_KINDS[name].parse(given)
     except ProblemError as error:
         raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None
 

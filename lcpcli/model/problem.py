@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, kind, quoted
-from lcpcli.linalg.doubles import FAR, size, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, size, sizes
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.linalg.units import Units, units
 from lcpcli.model.arrays import as_square, as_vector, own_matrix, plain
@@ -141,7 +141,7 @@ class Problem:
             row_maxima=row_maxima,
             largest=largest_entry,
             sizes_of_q=(least_q, largest_q),
-            is_moderate=min(least_row, least_q) >= 1 / FAR and max(largest_entry, largest_q) <= FAR,
+            is_moderate=min(least_row, least_q) >= 1 / FAR_FROM_ONE and max(largest_entry, largest_q) <= FAR_FROM_ONE,
             lower=0.0 if bounds is None else bounds[0],
             upper=math.inf if bounds is None else bounds[1],
             box=ORTHANT if bounds is None else Box(*bounds),

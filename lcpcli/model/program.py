@@ -18,7 +18,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.bounds import as_intervals
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
+PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
 SENSES = {"min": 1.0, "max": -1.0}
 
 
@@ -96,7 +96,7 @@ class Program:
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Program:
         """The program described in a file, or a ProblemError."""
-        refuse_unknown("", data, KEYS)
+        refuse_unknown("", data, PROGRAM_KEYS)
         names = {key: names_of(key, data.get(key, ())) for key in ("rows", "columns")}
         return cls(
             _number_of("variables", data.get("variables"), 1),

@@ -21,7 +21,7 @@ from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
 
-LARGEST_DENSE = 1000  # variables for which a program without any matrix is kept as a dense problem
+MOST_DENSE_VARIABLES = 1000  # variables for which a program without any matrix is kept as a dense problem
 
 
 def from_qp(
@@ -232,7 +232,7 @@ def _program(
 ) -> ProgramData:
     """The program to be minimized, both matrices sparse if one is; a large one without any is sparse too."""
     k = c.size
-    sparse = is_sparse(A) or is_sparse(Q) or (Q is None and k > LARGEST_DENSE)
+    sparse = is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES)
     if Q is None:
         Q = compressed((k, k)) if sparse else np.zeros((k, k))
     if sparse:

@@ -25,7 +25,7 @@ from lcpcli.model.program import unit_columns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 WORTHWHILE = 0.4  # of the variables: if fewer are evident, leaving them out costs about what it saves
-ROUNDS = 5
+PRESOLVE_ROUNDS = 5  # each costs a product with M; what they leave, the methods solve as well
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +134,7 @@ def _find_by_rows(given: Problem, box: Box, known: Mask, z: Vector) -> None:
     diagonal = given.M.diagonal()
     pattern = given.M.copy()
     pattern.data = (pattern.data != 0).astype(float)
-    for _ in range(ROUNDS):
+    for _ in range(PRESOLVE_ROUNDS):
         others = pattern @ (~known).astype(float) - (diagonal != 0) * ~known
         alone = ~known & (others == 0) & (diagonal >= 0)
         w = given.w(z)  # with z_i = 0 there

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from lcpcli.rational.linear import clear, library
 from lcpcli.rational.numbers import primitive
 
-LONG = 200  # bits that numbers may reach from which on FLINT's are faster, where it is installed
+LONG_BITS = 200  # that numbers may reach, from which on those of FLINT are faster, where it is installed
 
 
 class Dictionary:
@@ -34,7 +34,7 @@ class Dictionary:
     ) -> None:
         self.rows, self.cobasic, self.signed, self.divisor, self.check = rows, cobasic, set(signed), 1, check
         longest = max((abs(value).bit_length() for row in rows.values() for value in row), default=0)
-        if longest * len(cobasic) > LONG and (flint := library()):
+        if longest * len(cobasic) > LONG_BITS and (flint := library()):
             self.rows = {form: [flint.fmpz(value) for value in row] for form, row in rows.items()}
 
     def copy(self) -> Dictionary:

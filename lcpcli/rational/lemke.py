@@ -17,7 +17,7 @@ from lcpcli.rational.numbers import primitive, rounded_direction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 
-MOST_UNKNOWNS = 60  # n up to which `solve` is tried: seconds at worst
+MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
 
 
 class IntegerTableau:
@@ -71,7 +71,7 @@ class IntegerTableau:
 
 def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
     """The solution at the end of the path; None on a ray, for large n, with bounds, or after the deadline."""
-    if data.n > MOST_UNKNOWNS or not data.problem.box.is_orthant:
+    if data.n > MOST_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
     if min(data.constants) < 0:

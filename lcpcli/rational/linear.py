@@ -23,10 +23,10 @@ from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, check, remaining
 from lcpcli.rational.numbers import dot, over_one_denominator
 
-SMALL = 16  # rows up to which FLINT is not faster
-SECONDS = 1e-9  # that a nonsingular system takes by FLINT, for each bit of its entries and n^3
+MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
+SECONDS_PER_BIT = 1e-9  # times n^3: the time by FLINT for a nonsingular system, for each bit of its longest entry
 PRIME = 2**61 - 1  # below the largest integer of a word
-LONG = 0.5  # seconds of a call that is made in another process
+LONG_CALL_SECONDS = 0.5  # from which on a call is made in another process, which takes 0.2 s to start
 CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.linear import serve; serve()"
 
 Rows = Sequence[Sequence[int]]
@@ -60,7 +60,7 @@ def library() -> Any:
 def solve(A: Rows, b: Sequence[int]) -> Solutions:
     """The solutions of A x = b, for integers A of shape (m, n) and b of length m."""
     m, n = len(A), len(A[0]) if A else 0
-    if m == n > SMALL and library():
+    if m == n > MOST_PLAIN_ROWS and library():
         found = call(solved, duration(A), A, list(b))
         if found is not None:
             return Solutions([Fraction(*value) for value in found], [])
@@ -82,7 +82,7 @@ def bits(A: Rows) -> int:
 
 def duration(A: Rows) -> float:
     """About how many seconds `solve` takes for a nonsingular A of many rows."""
-    return SECONDS * bits(A) * float(len(A)) ** 3
+    return SECONDS_PER_BIT * bits(A) * float(len(A)) ** 3
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
@@ -91,7 +91,7 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     By FLINT, a large system is solved as a nonsingular part of it that has its rank modulo a prime. The other equations
     are not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
     """
-    flint = library() if A and min(len(A), len(A[0])) > SMALL else None
+    flint = library() if A and min(len(A), len(A[0])) > MOST_PLAIN_ROWS else None
     if flint is None:
         return solve(A, b).x
     columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))
@@ -122,7 +122,7 @@ def inverse(A: Rows) -> list[list[Fraction]] | None:
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
     """The reduced row echelon form of the first n columns times a divisor, its pivot columns, and that divisor."""
-    if len(rows) > SMALL and library():
+    if len(rows) > MOST_PLAIN_ROWS and library():
         whole, divisor, rank = call(reduced, duration(rows), rows)
         leading = [next(j for j, value in enumerate(row) if value) for row in whole[:rank]]
         return whole, [j for j in leading if j < n], divisor
@@ -250,7 +250,7 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
 
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
     """What one of these returns, which takes about so many seconds. Raises TimeIsUp at the end of `within`."""
-    if seconds > LONG and sys.executable:
+    if seconds > LONG_CALL_SECONDS and sys.executable:
         import subprocess
 
         command, left = [sys.executable, "-c", CODE, *sys.path], remaining()

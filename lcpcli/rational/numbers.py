@@ -20,16 +20,16 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import LARGEST, SMALLEST_NORMAL
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL
 from lcpcli.typing import Vector
 
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
-LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded
-MOST_DIGITS = 25  # digits of a fraction in a line of text
-MANTISSA = 53
+LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded: integers of more digits slow everything down
+MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
+MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive number is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
-SHORTEST = 15  # digits that every double has
+SURE_DIGITS = 15  # decimal ones that every double has
 
 T = TypeVar("T")
 
@@ -89,9 +89,9 @@ def decimal(value: Fraction) -> str:
 
 
 def brief(value: Fraction) -> str:
-    """A rational number for a line of text: with more than MOST_DIGITS digits, rounded and marked by ~."""
+    """A rational number for a line of text: with more than MOST_SHOWN_DIGITS digits, rounded and marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
-    return text(value) if length * math.log10(2) <= MOST_DIGITS else f"~{_rounded(value):.7g}"
+    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{_rounded(value):.7g}"
 
 
 def rounded(values: Iterable[Fraction | int]) -> Vector:
@@ -217,7 +217,7 @@ class Doubles:
     def __call__(self, text: str) -> float:
         """The double of a decimal text; of one that is not finite that."""
         double = float(text)
-        is_short = len(text) <= SHORTEST and "e" not in text.casefold()
+        is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(None if is_short or repr(double) == text else fraction(text), double)
 
     def of(self, value: Fraction) -> float:
@@ -253,7 +253,7 @@ def _places(sizes: list[Fraction]) -> list[float]:
         nearest = float(size)
         is_kept = size.denominator == 1 and size <= LARGEST_INTEGER
         above = math.nextafter(found[-1] if found else 0.0, math.inf)
-        found.append(nearest if is_kept else min(max(nearest, above), LARGEST))
+        found.append(nearest if is_kept else min(max(nearest, above), LARGEST_DOUBLE))
         i = len(found) - 1
         while i and found[i - 1] >= found[i]:
             found[i - 1] = math.nextafter(found[i], 0.0)

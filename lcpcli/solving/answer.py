@@ -79,7 +79,7 @@ Answer: TypeAlias = Minimum | Equilibrium
 
 Options: TypeAlias = Mapping[str, Any]  # names as in Python
 
-LARGE = 1e6  # from here on a number is written with an exponent
+EXPONENT_FROM = 1e6  # from here on a number is written with an exponent, as its digits are hard to count
 EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 
 
@@ -117,4 +117,4 @@ def value_text(value: Any, quotes: bool) -> str:
         return f'"{value}"' if quotes else value
     if isinstance(value, int):
         return str(value)
-    return f"{value:.0f}" if 1 <= value < LARGE else f"{value:.0e}"
+    return f"{value:.0f}" if 1 <= value < EXPONENT_FROM else f"{value:.0e}"

@@ -29,7 +29,7 @@ from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Observer, PendingRow, Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.measure import FEW
+from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
 FINISHED = "the method takes its equation for solved, but z does not solve the problem"
-WITHOUT_SOLUTION = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
+STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
 
 
 class Loop:
@@ -157,7 +157,7 @@ class Loop:
     def _solution(self, iterate: Iterate, point: Point) -> Point | None:
         """The point if it solves the problem, or else one near it that does: of many unknowns, as there is exact
         arithmetic for few, and not in an iteration, which goes on anyway."""
-        if iterate.F is None and self.k and self.problem.n > FEW:
+        if iterate.F is None and self.k and self.problem.n > FEW_UNKNOWNS:
             return point.solution()
         return point if point.solves() else None
 
@@ -200,7 +200,7 @@ class Loop:
         if certificate is None:
             return Status.STALLED, UNVERIFIED[claim.kind]
         self.certificate = certificate
-        return WITHOUT_SOLUTION[certificate.kind], certificate.statement
+        return STATUS_OF_CERTIFICATE[certificate.kind], certificate.statement
 
     def _note_method(self, method: str) -> None:
         """Add a method to the route; "" is the one that was asked for."""

@@ -32,11 +32,11 @@ from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
 AUTO: MethodName = "auto"
-FEW = 4  # columns: fewer are faster by themselves
-FIRST, GROWTH = 64, 4  # columns of the first block, and how much longer each next one may be
-NUMBERS = 1 << 16  # in each array of a block, so that a few of them stay in the cache
+FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
+FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
+BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
-SHARP = 1e-13  # the relative residual from which on a solution is refined, as rounding alone leaves less
+SHARP_RESIDUAL = 1e-13  # relative, from which on a solution is refined, as rounding alone leaves less
 
 
 def solve_many(
@@ -98,7 +98,7 @@ def solve_many(
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         return (run(problem, method, **given) for problem in M)
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEW:
+    if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEWEST_COLUMNS:
         return (run(problem, method, **given) for problem in columns.problems())
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, limits, given)
@@ -115,7 +115,7 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 
 
 def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    first, size, most = 0, FIRST, max(FIRST, NUMBERS // columns.n)
+    first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // columns.n)
     while first < columns.k:
         last = min(first + size, columns.k)
         solved = _solved(columns, first, last, limits, threads=given.get("threads"))
@@ -125,7 +125,7 @@ def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Itera
                 result = run(solved.block.problem(i), **given)
                 result = replace(result, parts={part: s + solved.share[part] for part, s in result.parts.items()})
             yield result
-        first, size = last, min(size * GROWTH, most)
+        first, size = last, min(size * BLOCK_GROWTH, most)
 
 
 @with_limited_threads
@@ -159,7 +159,7 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
     """w and terms of all z, of shape (m, n), and which of these surely solve their problems, shape (m,), after those
     whose residual may be more than rounding have been refined in place."""
     given = measure.rows(z)
-    solved = measure.surely_solves(z, given, min(tol, SHARP))
+    solved = measure.surely_solves(z, given, min(tol, SHARP_RESIDUAL))
     rows = (found.ended & ~solved).nonzero()[0]
     if rows.size:
         part = frame.block.part(rows)
@@ -215,8 +215,8 @@ class _Solved:
         return result
 
 
-STEPS = 3  # basic solutions that are tried
-CLOSE = 0.9  # the cosine of the angle between two q from which their solutions may have the same states
+MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near
+CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may have the same states
 
 
 def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
@@ -242,7 +242,7 @@ def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -
 def _states(last: Result, problem: Problem) -> Basis | None:
     """Those of the last solution; None if q has turned far away from that of the last problem, or lies elsewhere."""
     q, before = problem.q, last.problem.q
-    if problem.reference_z is not None or q @ before < CLOSE * norm(q) * norm(before):
+    if problem.reference_z is not None or q @ before < CLOSE_COSINE * norm(q) * norm(before):
         return None
     return problem.box.basis_of(problem.box.x_of(last.z, last.w))
 
@@ -258,7 +258,7 @@ def _near(
 ) -> Result | None:
     """The result, if the problem is solved by these states or by a few exchanges from them."""
     stopwatch = Stopwatch(seconds, seconds())
-    pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(STEPS, limits.max_iterations))
+    pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(MOST_TRIED_BASES, limits.max_iterations))
     try:
         with within(limits.time_limit):
             steps, found = next((k, found) for k, found in enumerate(pivoting, 1) if found.is_solution)

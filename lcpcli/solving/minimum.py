@@ -29,8 +29,8 @@ from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 
-SECONDS = 1.0  # for deciding whether Q is positive semidefinite
-LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
+DEFINITENESS_SECONDS = 1.0  # for deciding whether Q is positive semidefinite
+MOST_FLOAT_VARIABLES = 2000  # up to which definiteness is tested in floats, if it is not decided: a second
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
 
@@ -107,7 +107,7 @@ def kind_of_point(data: ProgramData, program: Program) -> Kind:
     word, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():
         return Kind(OPTIMUM, f"x is a {word} of the linear program")
-    verdicts = classify(data.Q, SECONDS, last="positive_semidefinite")
+    verdicts = classify(data.Q, DEFINITENESS_SECONDS, last="positive_semidefinite")
     if verdicts["positive_definite"].word == YES:
         return Kind(UNIQUE, f"x is the unique {word}, as Q is {definite} definite")
     verdict = verdicts["positive_semidefinite"].word
@@ -115,16 +115,16 @@ def kind_of_point(data: ProgramData, program: Program) -> Kind:
         return Kind(OPTIMUM, f"x is a {word}, as Q is {definite} semidefinite")
     if verdict == NO:
         return Kind(STATIONARY, f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite")
-    if data.c.size <= LARGEST and is_semidefinite(data.Q):
+    if data.c.size <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
         up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
         return Kind(OPTIMUM, f"x is a {word}, {up_to}")
     undecided = f"whether Q is {definite} semidefinite and x a {word} is not decided"
     return Kind(None, f"x satisfies the first-order conditions; {undecided}")
 
 
-LARGEST_LP = 500  # unknowns: an LP for more would take longer than many a solution
+MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
 LP_SECONDS = 0.5  # for each of two LPs
-APART = 1e-3  # of the largest |x_i|, by which another minimizer has to differ
+LEAST_DISTANCE = 1e-3  # relative to the largest |x_i|: how far another minimizer has to lie from x, far above rounding
 MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
 
 
@@ -134,10 +134,10 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
     """
     program, problem = result.problem.origin, result.problem
     assert isinstance(program, Program)
-    if problem.n > LARGEST_LP:
+    if problem.n > MOST_LP_UNKNOWNS:
         return False
     x, y = program.parts(result.z)
-    least = APART * max(1.0, float(np.abs(x).max()))
+    least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
     along = np.random.default_rng(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
     for direction in (along, -along):
         other = _farthest(direction, x, data)
@@ -168,7 +168,7 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:
     """Which values are at an end, to the tolerance by which a point is told from another."""
-    near = APART**2 * np.maximum(1.0, np.abs(values))
+    near = LEAST_DISTANCE**2 * np.maximum(1.0, np.abs(values))
     active: Mask = (values - low <= near) | (high - values <= near)
     return active
 

@@ -22,10 +22,10 @@ from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Minimum
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import farkas, proof
 
-SECONDS = 1.0  # for each of two LPs, and for exact arithmetic
-SIMPLE = 10**6  # the largest denominator of a feasible point that is tried before its doubles
-MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is used
-WORDS = {"min": ("minimum", "below"), "max": ("maximum", "above")}
+FEASIBILITY_SECONDS = 1.0  # for each of two LPs, and for exact arithmetic
+SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
+MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
+EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
 def without_minimum(problem: Problem, vector: Vector | None, program: Program, data: ProgramData) -> Minimum:
@@ -34,7 +34,7 @@ def without_minimum(problem: Problem, vector: Vector | None, program: Program, d
 
     vector : a y of Farkas for them, if there is one.
     """
-    k, (_, side) = program.variables, WORDS[program.sense]
+    k, (_, side) = program.variables, EXTREMES[program.sense]
     of_x, of_rows = np.zeros(problem.n), np.zeros(problem.n)
     if vector is not None:
         of_x[:k], of_rows[k:] = vector[:k], vector[k:]
@@ -52,7 +52,7 @@ def without_minimum(problem: Problem, vector: Vector | None, program: Program, d
 
 def undecided(program: Program, ray: Vector | None = None) -> Minimum:
     """What is known of each program whose conditions have no solution."""
-    best, side = WORDS[program.sense]
+    best, side = EXTREMES[program.sense]
     return _nowhere(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray=ray)
 
 
@@ -77,7 +77,7 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
     if _is_within([0] * data.c.size, [0] * data.row_lower.size, data):
         return _Feasibility(True)
     constraints = _constraints(data)
-    y = _of_rows(problem, data, farkas(constraints, SECONDS)) if data.row_lower.size else None
+    y = _of_rows(problem, data, farkas(constraints, FEASIBILITY_SECONDS)) if data.row_lower.size else None
     if y is not None:
         return _Feasibility(False, y)
     if compressed(data.A).nnz > MOST_FRACTIONS:
@@ -92,7 +92,7 @@ def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feas
     from lcpcli.verify.exact_farkas import farkas_vector
 
     try:
-        y = farkas_vector(ExactProblem.of_floats(constraints), alarm(clock.seconds() + SECONDS))
+        y = farkas_vector(ExactProblem.of_floats(constraints), alarm(clock.seconds() + FEASIBILITY_SECONDS))
     except TimeIsUp:
         return _Feasibility(None)
     return _Feasibility(True) if y is None else _Feasibility(False, _of_rows(problem, data, rounded_direction(y)))
@@ -119,11 +119,11 @@ def _has_simple_point(data: ProgramData) -> bool:
     """Whether a point that is feasible to the tolerance of an LP solver, rounded to simple fractions or as it is, is so
     without any tolerance."""
     ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
-    point = minimized(np.zeros(data.c.size), data.A, ends, bounds, SECONDS)
+    point = minimized(np.zeros(data.c.size), data.A, ends, bounds, FEASIBILITY_SECONDS)
     if point is None:
         return False
     A, x = compressed(data.A).tocoo(), [Fraction(value) for value in point.x.tolist()]
-    for candidate in ([value.limit_denominator(SIMPLE) for value in x], x):
+    for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
         Ax = [Fraction(0)] * data.row_lower.size
         for i, j, value in zip(A.row.tolist(), A.col.tolist(), A.data.tolist(), strict=True):
             Ax[i] += Fraction(value) * candidate[j]

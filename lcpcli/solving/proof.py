@@ -40,7 +40,8 @@ from lcpcli.verify.point import Criterion, Point
 
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
 UNPROVED = "no exact proof was found for the numbers as written"
-SEARCH = 60.0  # seconds of search without a time limit: up to 20 unknowns a second is enough, beyond 30 it may not be
+# Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a minute may not be.
+EXACT_SEARCH_SECONDS = 60.0
 
 
 def exact(problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE) -> Result:
@@ -147,7 +148,7 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
 def _searched(data: ExactProblem, deadline: float) -> Exact | None:
     """What a search decides in the time that is left, Lemke's method in half of it; None if nothing."""
     now = clock.seconds()
-    deadline = now + SEARCH if deadline == math.inf else deadline
+    deadline = now + EXACT_SEARCH_SECONDS if deadline == math.inf else deadline
     try:
         z = lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))
         if z is not None:

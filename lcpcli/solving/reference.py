@@ -18,12 +18,12 @@ from lcpcli.solving.result import Status
 from lcpcli.typing import Vector
 from lcpcli.verify.refinement import refined
 
-SECONDS = 10.0  # limit on the search for a solution
-MOST_UNKNOWNS = 200  # n up to which an exact solution is computed, in a second
-MOST_POSITIVE = 64  # components up to which they are solved for exactly
+REFERENCE_SECONDS = 10.0  # for the search for a solution
+MOST_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second
+MOST_EXACT_POSITIVE = 64  # components of z up to which they are solved for exactly, in a second
 
 
-def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
+def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Problem:
     """The problem with a computed solution; unchanged if it comes with one or none is found in that many seconds.
 
     The solution is verified like any other result, on the original data. If there are several, it is one of them.
@@ -50,14 +50,14 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
 
 def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
     """An exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's method."""
-    if problem.n > MOST_UNKNOWNS:
+    if problem.n > MOST_EXACT_UNKNOWNS:
         return None
     from lcpcli.rational import lemke, numbers
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.exact_solution import from_point
 
     data = ExactProblem.of_floats(problem)
-    solution = from_point(data, z, deadline, MOST_POSITIVE) or lemke.solve(data, deadline)
+    solution = from_point(data, z, deadline, MOST_EXACT_POSITIVE) or lemke.solve(data, deadline)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None
 

@@ -13,8 +13,8 @@ import numpy as np
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.point import Criterion
 
-BLOCK = 1 << 21  # numbers: as many iterates as fit are measured together, so that M is read once for all
-MOST_TOGETHER = 64
+MEASURED_NUMBERS = 1 << 21  # in iterates that are measured together, so that M is read once for all: 16 megabytes
+MOST_TOGETHER = 64  # iterates that are measured together at most: more at a time gain little
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ class Trace:
             self.every *= 2
             self.rows = [row for row in self.rows if self._is_kept(row.k)]
             self._waiting = [waiting for waiting in self._waiting if self._is_kept(waiting.k)]
-        if len(self._waiting) >= max(1, min(MOST_TOGETHER, BLOCK // pending_row.x.size)):
+        if len(self._waiting) >= max(1, min(MOST_TOGETHER, MEASURED_NUMBERS // pending_row.x.size)):
             self._measure(criterion)
 
     def close(self, criterion: Criterion) -> None:

@@ -15,7 +15,7 @@ from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, Sides, refutes, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
-LARGEST_POWER = 1000  # of two, that b is multiplied by
+LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 
 
 class Alternative(NamedTuple):
@@ -59,7 +59,7 @@ class System:
 
     def __init__(self, A: Matrix, b: Vector, box: Box, seconds: float) -> None:
         self._A, self._seconds = A, seconds / 2
-        self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_POWER)
+        self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_SHIFT)
         self.rows, columns = sides(box, b.size), sides(box, A.shape[1])
         with np.errstate(all="ignore"):
             self._b, lower, upper = (np.ldexp(v, -self.power) for v in (b, columns.lower, columns.upper))

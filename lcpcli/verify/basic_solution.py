@@ -29,7 +29,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
 FEW_WRONG = 0.05  # of all signs: if no more are wrong, whether they are so beyond rounding is checked
-PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
+BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
 
 
 class BasicSolution(NamedTuple):
@@ -54,7 +54,7 @@ class BasicSolution(NamedTuple):
 
 class Safeguard:
     """The choice of the signs that are exchanged: all that are wrong while the fewest so far become fewer, after
-    PATIENCE steps without that only the first one.
+    BLOCK_PATIENCE steps without that only the first one.
 
     left : how many more single exchanges may be made, negative once there were too many. single : whether the next
     exchange is one. For m problems both are of shape (m,) after the first step.
@@ -62,7 +62,7 @@ class Safeguard:
 
     def __init__(self, n: int, patience: float) -> None:
         self._fewest: Any = n + 1
-        self._waiting: Any = PATIENCE
+        self._waiting: Any = BLOCK_PATIENCE
         self.left: Any = patience
         self.single: Any = False
 
@@ -71,7 +71,7 @@ class Safeguard:
         fewer = count < self._fewest
         others = fewer ^ True
         self._fewest = fewer * count + others * self._fewest
-        self._waiting = fewer * PATIENCE + others * (self._waiting - 1)
+        self._waiting = fewer * BLOCK_PATIENCE + others * (self._waiting - 1)
         spent = self._waiting < 1
         self._waiting, self.left = self._waiting + spent, self.left - spent
         self.single = (self.single | spent) & others

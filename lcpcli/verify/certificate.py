@@ -16,10 +16,11 @@ from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import ACTIVE, refutes
-from lcpcli.verify.measure import FEW
+from lcpcli.verify.farkas import ACTIVE_COLUMN, refutes
+from lcpcli.verify.measure import FEW_UNKNOWNS
 
-SECONDS = 2.0  # for a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns
+# For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
+EXHAUSTION_SECONDS = 2.0
 UNVERIFIED = {
     "farkas": "the certificate of infeasibility failed exact verification",
     "exhaustion": "the claim that every complementary set is excluded failed verification",
@@ -50,8 +51,8 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
     """The certificate that a method claims, as far as it holds for the original M and q, a Farkas vector as `proof`
     gives it; None if it does not.
 
-    excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. Where they are not
-        searched again, as more than FEW unknowns are not, exhaustion is believed of such a method only.
+    excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. For more than
+        FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed to have excluded all.
     """
     if claim.kind == "farkas":
         y = None if claim.vector is None else proof(problem, claim.vector)
@@ -63,15 +64,15 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
 
 
 def has_no_solution(problem: Problem) -> bool | None:
-    """Whether a problem of at most FEW unknowns has no solution, by the tree in exact arithmetic; None for more, or if
-    it takes longer than SECONDS or the time that is left."""
-    if problem.n > FEW:
+    """Whether a problem of at most FEW_UNKNOWNS has no solution, by the tree in exact arithmetic; None for more
+    unknowns, or if the tree takes longer than EXHAUSTION_SECONDS or than the time that is left."""
+    if problem.n > FEW_UNKNOWNS:
         return None
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.rational.tree import first_solution
 
     with suppress(TimeIsUp):
-        return first_solution(ExactProblem.of_floats(problem), alarm(interrupts.deadline(SECONDS))) is None
+        return first_solution(ExactProblem.of_floats(problem), alarm(interrupts.deadline(EXHAUSTION_SECONDS))) is None
     return None
 
 
@@ -85,7 +86,7 @@ def is_ray(problem: Problem, z: Vector) -> bool:
         return False
     w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
     w += max(-float(w.min()), 0.0)
-    return bool(largest < math.inf and (w[z > 0] <= ACTIVE * largest).all())
+    return bool(largest < math.inf and (w[z > 0] <= ACTIVE_COLUMN * largest).all())
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
-SUM = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits
+SUM_TOLERANCE = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits
 HINT = "give probabilities, at least 0 and with the sum 1"
 
 
@@ -123,4 +123,4 @@ def verified(
 
 
 def _are_probabilities(values: Any) -> bool:
-    return bool(min(values) >= 0 and abs(values.sum() - 1) <= SUM)
+    return bool(min(values) >= 0 and abs(values.sum() - 1) <= SUM_TOLERANCE)

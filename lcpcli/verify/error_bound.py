@@ -21,7 +21,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.error_theorems import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_range, residual, solver, theorems
 
-REFINEMENTS = 3
+NEIGHBOUR_REFINEMENTS = 3  # of a basic solution: each gains several digits where the bound is of any use
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
 
     The class of M is verified, not estimated, and all rounding errors are bounded and included. It costs O(n^3) for
     dense M, more than solving; for sparse M a few solves. Sparse M that are not H+ are treated as dense up to
-    `error_theorems.LARGEST_DENSE` unknowns.
+    `error_theorems.MOST_DENSIFIED` unknowns.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def _neighbour(problem: Problem, z: Vector) -> Vector | None:
         solve = solver(problem.M[active][:, active])
     except SingularMatrix:
         return None
-    for _ in range(REFINEMENTS):
+    for _ in range(NEIGHBOUR_REFINEMENTS):
         left = residual(problem, y)
         if left is None:
             return None

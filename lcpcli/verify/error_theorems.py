@@ -57,17 +57,16 @@ Theorem = Callable[[Vector, Vector], float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
 
 H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is positive definite"
-LARGEST_ENTRY = 2.0**450
-SMALLEST_ENTRY = 2.0**-450
-LARGEST_DENSE = 2000  # n up to which a sparse M is converted to dense
+LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450  # products of two entries neither overflow nor underflow
+MOST_DENSIFIED = 2000  # unknowns up to which a sparse M is converted to dense, for factors in a few seconds
 LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
-RIDGE = 1e-9  # regularizes the least-squares problem
-POWER_STEPS = 20  # after which <M> is factorized
-INVERSE_STEPS = 3
-SLOW = 0.9  # the rate above which Jacobi's iteration is too slow
-JACOBI_STEPS = 60
-KRYLOV_STEPS = 100
-KRYLOV_TARGET = 1e-8  # relative to the right-hand side
+SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
+POWER_STEPS = 20  # after which <M> is factorized: they cost less than that
+INVERSE_STEPS = 3  # of inverse iteration, which converges fast once <M> is factorized
+SLOW_JACOBI = 0.9  # the rate above which Jacobi's iteration is too slow
+JACOBI_STEPS = 60  # which reduce the error by 0.9^60 = 0.002 at least
+BICGSTAB_STEPS = 100  # after which the matrix counts as ill-conditioned and is factorized
+BICGSTAB_TARGET = 1e-8  # relative to the right-hand side: u needs only a few digits
 
 
 def in_range(A: Matrix, smallest: float = 0.0) -> bool:
@@ -148,7 +147,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
     u = np.ones(diagonal.size)
     for _ in range(POWER_STEPS):
         ratios = (matrices.absolute_product(M, u) / diagonal - u) / u
-        if ratios.max() < SLOW:
+        if ratios.max() < SLOW_JACOBI:
             return u, None
         if not 0 < ratios.max() < np.inf or ratios.min() > 1:
             return None
@@ -173,9 +172,9 @@ def solver(A: Matrix) -> Solve:
         inverse = 1 / A.diagonal()
 
         def iterate(b: Vector) -> tuple[Vector, bool]:
-            target = KRYLOV_TARGET * norm(inverse * b)
+            target = BICGSTAB_TARGET * norm(inverse * b)
             start = np.zeros(b.size)
-            x, size = bicgstab(lambda v: inverse * (A @ v), inverse * b, start, target, KRYLOV_STEPS, identity)
+            x, size = bicgstab(lambda v: inverse * (A @ v), inverse * b, start, target, BICGSTAB_STEPS, identity)
             return x, size <= target
 
         if iterate(A.diagonal())[1]:
@@ -186,7 +185,7 @@ def solver(A: Matrix) -> Solve:
 def definite_theorems(problem: Problem) -> dict[str, Theorem]:
     """Bounds on |z - z*|_inf, for M in range with positive diagonal, by their sources: with T = I and with T that makes
     T M symmetric. Empty if M is not proved to be positive definite, or is sparse and large."""
-    if is_sparse(problem.M) and problem.n > LARGEST_DENSE:
+    if is_sparse(problem.M) and problem.n > MOST_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)
     scales = {DEFINITE: np.ones(problem.n)}
@@ -230,7 +229,7 @@ def _symmetrising(M: Matrix) -> Vector:
     sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
     pairs = (M != 0) & (M.T != 0)
     excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
-    laplacian = np.diag(pairs.sum(axis=1) + RIDGE) - pairs
+    laplacian = np.diag(pairs.sum(axis=1) + SCALING_RIDGE) - pairs
     T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
     return T
 

@@ -16,7 +16,7 @@ from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, 
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import ACTIVE, SNAP, is_short
+from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, is_short
 
 MOST_ENTRIES = 2_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
 SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
@@ -82,7 +82,7 @@ def _active(data: ExactProblem, y: Vector) -> list[int]:
     columns, _ = data.with_transpose(fractions_of(y))
     with np.errstate(all="ignore"):
         size = abs(data.problem.M).T @ np.abs(y)
-        small = np.abs(rounded(columns)) <= ACTIVE * size
+        small = np.abs(rounded(columns)) <= ACTIVE_COLUMN * size
     small &= [low is None or high is None for low, high in zip(data.lower, data.upper, strict=True)]
     used = {j for i in np.flatnonzero(y).tolist() for j in data.rows[i]}
     return [j for j in np.flatnonzero(small).tolist() if j in used]

@@ -24,14 +24,14 @@ from lcpcli.rational import linear
 from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
 from lcpcli.rational.problem import ExactProblem, bounds_of, fractions_of, gap
 from lcpcli.typing import Indices, Mask, Matrix, Vector
-from lcpcli.verify.farkas import ACTIVE
+from lcpcli.verify.farkas import ACTIVE_COLUMN
 
-MOST_STEPS = 30  # of exact pivoting, for each initial set
-MOST_POSITIVE = 700  # components that are solved for exactly: a minute at worst
+MOST_EXACT_STEPS = 30  # of exact pivoting, for each initial set: a nearly right one needs a few
+MOST_SOLVED_EXACTLY = 700  # positive components: a minute at worst
 
 
 def from_point(
-    data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_POSITIVE
+    data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_SOLVED_EXACTLY
 ) -> list[Fraction] | None:
     """The exact solution with the complementary basis of an approximate z, shape (n,), or, if its signs are wrong, one
     near it; None if none was found before the deadline. most : the largest number of components that are solved for."""
@@ -53,7 +53,7 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
     with np.errstate(all="ignore"):
         scaled, w = z / C, R * problem.w(z)
         units = box.in_units(C)
-        near = ACTIVE * np.abs(scaled).max()
+        near = ACTIVE_COLUMN * np.abs(scaled).max()
         snapped = np.where(scaled - units.lower <= near, units.lower, scaled)
         bases = [box.basis_of(z / 2), units.basis_of(units.x_of(scaled, w))]
         bases += [units.basis_of(np.where(units.upper - snapped <= near, units.upper, snapped) / 2)]
@@ -64,7 +64,7 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
 
 def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -> list[Fraction] | None:
     fewest, box = data.n + 1, data.problem.box
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_EXACT_STEPS):
         active = np.flatnonzero(basis.basic)
         if active.size > most or clock.seconds() >= deadline:
             return None
@@ -127,9 +127,9 @@ def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] |
     found = linprog(np.ones(active.size), *beside, deadline - clock.seconds(), equal=equal)
     if found is None:
         return None
-    kept = active[found.x > ACTIVE * max(float(found.x.max()), ACTIVE)]
+    kept = active[found.x > ACTIVE_COLUMN * max(float(found.x.max()), ACTIVE_COLUMN)]
     w = columns @ found.x + q
-    for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE)), active):
+    for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE_COLUMN)), active):
         z = _solved(data, rows, kept, [Fraction(0)] * data.n, deadline)
         if z is not None and data.is_solution(z):
             return z

@@ -29,9 +29,9 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-ACTIVE = 1e-8  # a column with |A'y| below this times |A|'|y| counts as one with A'y = 0
+ACTIVE_COLUMN = 1e-8  # a column with |A'y| below this times |A|'|y| counts as one with A'y = 0
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
-LARGEST_EXACT = 48  # largest linear system solved exactly: about a second at worst
+LARGEST_EXACT = 48  # unknowns of the largest linear system that is solved exactly: about a second at worst
 LARGEST_BY_FLINT = 400  # the same with FLINT
 MOST_BITS = 10_000_000  # the number of entries times the bits of the largest: a second or two
 
@@ -75,10 +75,10 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
         supremum = _finite_end(bounds, product) * product
         excess = np.maximum(np.where(bounds.high, -np.inf, product), np.where(bounds.low, -np.inf, -product))
         total, terms = float(b @ y + supremum.sum()), float(np.abs(b) @ np.abs(y) + np.abs(supremum).sum())
-        if (excess > error + ACTIVE * size).any() or total > SNAP * terms:
+        if (excess > error + ACTIVE_COLUMN * size).any() or total > SNAP * terms:
             return False
         certain = (np.abs(product) > error) & (excess < 0) & (_finite_end(bounds, product) == 0)
-        active = np.flatnonzero(excess >= -error - ACTIVE * size)
+        active = np.flatnonzero(excess >= -error - ACTIVE_COLUMN * size)
     from fractions import Fraction
 
     support = np.flatnonzero(y)

@@ -12,7 +12,8 @@ from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
 ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
-FEWEST_DIGITS, MOST_DIGITS = 4, 7  # that are attributed to a z: whole numbers are meant exactly, others may be singles
+# Digits that are attributed to a z: whole numbers are meant exactly, others may be singles.
+FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
@@ -59,5 +60,6 @@ def _last_digit(z: Vector) -> Vector:
         return np.zeros(z.size)
     digits = max(len(text.replace(".", "").strip("0")) for text, _, _ in spelt)
     decimals = max(len(text.partition(".")[2]) - int(power or 0) for text, _, power in spelt)
-    digits = min(max(digits, FEWEST_DIGITS), MOST_DIGITS)
-    return 10.0 ** (1 - digits) * np.abs(z) + min(10.0**-decimals, 10.0 ** (1 - FEWEST_DIGITS) * float(np.abs(z).max()))
+    digits = min(max(digits, FEWEST_GIVEN_DIGITS), MOST_GIVEN_DIGITS)
+    coarsest = 10.0 ** (1 - FEWEST_GIVEN_DIGITS) * float(np.abs(z).max())
+    return 10.0 ** (1 - digits) * np.abs(z) + min(10.0**-decimals, coarsest)

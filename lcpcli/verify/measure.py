@@ -19,9 +19,9 @@ where k belongs to the connected component of M that the row is in, and R, C are
 over C_j. If all these vanish, it is the largest R_j |q_ref|_j, and if these do too, infinite; a q_ref that is only
 rounding of the given terms counts as 0. The relative residual is the largest v_i / min(t_i, c_i), with 0/0 = 0.
 Rounding z, or the data, may leave ROUNDING of the given terms; a violation up to there counts as no more than ROUNDING,
-unless these terms are more than DROWNED c_i. In problems of more than FEW unknowns so does one of ROUNDING c_i: large
-problems from elsewhere have entries of q like 2e-16 beside 1 that are rounding of 0. For few unknowns exact arithmetic
-can tell these from numbers that matter.
+unless these terms are more than DROWNED c_i. A violation of ROUNDING c_i counts likewise in problems of more than
+FEW_UNKNOWNS: large problems from elsewhere have entries of q like 2e-16 beside 1 that are rounding of 0. For few
+unknowns exact arithmetic can tell such entries from numbers that matter.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 """
@@ -33,8 +33,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, LARGEST, ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.linalg.units import LARGEST_POWER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -44,12 +45,11 @@ if TYPE_CHECKING:
 FINEST = 0.01  # of the terms of a row as given: the least that its terms count as
 ROUNDING = 4 * EPS  # relative to the terms of a row: what rounding of z, and of w, may leave of it
 DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit of the cap
-FEW = 20  # unknowns up to which entries that may be rounding are taken literally
-NEGLIGIBLE = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
-NOISE = 1e-13  # relative to k, and to the largest distance: a distance from z_ref that rounding may have made of 0
-NEAR = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
+FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
+NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
+DISTANCE_NOISE = 1e-13  # relative to k, and to the largest distance: what rounding may have made of a distance 0
+NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
 YES = np.array(True)
-LARGEST_POWER = 1000.0  # exponents of products of units are limited to this, so that they are finite
 
 
 class Rows(NamedTuple):
@@ -140,7 +140,7 @@ class Measure:
         """Whether no violation of one point is large beside its own terms and beside the largest |q_ref|_i, so that it
         may solve the problem but for noise."""
         terms = np.maximum(rows.terms, np.abs(self.data.q_ref).max())
-        return bool((self.violations(z, rows.w) <= NEAR * terms).all())
+        return bool((self.violations(z, rows.w) <= NEAR_VIOLATION * terms).all())
 
     def largest_ratio(self, z: Vector, rows: Rows) -> Vector:
         """What the relative residual is at most, whatever the rounding errors in w are; shape () or (m,)."""
@@ -154,14 +154,14 @@ class Measure:
 
     @property
     def _is_small(self) -> bool:
-        return bool(self.data.q.shape[-1] <= FEW)
+        return bool(self.data.q.shape[-1] <= FEW_UNKNOWNS)
 
     def _allowed(self, rows: Rows, caps: Vector, tol: float) -> Vector:
         """The violations with which a row counts as satisfied to tol."""
-        rounding = np.minimum(np.minimum(rows.given, DROWNED * caps), LARGEST)
+        rounding = np.minimum(np.minimum(rows.given, DROWNED * caps), LARGEST_DOUBLE)
         if not self._is_small:
             rounding = np.maximum(rounding, np.where(caps < np.inf, caps, 0.0))
-        sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST)
+        sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST_DOUBLE)
         return np.maximum(tol * sizes, ROUNDING * rounding)
 
     @property
@@ -234,8 +234,9 @@ class Measure:
         beside a w that belongs to a bound."""
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
-        decisive = (worst > NEGLIGIBLE * self._allowed(rows, self.caps(z), tol)) & (rows.error > NEGLIGIBLE * worst)
-        return decisive | ((excess < np.abs(rows.w)) & (rows.error > NEGLIGIBLE * np.abs(rows.w)))
+        allowed = self._allowed(rows, self.caps(z), tol)
+        decisive = (worst > NEGLIGIBLE_ROUNDING * allowed) & (rows.error > NEGLIGIBLE_ROUNDING * worst)
+        return decisive | ((excess < np.abs(rows.w)) & (rows.error > NEGLIGIBLE_ROUNDING * np.abs(rows.w)))
 
     def on_bounds(self, z: Vector, w: Vector) -> Vector:
         """The nearest admissible z, with those components put on a bound that are closer to it than w_i is to 0, in the
@@ -249,7 +250,7 @@ class Measure:
         the largest in their component, and all in components that the reference point solves."""
         units = self.data.units
         distances, sizes = np.log2(np.abs(z - self._reference)) - units.columns, self._unsolved_sizes(z)
-        small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(NOISE)
+        small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(DISTANCE_NOISE)
         small = np.where(sizes > -np.inf, small, np.inf)
         return np.where(distances <= small[..., units.column_part], self._reference, z)
 

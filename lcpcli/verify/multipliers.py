@@ -16,8 +16,8 @@ from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
 from lcpcli.model.program import ProgramData
 from lcpcli.typing import Vector
 
-STEP = 0.1  # the size of the box, relative to x
-LEAST = 1e-3  # of the largest |x_i|: the least that the box is relative to
+BOX_SIZE = 0.1  # relative to x: small enough for the linear program to be a model of the objective
+LEAST_BOX_SIZE = 1e-3  # of the largest |x_i|: the least that the box is relative to, so that zeros may move
 
 
 class Step(NamedTuple):
@@ -33,7 +33,7 @@ def step_from(data: ProgramData, x: Vector) -> Step | None:
     the range of doubles."""
     g = product(data.Q, x) + data.c
     largest = float(np.abs(x).max())
-    sizes = STEP * np.maximum(np.abs(x), LEAST * largest) if largest else np.ones(x.size)
+    sizes = BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest) if largest else np.ones(x.size)
     A, heights = data.A, np.ones(data.row_lower.size)
     if heights.size:
         heights = row_maxima(scaled(A, heights, sizes))

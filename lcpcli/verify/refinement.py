@@ -23,8 +23,8 @@ from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 
-REFINEMENTS = 10
-LAST_DIGITS = 4 * EPS
+REFINEMENTS = 10  # with residuals in twice the precision: a digit or more each, unless M_BB is singular in doubles
+LAST_DIGITS = 4 * EPS  # relative: what rounding of a number and of a product may change
 
 
 @np.errstate(over="ignore", invalid="ignore")

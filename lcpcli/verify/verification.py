@@ -28,7 +28,7 @@ from lcpcli.verify.error_bound import Bound, error_bound
 from lcpcli.verify.point import Criterion, Point
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
-SMALL = 1e-4  # a change that puts components on their bounds and is told
+SMALL_CHANGE = 1e-4  # in the units of M: the largest one for putting components on their bounds, which is reported
 MOST_LISTED = 10  # violations that a verification lists
 
 Number = TypeVar("Number", float, Fraction)
@@ -111,7 +111,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     accepted = point.solves()
     if not accepted:
         nearby = next((other for other in point.alternatives() if other.solves()), None)
-        if nearby is not None and nearby.is_near(point, max(tol, SMALL)):
+        if nearby is not None and nearby.is_near(point, max(tol, SMALL_CHANGE)):
             accepted = nearby.is_near(point)
             message = f"{message}, but with components put on their bounds it is {nearby.relative_residual:.1e}"
     violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
