@@ -131,7 +131,7 @@ class _Player:
         values = [sum(row[j] * weight for j, weight in played) for row in self.payoffs]
         best = max(values)
         if any(value < best for value, probability in zip(values, own, strict=True) if probability):
-            raise ArithmeticError("an equilibrium that was found is none")
+            raise ArithmeticError("a point that was taken for an equilibrium is none")
         return Fraction(best, self.common * d), [i for i, value in enumerate(values) if value == best]
 
     def determinant(self, own: Sequence[int], others: Sequence[int]) -> int:

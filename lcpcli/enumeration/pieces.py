@@ -72,7 +72,7 @@ class Piece:
         )
         piece = cls(vertices, rays, lines, tuple(common))
         if not all(piece.states):
-            raise ArithmeticError("a piece that was found is not one of solutions")
+            raise ArithmeticError("a piece that was taken for a set of solutions is none")
         return piece
 
 
@@ -172,8 +172,8 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
         return vertex, states_of(data, vertex)
 
     for leaf in chain.from_iterable(leaves(unknowns, start, cover) for start in starts[z is None :]):
-        node, held = _largest(unknowns, root, leaf)
-        cover.add(held)
+        node, common = _largest(unknowns, root, leaf)
+        cover.add(common)
         piece = _listed(unknowns, node, states_at, math.inf if shape else MOST_BASES_AT_FIRST)
         if piece is None:
             late.append(node)
@@ -210,14 +210,14 @@ def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
     """A maximal node that contains a node all of whose points are solutions, and the states that hold in it, as bits:
     nodes with the states that hold in a piece contain it, so that any leaf that does not lie in it is larger."""
     while True:
-        held = unknowns.held(node)
+        common = unknowns.common_states(node)
         larger = None
-        if any((held & mask).bit_count() > 1 for mask in unknowns.masks):
+        if any((common & mask).bit_count() > 1 for mask in unknowns.masks):
             start = root.copy()
-            _choose_common(unknowns, start, held)
-            larger = next(leaves(unknowns.restricted(held), start, Cover(held)), None)
+            _choose_common(unknowns, start, common)
+            larger = next(leaves(unknowns.restricted(common), start, Cover(common)), None)
         if larger is None:
-            return node, held
+            return node, common
         node = larger
 
 

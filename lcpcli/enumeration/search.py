@@ -216,9 +216,9 @@ class SolutionSet:
         if self.status == UNSOLVABLE:
             from lcpcli.solving.no_minimum import undecided
 
-            told = "no solution: every choice of states is excluded in rational arithmetic"
+            sentence = "no solution: every choice of states is excluded in rational arithmetic"
             origin = self.data.problem.origin
-            return f"{told}; {undecided(origin).statement}" if isinstance(origin, Program) else told
+            return f"{sentence}; {undecided(origin).statement}" if isinstance(origin, Program) else sentence
         found = self.count
         if not self.complete:
             if not self.pieces:
@@ -236,12 +236,12 @@ class SolutionSet:
             return counted(points, "solution")
         return f"infinitely many solutions: {f'{points} isolated and ' * bool(points)}{counted(faces, 'face')}"
 
-    def _equilibria(self, held: Equilibria) -> str:
-        extreme = len(held.extreme)
+    def _equilibria(self, equilibria: Equilibria) -> str:
+        extreme = len(equilibria.extreme)
         if all(piece.is_point for piece in self.pieces):
             return f"{extreme} {'equilibrium' if extreme == 1 else 'equilibria'}"
-        subsets = counted(len(held.subsets), "maximal Nash subset")
-        joined = "" if held.components is None else f" in {counted(len(held.components), 'component')}"
+        subsets = counted(len(equilibria.subsets), "maximal Nash subset")
+        joined = "" if equilibria.components is None else f" in {counted(len(equilibria.components), 'component')}"
         return f"infinitely many equilibria: {extreme} extreme ones, {subsets}{joined}"
 
 

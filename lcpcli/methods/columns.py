@@ -75,11 +75,11 @@ def frame_of(block: Block) -> Frame:
 
 def in_given_variables(frame: Frame, z: Vector) -> Vector:
     """Admissible z of the block for z of its frame; what is at a bound stays there."""
-    given, box, there = frame.block.box, frame.box, frame.block.references.z
+    given, box, reference_z = frame.block.box, frame.box, frame.block.references.z
     z = box.project(z)
-    if there is None:
+    if reference_z is None:
         return z
-    inside = np.where(z == box.upper, given.upper, z + there)
+    inside = np.where(z == box.upper, given.upper, z + reference_z)
     return given.project(np.where(z == box.lower, given.lower, inside))
 
 

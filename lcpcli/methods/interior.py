@@ -171,7 +171,7 @@ class _Run:
                     return
 
     def _shown(self, z: Vector, step: str) -> Iterate:
-        z = self._within.given(z)
+        z = self._within.original(z)
         return Iterate(self._given.box.x_of(z, self._given.w(z)), None, step, self._count)
 
 

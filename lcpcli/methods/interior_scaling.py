@@ -47,7 +47,7 @@ class Scaled:
         """The number of finite bounds."""
         return self.low.size + self.high.size
 
-    def given(self, z: Vector) -> Vector:
+    def original(self, z: Vector) -> Vector:
         """The admissible z of the problem for one of the scaled problem."""
         whole = np.full(self.problem.n, self.problem.lower, dtype=float)
         whole[self.kept] = z * self.units

@@ -122,7 +122,8 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificat
     """
     for y in (z, np.maximum(multipliers, 0.0)):
         if proves_infeasible(problem, y):
-            return Certificate("farkas", "y >= 0, M'y <= 0 and q'y < 0 for a y that Lemke's method has found", y)
+            statement = "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's method"
+            return Certificate("farkas", statement, y)
     return Certificate("ray", RAY, z)
 
 

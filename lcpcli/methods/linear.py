@@ -31,7 +31,7 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     if is_skew(problem.M):
         ending = yield from _finished(units, _saddle_point(units.problem, seconds))
         if isinstance(ending, Finished):
-            return Stalled("rounding hides that the solution of the linear program is one")
+            return Stalled("the solution of the linear program is not accurate enough")
     seconds = deadline - clock.seconds()
     if seconds <= 0:
         return Stalled("no time was left for the linear programs")

@@ -29,7 +29,7 @@ SMALL_PIVOTS = 3  # of lemke, per unknown: enough for most small problems that i
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
-LOST_BY_ROUNDING = "there is a solution, but rounded to doubles it is none"
+LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
 

@@ -83,7 +83,7 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 
 
 NEARLY_SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
-INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
+INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
 FAULTS = (FloatingPointError, MemoryError)
 """What a running method may raise when it cannot continue."""
 FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
@@ -105,7 +105,7 @@ def advance(stage: Generator[Item, None, End]) -> Item | End:
         return ending
 
 
-def told(fault: FloatingPointError | MemoryError) -> str:
+def clause_on(fault: FloatingPointError | MemoryError) -> str:
     """One of FAULTS as a clause for the user."""
     if isinstance(fault, MemoryError):
         return "there is not enough memory"
@@ -162,7 +162,7 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
             if polishing is None:
                 F = None if step.F is None else change.residual(step.F)
             elif step.F is None or largest(step.F) <= small:
-                x = _polished(change.given, polishing, x)
+                x = _polished(change.original, polishing, x)
         yield step._replace(x=x, F=F)
     if not isinstance(step, NoSolution):
         return step
@@ -170,10 +170,10 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     if proof.kind == "exhaustion":
         return step if change.is_exact else Stalled(INEXACT)
     y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
-    if y is not None and not proves_infeasible(change.given, y):
+    if y is not None and not proves_infeasible(change.original, y):
         return Stalled(UNVERIFIED[proof.kind])
-    other_bounds = y is not None and change.given.box is not change.problem.box
-    statement = farkas_statement(change.given) if other_bounds else proof.statement
+    other_bounds = y is not None and change.original.box is not change.problem.box
+    statement = farkas_statement(change.original) if other_bounds else proof.statement
     return replace(step, certificate=replace(proof, statement=statement, vector=y))
 
 
@@ -199,7 +199,7 @@ class Turns:
             try:
                 step = advance(stage)
             except FAULTS as fault:
-                return Breakdown(told(fault), method)
+                return Breakdown(clause_on(fault), method)
             if not isinstance(step, Iterate):
                 return replace(step, method=step.method or method)
             self.last = step._replace(evaluations=done + step.evaluations, method=step.method or method)

@@ -149,7 +149,7 @@ def from_osqp(
 def qpsolvers_program(
     P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any, infinity: float = math.inf
 ) -> ProgramData:
-    """The program with the arguments of `from_qpsolvers`."""
+    """Return the program with the arguments of `from_qpsolvers`."""
     quadratic, linear = _objective("P", P, "q", q)
     k = linear.size
     bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
@@ -163,7 +163,7 @@ def qpsolvers_program(
 
 
 def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:
-    """The bounds of k variables, none of the free ones."""
+    """Return the bounds of k variables; the free ones have none."""
     low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
     if not isinstance(free, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
@@ -186,7 +186,7 @@ def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Inter
 def _objective(
     field: str, quadratic: Any, other: str, linear: Any, may_be_triangle: bool = False
 ) -> tuple[Matrix | None, Vector]:
-    """The matrix of the objective, symmetric and of shape (k, k), or None, and its vector, of shape (k,).
+    """Return the matrix of the objective, symmetric and of shape (k, k), or None, and its vector, of shape (k,).
 
     may_be_triangle : whether an upper triangle stands for a symmetric matrix.
     """
@@ -212,7 +212,7 @@ def _objective(
 
 
 def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
-    """The matrix of the rows, of shape (m, k), with m = 0 if neither it nor its bounds are given."""
+    """Return the matrix of the rows, of shape (m, k), with m = 0 if neither it nor its bounds are given."""
     present = [name for name, bound in bounds.items() if bound is not None]
     if given is None and not present:
         return np.zeros((0, k))
@@ -230,7 +230,8 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
 def _program(
     Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, sign: float = 1.0
 ) -> ProgramData:
-    """The program to be minimized, both matrices sparse if one is; a large one without any is sparse too."""
+    """Return the program to be minimized, with both matrices sparse if one is; a large one without any matrix is
+    sparse too."""
     k = c.size
     sparse = is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES)
     if Q is None:
@@ -241,7 +242,7 @@ def _program(
 
 
 def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Problem:
-    """The problem of a program, whose sense, constant and names are as given."""
+    """Return the problem of a program with this sense, constant and names."""
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them

@@ -94,7 +94,7 @@ class Unknowns:
             here.negate(w)
         return here.vanish(self.zero(k, state)) and here.require(w)
 
-    def satisfied(self, node: Node) -> int:
+    def states_at_point(self, node: Node) -> int:
         """The states that hold at the node's point, as bits."""
         here = node.dictionary
         bits = self.bits & ~here.nonzero()
@@ -103,9 +103,9 @@ class Unknowns:
                 bits &= ~self.bit(k, UPPER if value > 0 else LOWER)
         return bits
 
-    def held(self, node: Node) -> int:
+    def common_states(self, node: Node) -> int:
         """The states that hold on all of a node, as bits."""
-        bits = self.satisfied(node)
+        bits = self.states_at_point(node)
         if node.dictionary.cobasic:
             for bit in self.meaning:
                 if bits & bit and not self.holds(node, bit):
@@ -231,7 +231,7 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
     while pending:
         unknowns.check()
         node = pending.pop()
-        bits = unknowns.satisfied(node)
+        bits = unknowns.states_at_point(node)
         if _lies_in_one(unknowns, node, bits, cover):
             continue
         open_ = [k for k, states in enumerate(unknowns.choices) if states and node.states[k] is None]

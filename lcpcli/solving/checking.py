@@ -119,13 +119,13 @@ def verified(problem: Problem, values: Vector, tol: float, own: bool = False) ->
     origin = problem.origin
     if not isinstance(origin, Program):
         return equilibrium.verified(problem, values, partial(verify, problem, tol=tol), tol=tol)
-    given = _Given(origin, problem, values)
-    if given.needs_multipliers:
-        readings = iter([given.with_step()])
+    proposal = _Proposal(origin, problem, values)
+    if proposal.needs_multipliers:
+        readings = iter([proposal.with_step()])
     else:
-        readings = _readings(given, values, own, lambda x, y: origin.z_of(x, y, given.data))
+        readings = _readings(proposal, values, own, lambda x, y: origin.z_of(x, y, proposal.data))
     found = _first_accepted(verify(problem, z, tol) for z in readings)
-    return given.told(found, tol)
+    return proposal.with_statement(found, tol)
 
 
 def accepting(problem: Problem, values: Vector, found: Verification, own: bool = False) -> float | None:
@@ -146,16 +146,16 @@ def verified_exactly(
     origin = data.problem.origin
     if not isinstance(origin, Program):
         return equilibrium.verified(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
-    given, exact = _Given(origin, data.problem, rounded(values)), np.array(values, dtype=object)
-    if given.needs_multipliers:
-        near = given.with_step()
+    proposal, exact = _Proposal(origin, data.problem, rounded(values)), np.array(values, dtype=object)
+    if proposal.needs_multipliers:
+        near = proposal.with_step()
         z = exact_solution.from_point(data, near, clock.seconds() + MOST_SECONDS)
-        y = (fractions_of(near) if z is None else z)[given.k : data.n - origin.ranges]
-        readings = iter([_completed(data, given, exact, np.array(y, dtype=object))])
+        y = (fractions_of(near) if z is None else z)[proposal.k : data.n - origin.ranges]
+        readings = iter([_completed(data, proposal, exact, np.array(y, dtype=object))])
     else:
-        readings = _readings(given, exact, own, lambda x, y: _completed(data, given, x, y))
+        readings = _readings(proposal, exact, own, lambda x, y: _completed(data, proposal, x, y))
     found = _first_accepted(verify_exactly(data, list(z), w if len(values) == data.n else None) for z in readings)
-    return given.told(found, TOL.value)
+    return proposal.with_statement(found, TOL.value)
 
 
 def verified_proof(
@@ -178,7 +178,7 @@ def verified_proof(
     return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
 
-class _Given:
+class _Proposal:
     """What is given of a program: x, and whether y."""
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
@@ -197,13 +197,13 @@ class _Given:
         y = np.zeros(self.data.row_lower.size) if self.step is None else self.step.y
         return self.origin.z_of(self.x, y, self.data)
 
-    def told(self, found: Verification, tol: float) -> Verification:
+    def with_statement(self, found: Verification, tol: float) -> Verification:
         """The verification with what x is, and the multipliers that were found."""
         if not found.accepted:
             return replace(found, statement=self._fault(tol))
         y = self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges] + 0.0
-        told = kind_of_point(self.data, self.origin).statement
-        return replace(found, statement=told, multipliers=y if self.needs_multipliers else None)
+        statement = kind_of_point(self.data, self.origin).statement
+        return replace(found, statement=statement, multipliers=y if self.needs_multipliers else None)
 
     def _fault(self, tol: float) -> str:
         if violated := _violated(self.origin, self.data, self.x, tol):
@@ -220,23 +220,23 @@ class _Given:
         return f"{feasible}, but not shown to be a {word}"
 
 
-def _readings(given: _Given, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:
+def _readings(proposal: _Proposal, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:
     """What z the values may stand for: of a maximum, with y of either sign."""
-    ranges, n = given.origin.ranges, given.problem.n
-    x, y = values[: given.k], values[given.k : n - ranges]
+    ranges, n = proposal.origin.ranges, proposal.problem.n
+    x, y = values[: proposal.k], values[proposal.k : n - ranges]
     if values.size == n and not own:
         yield values
     if values.size < n or own:
-        yield completed(x, -y if given.sign < 0 else y)
-    if given.sign < 0 and not own and y.size and (values.size < n or not ranges):
+        yield completed(x, -y if proposal.sign < 0 else y)
+    if proposal.sign < 0 and not own and y.size and (values.size < n or not ranges):
         yield completed(x, y if values.size < n else -y)
 
 
-def _completed(data: ExactProblem, given: _Given, x: Any, y: Any) -> Any:
+def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
     """z of exact x and y, with s = Ax within its bounds."""
-    zeros = np.array([Fraction(0)] * given.origin.ranges, dtype=object)
-    w, first = data.w(list(np.concatenate((x, y, zeros)))), data.n - given.origin.ranges
-    rows = given.k + np.flatnonzero(given.data.ranges)
+    zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
+    w, first = data.w(list(np.concatenate((x, y, zeros)))), data.n - proposal.origin.ranges
+    rows = proposal.k + np.flatnonzero(proposal.data.ranges)
     ends = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
     s = [w[i] if low is None or high is None else min(max(w[i], low), high) for i, low, high in ends]
     return np.concatenate((x, y, np.array(s, dtype=object)))
@@ -256,7 +256,7 @@ def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
     names = [f"row {name or i}" for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)]
     names += [name or f"x{j}" for j, name in enumerate(origin.columns or [""] * origin.variables, 1)]
     sides = ("below", "lower", data.row_lower, data.lower, 1.0), ("above", "upper", data.row_upper, data.upper, -1.0)
-    worst, told, number = 0.0, "", 0
+    worst, sentence, number = 0.0, "", 0
     for side, bound, of_rows, of_x, sign in sides:
         ends = np.concatenate((of_rows, of_x))
         beyond = np.where(np.isfinite(ends), sign * (ends - values), 0.0)
@@ -264,5 +264,5 @@ def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
         number, i = number + int(np.count_nonzero(relative)), int(np.argmax(relative))
         if relative[i] > worst:
             worst = relative[i]
-            told = f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} bound {ends[i]:.7g}"
-    return f"{told}; {count(number - 1, 'other bound')} violated" if number > 1 else told
+            sentence = f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} bound {ends[i]:.7g}"
+    return f"{sentence}; {count(number - 1, 'other bound')} violated" if number > 1 else sentence

@@ -21,7 +21,7 @@ from lcpcli.methods.stages import (
     OutOfTime,
     Stage,
     advance,
-    told,
+    clause_on,
 )
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
@@ -41,7 +41,7 @@ BY_CALLBACK = "by the callback"
 ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
-FINISHED = "the method takes its equation for solved, but z does not solve the problem"
+FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
 STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
 
 
@@ -105,7 +105,7 @@ class Loop:
                     count("verify")
             return self._ended(step)
         except FAULTS as fault:
-            return Status.BREAKDOWN, f"{told(fault)} after {max(self.k, 0)} iterations"
+            return Status.BREAKDOWN, f"{clause_on(fault)} after {max(self.k, 0)} iterations"
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
@@ -260,7 +260,7 @@ class Loop:
             problem=self.problem,
             method=self.method,
             status=status,
-            message=status.told(self.problem, reason),
+            message=status.sentence(reason),
             point=point,
             iterations=max(self.k, 0),
             evaluations=self.evaluations,

@@ -188,7 +188,7 @@ class _Solved:
         self._fields: dict[str, Any] = {
             "method": AUTO,
             "status": Status.SOLVED,
-            "message": Status.SOLVED.told(block.like, ""),
+            "message": Status.SOLVED.sentence(""),
             "parts": self.share,
             "limits": limits,
         }
@@ -273,7 +273,7 @@ def _near(
         problem=problem,
         method=AUTO,
         status=Status.SOLVED,
-        message=Status.SOLVED.told(problem, ""),
+        message=Status.SOLVED.sentence(""),
         point=point,
         iterations=steps,
         evaluations=steps,

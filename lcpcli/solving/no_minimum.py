@@ -41,8 +41,8 @@ def without_minimum(problem: Problem, vector: Vector | None, program: Program, d
     known = _feasibility(problem, data, of_rows)
     if known.feasible is False:
         y = None if known.vector is None else program.parts(known.vector)[1]
-        told = "the program is infeasible: no x satisfies its constraints"
-        return _nowhere(told, INFEASIBLE, certificate=y)
+        sentence = "the program is infeasible: no x satisfies its constraints"
+        return _nowhere(sentence, INFEASIBLE, certificate=y)
     y = proof(problem, of_x)
     ray = None if y is None else y[:k]
     if known.feasible:

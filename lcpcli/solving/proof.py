@@ -182,7 +182,7 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     result = replace(
         result,
         status=exact.status,
-        message=exact.status.told(data.problem, exact.proof),
+        message=exact.status.sentence(exact.proof),
         certificate=certificate,
         exact=exact,
     )

@@ -54,8 +54,8 @@ class Status(Enum):
     STALLED = "stalled"
     DIVERGED = "diverged"
     BREAKDOWN = "broke down"
-    INFEASIBLE = "proved to have no solution, not even z >= 0 with Mz + q >= 0"
-    UNSOLVABLE = "proved to have no solution"
+    INFEASIBLE = "proved infeasible"
+    UNSOLVABLE = "has no solution"
     RAY = "ended on a ray"
     INTERRUPTED = "interrupted"
 
@@ -64,9 +64,9 @@ class Status(Enum):
         """The name in lower case, as in JSON."""
         return self.name.lower()
 
-    def told(self, problem: Problem, reason: str) -> str:
-        """The sentence for a problem and a reason, "" if there is none."""
-        statement = problem.box.wording.without if self is Status.INFEASIBLE else self.value
+    def sentence(self, reason: str) -> str:
+        """The sentence on a run that ended so, with the reason, which is "" if the status says it all."""
+        statement = Status.UNSOLVABLE.value if self is Status.INFEASIBLE else self.value
         return f"{statement}: {reason}" if reason else statement
 
     @property
@@ -289,7 +289,7 @@ class Result:
 
     def __bool__(self) -> bool:
         raise TypeError(
-            "a Result is neither true nor false, as not solved may be proved to have no solution; "
+            "a Result is neither true nor false, as a problem that is not solved may be proved to have no solution; "
             "ask for result.solved, or for result.status"
         )
 

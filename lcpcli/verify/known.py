@@ -30,8 +30,8 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     if len(kept) == len(faults):
         return problem, []
     names = ["solution"] if len(faults) == 1 else [f"solution[{k}]" for k in range(len(faults))]
-    told = [f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault]
-    return replace(problem, solutions=kept), told
+    complaints = [f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault]
+    return replace(problem, solutions=kept), complaints
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -57,7 +57,7 @@ class Rows(NamedTuple):
 
     w: Vector
     terms: Vector
-    given: Vector
+    full_terms: Vector
     error: Vector
 
     def part(self, rows: Indices | int) -> Rows:
@@ -158,7 +158,7 @@ class Measure:
 
     def _allowed(self, rows: Rows, caps: Vector, tol: float) -> Vector:
         """The violations with which a row counts as satisfied to tol."""
-        rounding = np.minimum(np.minimum(rows.given, DROWNED * caps), LARGEST_DOUBLE)
+        rounding = np.minimum(np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE)
         if not self._is_small:
             rounding = np.maximum(rounding, np.where(caps < np.inf, caps, 0.0))
         sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST_DOUBLE)
@@ -166,8 +166,8 @@ class Measure:
 
     @property
     def _reference(self) -> Vector:
-        there = self.data.reference_z
-        return np.zeros(self.data.q.shape) if there is None else there
+        reference_z = self.data.reference_z
+        return np.zeros(self.data.q.shape) if reference_z is None else reference_z
 
     @cached_property
     def reference_violations(self) -> Vector:
@@ -257,7 +257,7 @@ class Measure:
 
 def _most(rows: Rows, tol: float) -> Vector:
     """What is allowed at most of few unknowns, whatever the caps are."""
-    return np.maximum(tol * rows.terms, ROUNDING * rows.given)
+    return np.maximum(tol * rows.terms, ROUNDING * rows.full_terms)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")

@@ -52,7 +52,7 @@ class Criterion:
         """w in the given units."""
         return w if self._units is None else w / self._units.R
 
-    def given(self, z: Vector) -> Vector:
+    def original(self, z: Vector) -> Vector:
         """z in the given units."""
         return z if self._units is None else self.problem.box.project(z * self._units.C)
 
@@ -181,7 +181,7 @@ class Point:
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
-        moved = Point(criterion, criterion.given(measure.on_bounds(self._inside, self._plain.w)))
+        moved = Point(criterion, criterion.original(measure.on_bounds(self._inside, self._plain.w)))
         z, rows = moved._inside, moved._rows
         largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
         return max(largest, float(measure.distance(self._inside, z)))
@@ -216,7 +216,7 @@ class Point:
         for start in (z, criterion.measure.without_noise(z)):
             cleaned = criterion.measure.on_bounds(start, criterion.measure.rows(start).w)
             if not np.array_equal(cleaned, z):
-                yield Point(criterion, criterion.given(cleaned))
+                yield Point(criterion, criterion.original(cleaned))
 
 
 def natural_residual(problem: Problem, z: Vector, w: Vector) -> float:

@@ -96,15 +96,15 @@ def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
     """
     if is_rounded_solution(problem, z):
         return True
-    there = problem.reference_z
-    if there is None or not problem.is_moderate:
+    reference_z = problem.reference_z
+    if reference_z is None or not problem.is_moderate:
         return False
     frame = shifted(problem).problem
     try:
         distance = frame.box.project(BasicSolutions(frame).at(problem.box.basis_of(z / 2)).z)
     except SingularMatrix:
         return False
-    if (np.abs(distance) > np.abs(z)).any() or (np.abs(there + distance - z) > LAST_DIGITS * np.abs(z)).any():
+    if (np.abs(distance) > np.abs(z)).any() or (np.abs(reference_z + distance - z) > LAST_DIGITS * np.abs(z)).any():
         return False
     measure = Measure(problem)
-    return bool(measure.surely_solves(z, measure.rows_from_reference(distance, measure.rows(z).given), tol))
+    return bool(measure.surely_solves(z, measure.rows_from_reference(distance, measure.rows(z).full_terms), tol))

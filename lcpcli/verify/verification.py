@@ -183,7 +183,7 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
     """The first condition that a proof violates; "" if none."""
     if not data.problem.box.is_orthant:
-        return "" if data.refuted_by(y) else "for some z within the bounds, y'w may be positive or has no sign"
+        return "" if data.refuted_by(y) else "y has a wrong sign, or y'w is not negative for every z within the bounds"
     i = min(range(data.n), key=lambda i: y[i])
     if y[i] < 0:
         return f"y{i + 1} = {brief(y[i])} is negative"
