@@ -34,7 +34,7 @@ AUTOMATIC: Options = {"method": AUTO}
 
 
 def suggestions(result: Result) -> Suggestions:
-    """What to try after this result."""
+    """Return what to try next after this result."""
     status, automatic = result.status, result.method == "auto"
     if status is Status.TIME_LIMIT:
         longer = {"time_limit": _round(max(LEAST_TIME_LIMIT, 10 * result.seconds))}
@@ -53,7 +53,7 @@ def suggestions(result: Result) -> Suggestions:
 
 
 def _after_the_limit(result: Result) -> Suggestions:
-    """More iterations if they lead to the solution, otherwise what needs fewer."""
+    """Suggest more iterations if they lead to the solution, otherwise what needs fewer."""
     default, k = int(MAX_ITERATIONS.value), result.iterations
     usual = {"max_iterations": default}
     if result.method == "auto":
@@ -64,7 +64,8 @@ def _after_the_limit(result: Result) -> Suggestions:
 
 
 def _with_additions(result: Result) -> list[Options]:
-    """Options with which an iterative method may converge after all, if M is definite: one suggestion, or none."""
+    """Return options with which an iterative method may converge after all, if M is definite: one suggestion, or
+    none."""
     if not METHODS[result.method].iterates or result.status is Status.BREAKDOWN or not _is_definite(result.problem):
         return []
     missing = {name: True for name in ADDITIONS if not result.options.get(name)}
@@ -74,7 +75,8 @@ def _with_additions(result: Result) -> list[Options]:
 
 
 def _larger_p(result: Result) -> list[Options]:
-    """A p whose smoothing error is within the tolerance, or below rounding, where a small p has ended the run."""
+    """Suggest a p whose smoothing error is within the tolerance, or below rounding, where a small p has ended the
+    run."""
     if shi.SMOOTHING not in result.message:
         return []
     problem = result.problem if result.problem.reference_z is None else shifted(result.problem).problem
@@ -99,6 +101,6 @@ def _is_definite(problem: Problem) -> bool:
 
 
 def _round(value: float) -> float:
-    """One significant digit, rounded up."""
+    """Return a value rounded up to one significant digit."""
     unit = 10.0 ** math.floor(math.log10(value))
     return math.ceil(value / unit * (1 - 1e-12)) * unit

@@ -28,9 +28,9 @@ from lcpcli.verify import equilibrium, exact_solution
 from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
 from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
 
-MOST_SECONDS = 60.0  # for exact multipliers
-LARGEST_TOL = 1e-4  # that is proposed for an answer whose digits were rounded
-LEAST_GAIN = 1e-8  # of the terms of the objective, that shows that x is no optimum
+MOST_SECONDS = 60.0  # for exact multipliers: the time limit of exact proofs
+LARGEST_TOL = 1e-4  # the largest one that is proposed for an answer whose digits were rounded
+LEAST_GAIN = 1e-8  # relative to the terms of the objective: a larger gain shows that x is no optimum
 BESIDE = {"min": "above the minimum", "max": "below the maximum"}
 
 
@@ -94,7 +94,7 @@ def check(
 
 
 def _fractions(values: Any) -> list[Fraction]:
-    """The numbers of a list, or an array, in which one is a Fraction; else none."""
+    """Return the numbers of a list, or an array, in which one is a Fraction; else none."""
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(listed, (list, tuple)) or not any(isinstance(value, Fraction) for value in listed):
         return []
@@ -102,7 +102,7 @@ def _fractions(values: Any) -> list[Fraction]:
 
 
 def lengths(problem: Problem) -> dict[int, str]:
-    """What may be given to be verified, by its length: of a program x, x and y, or z, of a game also strategies."""
+    """Return what may be verified, by its length: of a program x, x and y, or z, of a game also strategies."""
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
@@ -112,9 +112,9 @@ def lengths(problem: Problem) -> dict[int, str]:
 
 
 def verified(problem: Problem, values: Vector, tol: float, own: bool = False) -> Verification:
-    """Verify z or, for a program, x, or x and y: what has one of `lengths`.
+    """Verify z or, for a program, x, or x and y: values of one of the `lengths`.
 
-    own : whether y is known to have the sign of the program's own sense; else it may have that of z too.
+    own : whether y is known to have the signs of the program's own sense; else it may also have the signs of z.
     """
     origin = problem.origin
     if not isinstance(origin, Program):
@@ -129,8 +129,8 @@ def verified(problem: Problem, values: Vector, tol: float, own: bool = False) ->
 
 
 def accepting(problem: Problem, values: Vector, found: Verification, own: bool = False) -> float | None:
-    """The least power of ten, at most LARGEST_TOL, that accepts values that were not, as they may have been rounded;
-    None if none does, or if they were."""
+    """Return the least power of ten, at most LARGEST_TOL, with which rejected values would be accepted, as they may
+    have been rounded; None if there is none, or if the values were accepted."""
     relative = found.relative_residual
     if found.accepted or relative is None or not relative <= LARGEST_TOL:
         return None
@@ -142,7 +142,7 @@ def accepting(problem: Problem, values: Vector, found: Verification, own: bool =
 def verified_exactly(
     data: ExactProblem, values: list[Fraction], w: list[Fraction] | None = None, own: bool = False
 ) -> Verification:
-    """The same in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
+    """Verify z, x, or x and y in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
     origin = data.problem.origin
     if not isinstance(origin, Program):
         return equilibrium.verified(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
@@ -163,7 +163,7 @@ def verified_proof(
 ) -> Verification:
     """Verify a proof y that there is no solution; of a program also what it proves: that it is infeasible, say.
 
-    data : in exact arithmetic, for these. is_rounded : whether y is known to be rounded.
+    data : exact data for which the proof is to hold. is_rounded : whether y is known to be rounded.
     """
     found = verify_farkas(problem, y, data, is_rounded)
     origin = problem.origin
@@ -179,7 +179,7 @@ def verified_proof(
 
 
 class _Proposal:
-    """What is given of a program: x, and whether y."""
+    """A proposed point of a program: its x, and whether multipliers y came with it."""
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
         self.origin, self.problem, self.k = origin, problem, origin.variables
@@ -193,12 +193,12 @@ class _Proposal:
         return step_from(self.data, self.x)
 
     def with_step(self) -> Vector:
-        """z of x with the multipliers that are found for it."""
+        """Return the z of x with the multipliers of the step from it."""
         y = np.zeros(self.data.row_lower.size) if self.step is None else self.step.y
         return self.origin.z_of(self.x, y, self.data)
 
     def with_statement(self, found: Verification, tol: float) -> Verification:
-        """The verification with what x is, and the multipliers that were found."""
+        """Return the verification with a statement on x, and with the multipliers if they had to be sought."""
         if not found.accepted:
             return replace(found, statement=self._fault(tol))
         y = self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges] + 0.0
@@ -221,7 +221,7 @@ class _Proposal:
 
 
 def _readings(proposal: _Proposal, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:
-    """What z the values may stand for: of a maximum, with y of either sign."""
+    """Yield each z for which the values may stand: for a maximum, with y of either sign."""
     ranges, n = proposal.origin.ranges, proposal.problem.n
     x, y = values[: proposal.k], values[proposal.k : n - ranges]
     if values.size == n and not own:
@@ -233,7 +233,7 @@ def _readings(proposal: _Proposal, values: Any, own: bool, completed: Callable[[
 
 
 def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
-    """z of exact x and y, with s = Ax within its bounds."""
+    """Return the z of exact x and y, with s = Ax moved within its bounds."""
     zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
     w, first = data.w(list(np.concatenate((x, y, zeros)))), data.n - proposal.origin.ranges
     rows = proposal.k + np.flatnonzero(proposal.data.ranges)
@@ -243,14 +243,15 @@ def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
 
 
 def _first_accepted(found: Iterator[Verification]) -> Verification:
-    """The first that is accepted, else the first."""
+    """Return the first verification that is accepted, or else the first of all."""
     first = next(found)
     return first if first.accepted else next((other for other in found if other.accepted), first)
 
 
 @np.errstate(all="ignore")
 def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
-    """The row or the bound that x violates most relative to its terms, and by how much; "" if none by more than tol."""
+    """Return the row or the bound that x violates most relative to its terms, and by how much; "" if x violates none
+    by more than tol."""
     values = np.concatenate((product(data.A, x), x))
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
     names = [f"row {name or i}" for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)]

@@ -53,23 +53,23 @@ def solve_many(
 
     Results come as they are asked for. For columns of Q, blocks of columns are solved together if M is dense with
     n < 2000, or sparse with n <= 200 (`lcpcli.methods.columns`), in a small part of the time of a loop over `solve`.
-    Others are solved one after another, each from the states of the last solution where that is faster. What is not
-    solved so is solved by `run`, so that every result is verified, and every failure proved or explained,
-    as there. Of several solutions it may be another one.
+    Others are solved one after another, each from the states of the last solution where that is faster. Problems that
+    are not solved in this way are solved by `run`, so that every result is verified, and every failure proved or
+    explained. Of several solutions, another one than that of `run` may be found.
 
     Parameters
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k). Or, in their
         place, an iterable of Problems, and possibly the method. Q is copied as results are asked for, M at once.
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) for each column its own.
-    infinity : the size from which on they are infinite, often 1e20; by default only infinite ones are.
+    infinity : the size from which on bounds are infinite, often 1e20; by default only infinite ones are.
     method, options : as in `solve`, for every problem; a time limit is for each of them. Anything but tol,
         max_iterations, time_limit, threads and interrupts has the columns solved one by one. With interrupts="return"
         Ctrl-C ends a problem that is solved by itself: its result is `interrupted`, and the next problem follows.
 
     Yields
     ------
-    Result : as `run` returns for each problem. Its seconds are an equal share of those of its block.
+    Result : as `run` returns for each problem. Its seconds are an equal share of the time of its block.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def _solved(
     limits: Limits,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> _Solved:
-    """What pivoting makes of columns first to last - 1."""
+    """Return columns first to last - 1 as far as pivoting solves them."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
     measure, frame = Measure(block), frame_of(block)
@@ -156,8 +156,8 @@ def _solved(
 
 
 def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> tuple[Rows, Mask]:
-    """w and terms of all z, of shape (m, n), and which of these surely solve their problems, shape (m,), after those
-    whose residual may be more than rounding have been refined in place."""
+    """Refine in place those z, of shape (m, n), whose residual may be more than rounding; return w and the terms of
+    all z, and which of these surely solve their problems, shape (m,)."""
     given = measure.rows(z)
     solved = measure.surely_solves(z, given, min(tol, SHARP_RESIDUAL))
     rows = (found.ended & ~solved).nonzero()[0]
@@ -176,7 +176,7 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
 
 
 class _Solved:
-    """A block with what pivoting has found: z of shape (m, n), w and its terms, and which z surely are solutions."""
+    """A block as far as pivoting solves it: z of shape (m, n), w and its terms, and which z surely are solutions."""
 
     def __init__(self, block: Block, limits: Limits, z: Vector, rows: Rows, found: Pivoted, solved: Mask) -> None:
         self.block, self.z, self.rows, self.tol = block, z, rows, limits.tol
@@ -195,7 +195,8 @@ class _Solved:
         self._options = methods.options_in_force(AUTO, block.like, {}, limits.time_limit)
 
     def result(self, i: int) -> Result | None:
-        """That of row i, if it is solved: by the bounds for the block, or else by those of its point alone."""
+        """Return the result of row i if it is solved, by the bounds for the block or else by those of its point
+        alone."""
         if not self._ended[i] and not self._solved[i]:
             return None
         problem = self.block.problem(i)
@@ -220,7 +221,7 @@ CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may
 
 
 def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    """The results of all columns, in order; given are the options, of which limits are part."""
+    """Yield the results of all columns, in order; `given` are the options, of which limits are part."""
     solver = PrincipalSolver(columns.like.M)
     last: Result | None = None
     paused, pause, usual = 0, 1, math.inf
@@ -240,7 +241,7 @@ def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -
 
 @np.errstate(over="ignore", invalid="ignore")
 def _states(last: Result, problem: Problem) -> Basis | None:
-    """Those of the last solution; None if q has turned far away from that of the last problem, or lies elsewhere."""
+    """Return the states of the last solution; None if q has turned far away from the last q, or lies elsewhere."""
     q, before = problem.q, last.problem.q
     if problem.reference_z is not None or q @ before < CLOSE_COSINE * norm(q) * norm(before):
         return None
@@ -256,7 +257,7 @@ def _near(
     limits: Limits,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> Result | None:
-    """The result, if the problem is solved by these states or by a few exchanges from them."""
+    """Return the result, if the problem is solved by these states or by a few exchanges from them; else None."""
     stopwatch = Stopwatch(seconds, seconds())
     pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(MOST_TRIED_BASES, limits.max_iterations))
     try:

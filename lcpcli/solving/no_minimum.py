@@ -29,10 +29,10 @@ EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
 def without_minimum(problem: Problem, vector: Vector | None, program: Program, data: ProgramData) -> Minimum:
-    """Which constraints exclude each other, or in which direction the objective improves for ever, where it is proved
-    that the conditions have no solution.
+    """Return which constraints exclude each other, or in which direction the objective improves for ever, where it is
+    proved that the conditions have no solution.
 
-    vector : a y of Farkas for them, if there is one.
+    vector : a Farkas vector y for the conditions, if there is one.
     """
     k, (_, side) = program.variables, EXTREMES[program.sense]
     of_x, of_rows = np.zeros(problem.n), np.zeros(problem.n)
@@ -51,7 +51,7 @@ def without_minimum(problem: Problem, vector: Vector | None, program: Program, d
 
 
 def undecided(program: Program, ray: Vector | None = None) -> Minimum:
-    """What is known of each program whose conditions have no solution."""
+    """Return what is known of every program whose conditions have no solution."""
     best, side = EXTREMES[program.sense]
     return _nowhere(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray=ray)
 
@@ -63,14 +63,15 @@ def _nowhere(
 
 
 class _Feasibility(NamedTuple):
-    """Whether a program is feasible, None if that is not decided; if it is not, its multipliers in a y of Farkas."""
+    """Whether a program is feasible, None if that is not decided, and the multipliers of a proof that it is not."""
 
     feasible: bool | None
     vector: Vector | None = None
 
 
 def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibility:
-    """Whether some x satisfies rows and bounds, without any tolerance. guess : a y that may prove that none does."""
+    """Decide without any tolerance whether some x satisfies rows and bounds. guess : a y that may prove that none
+    does."""
     y = proof(problem, guess)
     if y is not None:
         return _Feasibility(False, y)
@@ -86,7 +87,7 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
-    """What the simplex method in integers says, unless it takes too long."""
+    """Return what the simplex method in integers decides, unless it takes too long."""
     from lcpcli.rational.numbers import rounded_direction
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.exact_farkas import farkas_vector
@@ -99,7 +100,7 @@ def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feas
 
 
 def _constraints(data: ProgramData) -> Problem:
-    """The conditions of the program without its objective, which are satisfied by every feasible x, with y = 0."""
+    """Return the conditions of the program without its objective, which every feasible x satisfies with y = 0."""
     zero = data.Q * 0.0
     if not isinstance(zero, np.ndarray):
         zero.eliminate_zeros()
@@ -108,7 +109,7 @@ def _constraints(data: ProgramData) -> Problem:
 
 
 def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | None:
-    """The proof for the program itself that consists of the multipliers in y, which is one for its constraints."""
+    """Return the proof for the program itself that consists of the multipliers in y, a proof for its constraints."""
     if y is None:
         return None
     y[: data.c.size] = 0.0
@@ -116,8 +117,8 @@ def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | 
 
 
 def _has_simple_point(data: ProgramData) -> bool:
-    """Whether a point that is feasible to the tolerance of an LP solver, rounded to simple fractions or as it is, is so
-    without any tolerance."""
+    """Whether a point that is feasible to the tolerance of an LP solver, as it is or rounded to simple fractions, is
+    feasible without any tolerance."""
     ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
     point = minimized(np.zeros(data.c.size), data.A, ends, bounds, FEASIBILITY_SECONDS)
     if point is None:

@@ -24,9 +24,11 @@ MOST_EXACT_POSITIVE = 64  # components of z up to which they are solved for exac
 
 
 def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Problem:
-    """The problem with a computed solution; unchanged if it comes with one or none is found in that many seconds.
+    """Return the problem with a computed solution; unchanged if it comes with one or none is found in time.
 
-    The solution is verified like any other result, on the original data. If there are several, it is one of them.
+    The solution is verified like any other result, on the original data; it is one of them if there are several.
+
+    seconds : the time limit of the search.
 
     Raises
     ------
@@ -49,7 +51,8 @@ def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Prob
 
 
 def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
-    """An exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's method."""
+    """Return an exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's
+    method."""
     if problem.n > MOST_EXACT_UNKNOWNS:
         return None
     from lcpcli.rational import lemke, numbers
@@ -63,9 +66,9 @@ def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
 
 
 def near(problem: Problem, size: float) -> Vector:
-    """A start x, shape (n,): the problem's first solution plus normal noise of `size` times its largest component.
+    """Return a start x, shape (n,): the first solution plus normal noise of `size` times its largest component.
 
-    Deterministic. Raises OptionError if the problem has no known solution.
+    The noise is always the same. Raises OptionError if the problem has no known solution.
     """
     if not problem.solutions:
         where = f"{problem.name}: " * bool(problem.name)
