@@ -60,7 +60,7 @@ def run(
     `curve` keep iterates, each as it is set up. `conclude` is whether to add the conclusions from the result: its
     `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals
     with the progress, as in `trace.Observer`, `callback` as by `call.solve`. `began` is when the run began by the
-    `clock`, by default now; the time limit counts everything from then on but imports. `threads` is as for `call.solve`.
+    `clock`, by default now; the time limit counts everything from then on but imports. `threads` as by `call.solve`.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)

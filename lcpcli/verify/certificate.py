@@ -48,8 +48,8 @@ class Certificate:
 
 
 def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
-    """The certificate that a method claims, as far as it holds for the original M and q, a Farkas vector as `proof`
-    gives it; None if it does not.
+    """Return the certificate that a method claims if it holds for the original M and q, with a Farkas vector as `proof`
+    returns it; None if it does not hold.
 
     excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. For more than
         FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed to have excluded all.
@@ -90,17 +90,17 @@ def is_ray(problem: Problem, z: Vector) -> bool:
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
-    """Whether y proves that no z within its bounds has w with the signs that these ask for, by `farkas.refutes`: never
-    for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
+    """Whether y proves that no z within its bounds has w with the signs that the bounds ask for, by
+    `farkas.refutes`: never for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
     return y.shape == problem.q.shape and refutes(problem.M, problem.q, y, problem.box)
 
 
 def proof(problem: Problem, y: Vector) -> Vector | None:
-    """A vector of shape (n,) near a multiple of y that proves what `proves_infeasible` says; None if y does not.
+    """Return a vector of shape (n,) near a multiple of y that proves the problem infeasible; None if y proves nothing.
 
-    It consists of integers up to 2^53 for which the proof holds exactly, for the doubles of the problem or, if none
-    such are found, for their shortest decimals. Else, as for large problems and long numbers, it is y times a power of
-    two.
+    The vector consists of integers up to 2^53 for which the proof holds exactly, for the doubles of the problem or, if
+    no such integers are found, for their shortest decimals. Else, as for large problems and long numbers, it is y times
+    a power of two.
     """
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
@@ -111,14 +111,14 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
 
 
 def farkas_statement(problem: Problem) -> str:
-    """What Farkas' y proves, as a clause for the user."""
+    """Return what a Farkas vector y proves, as a clause for the user."""
     return problem.box.wording.farkas
 
 
 def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
-    """y of shape (n,) that proves the problem infeasible, by at most three LPs of half the seconds each, for the
-    equilibrated problem R M C, R q, whose proof y' gives y = R y'. None if the problem is feasible, to the tolerance of
-    the LP solver, or no proof passed the check in exact arithmetic."""
+    """Return a y of shape (n,) that proves the problem infeasible, by at most three LPs of half the seconds each,
+    for the equilibrated problem R M C, R q, whose proof y' gives y = R y'. None if the problem is feasible, to the
+    tolerance of the LP solver, or if no proof passed the check in exact arithmetic."""
     from lcpcli.verify.alternative import candidates
 
     R, C = equilibrate(problem.M, problem.q)
@@ -129,8 +129,8 @@ def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
 
 
 def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:
-    """The proof in original units, from a proof y of infeasibility for rows scaled by R, powers of two: times the power
-    of two that puts its largest entry between 1 and 2."""
+    """Return the proof in original units from a proof y of infeasibility for rows scaled by R, powers of two; it is
+    multiplied by the power of two that puts its largest entry between 1 and 2."""
     with np.errstate(all="ignore"):
         y = R * y
         y = np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1])) + 0.0

@@ -51,7 +51,8 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
-    """The least number of digits among components that are not 0 but for rounding, and the index of that component."""
+    """Return the least number of digits among the components that are not 0 but for rounding, and the index of that
+    component."""
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)
     for own in (sizes, sizes - problem.units.columns):
@@ -63,7 +64,7 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | None:
-    """The errors of the basic variables that are to be expected, shape (k,); None if M_BB is singular."""
+    """Return the expected errors of the basic variables, shape (k,); None if M_BB is singular."""
     if not problem.is_moderate:
         units = scale(problem)
         errors = _errors(units.problem, z / units.C, units.R * w, basic) if units.problem.is_moderate else None
@@ -83,8 +84,9 @@ def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def sensitivity(problem: Problem, z: Vector) -> float | None:
-    """The largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for P with l_i
-    < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not small."""
+    """Return the largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for
+    P with l_i < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not
+    small."""
     w = problem.w(z)
     terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     box = problem.box
@@ -101,7 +103,7 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
 
 
 def _inverse(problem: Problem, P: Indices) -> Matrix | None:
-    """|M_PP^-1|, shape (k, k), or None."""
+    """Return |M_PP^-1|, shape (k, k); None if M_PP is singular, too large or too ill-conditioned."""
     if P.size > MOST_INVERTED:
         return None
     units = scale(problem)

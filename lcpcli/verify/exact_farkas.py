@@ -24,8 +24,9 @@ GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which th
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
-    """A vector near a multiple of y, doubles of shape (n,), that proves the problem infeasible, in integers without a
-    common divisor; None if none is found: neither simple fractions nor y, nor these with M'y = 0 where it nearly is."""
+    """Return a vector near a multiple of y, doubles of shape (n,), that proves the problem infeasible, in integers
+    without a common divisor; None if none is found among simple fractions, y itself, and both with M'y = 0 where it
+    nearly is 0."""
     if not (np.isfinite(y).all() and y.any()):
         return None
     found = next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
@@ -33,8 +34,8 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
 
 
 def whole_proofs(problem: Problem, y: Vector) -> Iterator[Vector]:
-    """Vectors of integers up to 2^53 near a multiple of y that are proofs for the doubles of a problem, or for their
-    shortest decimals."""
+    """Yield vectors of integers up to 2^53 near a multiple of y that are proofs for the doubles of a problem, or for
+    their shortest decimals."""
     support = np.flatnonzero(y)
     rows = problem.M[support]
     if (rows.nnz if is_sparse(rows) else rows.size) + problem.n > MOST_ENTRIES:
@@ -57,8 +58,8 @@ def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
-    """Vectors of simple fractions near y, and some with M'y = 0 exactly where it may be, the simplest first; quickly :
-    only by linear systems that are `farkas.is_short`, and only while numbers stay short."""
+    """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it may be 0, the simplest first;
+    quickly : only by linear systems that are `farkas.is_short`, and only while numbers stay short."""
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     sizes, active = [abs(value) for value in snapped if value], _active(data, y)
     largest, least = max(sizes), min(sizes)
@@ -78,7 +79,8 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
 
 
 def _active(data: ExactProblem, y: Vector) -> list[int]:
-    """Where M'y is small relative to its terms, and has to vanish unless it has a sign that suits a single bound."""
+    """Return the columns where M'y is small relative to its terms and has to vanish, unless its sign suits a single
+    bound."""
     columns, _ = data.with_transpose(fractions_of(y))
     with np.errstate(all="ignore"):
         size = abs(data.problem.M).T @ np.abs(y)

@@ -99,7 +99,7 @@ def _has_signs(y: Any, box: Box, support: Indices | slice = slice(None)) -> bool
 
 
 def _finite_end(bounds: Sides, product: Vector) -> Vector:
-    """The bounds at which (A'y)_j z_j is largest, 0 where they are infinite."""
+    """Return the bounds at which (A'y)_j z_j is largest, 0 where they are infinite."""
     end = np.where(product > 0, bounds.upper, bounds.lower)
     return np.where(np.isfinite(end), end, 0.0)
 
@@ -134,7 +134,8 @@ def _holds(
 def _corrected(
     A: Matrix, support: Indices, y: list[Fraction], active: Indices
 ) -> tuple[Indices, list[Fraction]] | None:
-    """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
+    """Return y on its support, changed so that A'y = 0 exactly in the active columns, where A'y is likeliest to be
+    0."""
     from lcpcli.rational import linear, numbers
 
     order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction

@@ -17,7 +17,7 @@ FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
-    """The problem without those of its solutions that are wrong, and what is wrong with each of them, as a clause.
+    """Return the problem without its wrong solutions, and what is wrong with each of these, as a clause.
 
     z is wrong if its relative residual is above ROUGH and no changes of its components by a unit in the last digit,
     which matter where M is ill-conditioned, make it satisfy the conditions on each z_i and w_i.
@@ -36,7 +36,7 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _fault(point: Point) -> str:
-    """What is wrong with a solution; "" if nothing is."""
+    """Return what is wrong with a solution; "" if nothing is."""
     problem, z, w = point.criterion.problem, point.z, point.w
     relative = point.relative_residuals
     if (relative <= ROUGH).all():
@@ -54,7 +54,8 @@ def _fault(point: Point) -> str:
 
 
 def _last_digit(z: Vector) -> Vector:
-    """One unit in the last digit of each z_i, if all have as many digits, or as many decimals, as the longest has."""
+    """Return one unit in the last digit of each z_i, if all have as many digits, or as many decimals, as the longest
+    has."""
     spelt = [repr(value).removesuffix(".0").partition("e") for value in np.abs(z[z != 0]).tolist()]
     if not spelt:
         return np.zeros(z.size)

@@ -29,8 +29,8 @@ LAST_DIGITS = 4 * EPS  # relative: what rounding of a number and of a product ma
 
 @np.errstate(over="ignore", invalid="ignore")
 def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
-    """The basic solution of a basis, by default that of z when M is equilibrated, correct to its last digits; z, an
-    approximate solution of shape (n,), if that is not better."""
+    """Return the basic solution of a basis, by default the basis of z when M is equilibrated, correct to its last
+    digits; or z, an approximate solution of shape (n,), if that is not better."""
     units = changes.scale(problem)
     within = units.problem
     if basis is None:
@@ -66,9 +66,10 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
-    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic solution
-    of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of itself. So it is
-    never true where there is no solution. It is false if more than `farkas.LARGEST_EXACT` are basic."""
+    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic
+    solution of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of
+    itself. So the answer is never true where there is no solution; it is false if more than `farkas.LARGEST_EXACT`
+    variables are basic."""
     basis = problem.box.basis_of(z / 2)
     if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
         return False
@@ -90,9 +91,9 @@ def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
     """Whether z is a solution up to its last digits: as `is_rounded_solution`, or of a point with a relative residual
     of at most tol.
 
-    That point is held as the reference point and a difference from it that is no larger than z, so that it has more
-    digits than z: with bounds far from 0, z in doubles may have a larger residual, wherever it is. There is none if the
-    reference point is 0.
+    Such a point is represented by the reference point and a difference from it that is no larger than z, and so has
+    more digits than z: with bounds far from 0, any z in doubles may have a larger residual. There is no such point if
+    the reference point is 0.
     """
     if is_rounded_solution(problem, z):
         return True

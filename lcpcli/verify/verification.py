@@ -62,7 +62,7 @@ class Verification:
     violations, violated : the worst violations, and how many components violate a condition.
     strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.
     statement : of a program, what its x is, or what it violates; else "".
-    multipliers : those found for an x of a program that was given without any, shape (m,); else None.
+    multipliers : the multipliers of the rows that were found for an x given alone, shape (m,); else None.
     answer : for a proof that a program has no optimum, why it has none, as in `result.Result`; else None.
     """
 
@@ -181,7 +181,7 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
 
 
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
-    """The first condition that a proof violates; "" if none."""
+    """Return the first condition that a proof violates; "" if it violates none."""
     if not data.problem.box.is_orthant:
         return "" if data.refuted_by(y) else "y has a wrong sign, or y'w is not negative for every z within the bounds"
     i = min(range(data.n), key=lambda i: y[i])
