@@ -48,13 +48,13 @@ EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12  # in scaled units: a residual that is
 
 @dataclass(frozen=True)
 class Attempt:
-    """One run.
+    """The settings of one attempt.
 
     slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
     shift : eps, in scaled units; M + eps I has one solution, near the smallest of M's if eps is small: Tikhonov's
         regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity
         Problems (2003), section 12.2.
-    gives_up : whether it ends when its steps stay short. pivots : whether sparse factors are by partial pivoting.
+    gives_up : whether the attempt ends when its steps stay short. pivots : whether sparse factors use partial pivoting.
     """
 
     slack: float
@@ -86,8 +86,8 @@ def interior(
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
     M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
 
-    start_slack : the least slack and multiplier at the start, in scaled units; of the third attempt 1e4 times, of
-        the fourth 100 times that.
+    start_slack : the least slack and multiplier at the start, in scaled units; the third attempt takes 1e4 times, the
+        fourth 100 times that.
     regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
     Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
@@ -154,8 +154,8 @@ class _Run:
         return Stalled("its steps no longer reduce the residual")
 
     def _finish(self, at: Point, last: bool = False) -> Iterator[Iterate]:
-        """The basic solutions of the active set of a point, and after exchanges; unless it is the last point, only one
-        that solves the problem up to rounding is as good as those to come."""
+        """Yield the basic solutions of the active set of a point, before and after exchanges. Unless it is the last
+        point, only one that solves the problem up to rounding is as good as those to come."""
         within = self._within
         own = _BasicSolutions(within, at.z)
         least = own.residual(own.z, within.M @ own.z + within.q)
@@ -194,7 +194,8 @@ class _BasicSolutions:
 
 
 def _active(problem: Scaled, at: Point) -> Basis:
-    """At a bound where its slack is less than its multiplier; of two such bounds at the nearer one."""
+    """Return the active set: a variable is at a bound where its slack is less than its multiplier, at the nearer of
+    two such bounds."""
     count = problem.low.size
     s, w = np.full((2, problem.q.size), np.inf), np.zeros((2, problem.q.size))
     s[0, problem.low], w[0, problem.low] = at.s[:count], at.w[:count]
@@ -204,7 +205,7 @@ def _active(problem: Scaled, at: Point) -> Basis:
 
 
 def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
-    """z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
+    """Return z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
     if not basic.size:
         return z, problem.M @ z + problem.q
     block, S = problem.M[basic][:, basic], None if problem.S is None else problem.S[basic]
@@ -221,7 +222,7 @@ def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]
 
 @np.errstate(all="ignore")
 def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector, float]:
-    """z and w, and the largest w of a basic variable relative to what it was."""
+    """Return z and w after the proximal iteration, and by what factor the largest w of a basic variable has changed."""
     M, q = problem.M, problem.q
     w = M @ z + q
     solver.factorize(np.full(basic.size, PROXIMAL_SHIFT))
@@ -246,7 +247,8 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tu
 
 
 def _polished(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector]:
-    """z with small components as accurate as large ones, by residuals in extended precision if there is one; and w."""
+    """Return z with small components as accurate as large ones, by residuals in extended precision where it exists,
+    and w."""
     M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
     for _ in range(POLISHING_STEPS):
         z[basic] -= solver.solve((M @ z.astype(np.longdouble) + q).astype(float))

@@ -44,11 +44,11 @@ class Scaled:
 
     @property
     def pairs(self) -> int:
-        """The number of finite bounds."""
+        """Return the number of finite bounds."""
         return self.low.size + self.high.size
 
     def original(self, z: Vector) -> Vector:
-        """The admissible z of the problem for one of the scaled problem."""
+        """Return the admissible z of the problem for a z of the scaled problem."""
         whole = np.full(self.problem.n, self.problem.lower, dtype=float)
         whole[self.kept] = z * self.units
         return self.problem.box.project(whole)
@@ -109,7 +109,7 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
 
 
 def _ruiz(M: Matrix, start: Vector) -> Vector:
-    """The scaling from a start, at most RUIZ_FARTHEST times as large or small as that."""
+    """Return the scaling from a start, at most RUIZ_FARTHEST times as large or small as the start."""
     d = start
     for _ in range(RUIZ_ROUNDS):
         rows, columns = matrices.row_and_column_maxima(M, d, d)
@@ -122,7 +122,8 @@ def _ruiz(M: Matrix, start: Vector) -> Vector:
 
 
 def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
-    """The certificate from one of the directions, or from the part of either sign S; None if none is one."""
+    """Return the certificate from one of the directions, or from its part of either sign S; None if none of these is
+    a proof."""
     given, S = conditions_of(problem), within.S
     least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
     for direction in (each for each in directions if np.abs(each).max() > DIVERGED_SIZE):
@@ -140,14 +141,14 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
 
 
 def _simplest_first(y: Vector) -> Iterator[Vector]:
-    """What y may be an approximation of: integers, fractions, and itself, without small entries and with them."""
+    """Yield what y may approximate: integers, fractions, and y itself, without small entries and with them."""
     for least in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
         yield from reversed(list(simplest(np.where(np.abs(y) < least, 0.0, y))))
 
 
 def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:
-    """Whether y is nearly a proof, and one that does not hang on the last digits of the data, which may have been
-    rounded from others that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
+    """Whether y is nearly a proof, and does not hang on the last digits of the data, which may have been rounded
+    from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
     y = y[within.kept] / within.units
     product, size = within.M.T @ y, float(np.abs(y).sum())
     ends = np.where(product > 0, within.box.upper, within.box.lower)

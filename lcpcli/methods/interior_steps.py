@@ -85,28 +85,29 @@ class Steps:
         return Point(z, s + max(s_least, slack), w + max(w_least, slack))
 
     def residuals(self, at: Point) -> tuple[Vector, Vector]:
-        """M z + q minus the multipliers, and the distances to the bounds minus the slacks; kept for the last point."""
+        """Return M z + q minus the multipliers, and the distances to the bounds minus the slacks; kept for the last
+        point."""
         if self._measured is None or self._measured[0] is not at:
             dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
             self._measured = at, (dual, self._sign * (at.z[self._index] - self._bound) - at.s)
         return self._measured[1]
 
     def mu(self, at: Point) -> float:
-        """The mean of s w."""
+        """Return the mean of the products s w."""
         return float(at.s @ at.w) / max(self.problem.pairs, 1)
 
     def infeasibility(self, at: Point) -> float:
         return max(float(np.abs(r).max(initial=0.0)) for r in self.residuals(at))
 
     def gap_size(self, at: Point) -> float:
-        """The size of the terms of the gap, those of q'z that cancel included."""
+        """Return the size of the terms of the gap, including the terms of q'z that cancel."""
         terms = self.problem.q * at.z
         parts = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
         return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
 
     @np.errstate(all="ignore")
     def next(self, at: Point) -> tuple[Point, float, Point]:
-        """The next point, the step length and the direction."""
+        """Return the next point, the step length and the direction."""
         ratio, pairs = at.w / at.s, self.problem.pairs
         self._systems.factorize(self._spread(ratio))
         direction = partial(self._direction, at, self._absorbing(ratio))
@@ -125,8 +126,8 @@ class Steps:
         return self._moved(at, found, step), step, found
 
     def _direction(self, at: Point, absorbing: Vector, products: Vector) -> Point:
-        """Newton's direction, which removes the residuals and changes s w by `products`, to first order, with factors
-        for w / s; `absorbing` is the share of the multipliers in what the system leaves over."""
+        """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order, with
+        factors for w / s; `absorbing` is the share of the multipliers in the residual that the system leaves."""
         dual, primal = self.residuals(at)
         b = self._spread(self._sign * (products - at.w * primal) / at.s) - dual
         z, left = self._systems.solve(b, SYSTEM_ACCURACY * self.infeasibility(at))
@@ -136,7 +137,8 @@ class Steps:
     def _corrected(
         self, direction: Callable[[Vector], Point], at: Point, affine: Point, target: float
     ) -> tuple[Point, float]:
-        """Mehrotra's direction to products s w of `target`, and those of Gondzio that lengthen the step."""
+        """Return Mehrotra's direction to products s w of `target`, with those of Gondzio's corrections that lengthen
+        the step."""
         wanted = target - at.s * at.w - affine.s * affine.w
         found = direction(wanted)
         step = longest(at, found)
@@ -161,11 +163,12 @@ class Steps:
         return Point(at.z + step * along.z, s, w)
 
     def _spread(self, values: Vector) -> Vector:
-        """Values of the bounds added up by variable."""
+        """Return values of the bounds added up by variable."""
         return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
 
     def _absorbing(self, ratio: Vector) -> Vector:
-        """Minus the sign of those bounds whose multipliers take what a system leaves over: the nearer one, if near."""
+        """Return minus the sign of those bounds whose multipliers take the residual that a system leaves: of the
+        nearer bound, if it is near."""
         other = np.zeros(ratio.size)
         low, high = self._partners
         other[low], other[high] = ratio[high], ratio[low]
@@ -174,7 +177,7 @@ class Steps:
 
 
 def longest(at: Point, along: Point) -> float:
-    """The longest step, at most 1, that keeps s and w nonnegative."""
+    """Return the longest step, at most 1, that keeps s and w nonnegative."""
     lengths = [1.0]
     for v, d in ((at.s, along.s), (at.w, along.w)):
         shrinking = d < 0
@@ -184,7 +187,7 @@ def longest(at: Point, along: Point) -> float:
 
 @dataclass
 class Regularization:
-    """rho, and its range."""
+    """The regularization rho, with its range."""
 
     rho: float = 1e-8
     least: float = 1e-13
@@ -230,7 +233,8 @@ class AccurateSystems:
         return x, r
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
-        """The x of the factors, its residual, and the norm of what it leaves of their own system."""
+        """Return the x of the factors, its residual, and the norm of the residual that x leaves in the system of the
+        factors."""
         x = self._systems.solve(b)
         r = b - self._product(x)
         return x, r, self._norm(r - self.regularization.rho * x)

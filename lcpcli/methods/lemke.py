@@ -101,7 +101,8 @@ def _path(problem: Problem, tableau: Tableau) -> Stage:
 
 
 def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]:
-    """The solution x = (z - w) / 2 of a complementary basis, F at x, and whether that is one up to rounding."""
+    """Return the solution x = (z - w) / 2 of a complementary basis, F at x, and whether x is a solution up to
+    rounding."""
     basic = np.zeros(problem.n, dtype=bool)
     basic[support] = True
     try:
@@ -115,10 +116,10 @@ def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificate:
-    """What a ray with z_0 basic proves; z is its direction in z.
+    """Return what a ray with z_0 basic proves; z is the direction of the ray in z.
 
-    Candidates for Farkas' y are this z, which is one if M is copositive-plus, and the multipliers of the row of z_0,
-    which are one if z_0 is at its minimum over all z, w, z_0 >= 0.
+    Candidates for Farkas' y are this z, which is a proof if M is copositive-plus, and the multipliers of the row of
+    z_0, which are a proof if z_0 is at its minimum over all z, w, z_0 >= 0.
     """
     for y in (z, np.maximum(multipliers, 0.0)):
         if proves_infeasible(problem, y):
@@ -128,8 +129,8 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificat
 
 
 def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a method)
-    """Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield the end of the path
-    of each try, if that is a solution.
+    """Run Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield the end of the
+    path from each start, if it is a solution.
 
     In M = [0 A; B' 0], q = -e, the bimatrix games, the path from the covering vector e ends at once, on a ray. With z_k
     and one w_j exchanged it is a path as in C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, SIAM
@@ -155,7 +156,8 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
 
 
 def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
-    """The last iterate of Lemke's method on the exchanged problem; None if it does not end at a solution."""
+    """Return the last iterate of Lemke's method on the exchanged problem; None if the path does not end at a
+    solution."""
     try:
         path = limited(lemke(_exchanged(M, q, pair), np.zeros(q.size)), MAX_PIVOTS * q.size)
         last = None
@@ -168,7 +170,8 @@ def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
 
 
 def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:
-    """The principal pivot transform, z_i and w_i exchanged for the pair's indices; ProblemError if it overflows."""
+    """Return the principal pivot transform, with z_i and w_i exchanged for the indices of the pair; ProblemError if
+    it overflows."""
     inverse = np.linalg.inv(M[np.ix_(pair, pair)])
     columns = M[:, pair] @ inverse
     T = M - columns @ M[pair]

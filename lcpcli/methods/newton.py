@@ -72,8 +72,8 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
 
 
 def dense_route(problem: Problem, x0: Vector) -> Stage:
-    """Newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the active
-    set at which projected gradients arrive.
+    """Run newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the
+    active set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
@@ -89,7 +89,7 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
 
 
 def from_states(problem: Problem, x0: Vector) -> Stage:
-    """Block pivoting from states that are nearly right, while most steps leave at most FAST_STEP of the violations.
+    """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
     The states of a solution take one factorization, even where many components are 0 but for rounding. Finished : no
     sign is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
@@ -108,7 +108,7 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
                 break
     except SingularMatrix as error:
         return Breakdown(str(error))
-    return Stalled("the given basis is not nearly right")
+    return Stalled("the given states are not nearly those of a solution")
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:
@@ -177,7 +177,7 @@ MOST_GRADIENT_STEPS = 40  # no more products than a few factorizations cost
 
 
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
-    """z' = mid(l, u, z - t D^-1 (M z + q)) with D = diag(M) and Barzilai and Borwein's step sizes t in turn, M dense.
+    """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and Borwein's two step sizes t in turn.
 
     Yields x = (z - D^-1 w) / 2 every GRADIENT_BLOCK steps, which stands for the likely states. Finished : the states
     have settled. Stalled : they have not within MOST_GRADIENT_STEPS. Breakdown : a diagonal entry of M is not positive,
@@ -202,8 +202,8 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 def gradient_steps(
     box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
 ) -> Iterator[tuple[Vector, Vector, Basis, int, Mask]]:
-    """The iteration in units with a unit diagonal, for one problem or many: at every look z, its w, the states that
-    they stand for, how many of these have changed since the last look, and whether it does not diverge.
+    """Iterate in units with a unit diagonal, for one problem or many: yield at every look z, its w, the states that
+    they stand for, how many of these have changed since the last look, and whether the iteration does not diverge.
 
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
     """
@@ -223,5 +223,5 @@ def gradient_steps(
 
 
 def _dots(A: Vector, B: Vector) -> Vector:
-    """The inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
+    """Return the inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
     return np.asarray(np.einsum("...i,...i->...", A, B)[..., np.newaxis])

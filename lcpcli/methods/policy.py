@@ -57,7 +57,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """First without far bounds, if there are any, except for milp, then with them."""
+    """Solve the problem first without far bounds, if it has any, by all methods but milp, then with them."""
     from lcpcli.model.far_bounds import relaxed
 
     change = relaxed(problem)
@@ -75,7 +75,8 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 
 def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
-    """The methods in turn, from the start in `turns`; states is as in `auto`, milp whether that is the last one."""
+    """Take the methods in turn, from the start in `turns`; states is as in `auto`, milp whether milp is the last
+    method."""
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
@@ -104,8 +105,8 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
 
 
 def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
-    """The last iterate refined to its last digits, or made exact among few unknowns; and whether it is a solution but
-    for rounding."""
+    """Yield the last iterate refined to its last digits, or made exact among few unknowns; return whether it is a
+    solution but for rounding."""
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
     box, basis = problem.box, problem.box.basis_of(turns.last.x)
@@ -118,7 +119,7 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
 
 
 def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """The methods for a large problem with many evident variables, without these."""
+    """Yield the methods for a large problem with many evident variables, which are left out."""
     if not problem.is_mixed or problem.n <= factors.MOST_NUMPY_ROWS:
         return
     from lcpcli.model.standard_form import presolved
@@ -130,7 +131,7 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
 
 
 def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """The methods before milp in order, by name, each created when its turn comes."""
+    """Yield the methods before milp in order, by name, each created when its turn comes."""
     large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
     first = _first(problem) if large_and_sparse else ""
     if first == "linear":
@@ -168,7 +169,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
 
 
 def _while_fast(problem: Problem, stage: Stage) -> Stage:
-    """newton, until a step changes more than NEWTON_SETTLING_FACTOR of the states that the one before has changed.
+    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
 
     Circuits need three steps, each with one factorization; most programs end it at the first one.
     """
@@ -184,8 +185,8 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
 
 
 def _first(problem: Problem) -> str:
-    """The method that programs are given to first, linear or interior, M sparse; "" for what has not the signs of the
-    conditions of a program, both of them, or is not monotone."""
+    """Return the method that programs are given to first, linear or interior, M sparse; "" if M is not monotone, or
+    has not both signs of the conditions of a program."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
     from lcpcli.linalg.krylov import is_semidefinite
@@ -198,7 +199,7 @@ def _first(problem: Problem) -> str:
 
 
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
-    """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
+    """Yield newton and lemke in units in which products of a few numbers neither over- nor underflow."""
     units = scale(problem)
     start = units.start(x0)
     yield "newton", in_given_variables(units, newton(units.problem, start, LEAST_INDEX_STEPS))
@@ -207,5 +208,5 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
 
 
 def _remaining(deadline: float) -> float:
-    """The remaining seconds, at least a millisecond."""
+    """Return the remaining seconds, at least a millisecond."""
     return max(deadline - clock.seconds(), 1e-3)

@@ -1,8 +1,8 @@
 """Few unknowns: pivoting, and where doubles leave the answer open, exact arithmetic, however large the numbers are.
 
-They do where a row has a term that rounding of another one hides, as in x_1 - x_2 = 3 with both near 1e16: a violation
-of the size of that term is then no more than rounding. An exact solution is sought near a point, and then by the tree
-over the states of all unknowns, which finds one or proves that there is none.
+Doubles leave it open where a row has a term that rounding of another term hides, as in x_1 - x_2 = 3 with both near
+1e16: a violation of the size of that term is then no more than rounding. An exact solution is sought near a point, and
+then by the tree over the states of all unknowns, which finds one or proves that there is none.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the oth
 
 
 def small(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """A problem of at most FEW unknowns; `search` has the methods for when exact arithmetic takes too long.
+    """Solve a problem of at most FEW_UNKNOWNS; `search` has the methods for when exact arithmetic takes too long.
 
-    What is found where rounding hides terms is replaced by an exact solution. What pivoting does not find is decided in
-    exact arithmetic, for at most MOST_DECIDED unknowns.
+    A solution that is found where rounding hides terms is replaced by an exact one. Where pivoting finds none, exact
+    arithmetic decides, for at most MOST_DECIDED unknowns.
     """
     decide, x, evaluations = problem.n <= MOST_DECIDED, x0, 0
     stage = stages.from_reference(problem, x0, _pivoting if decide else search)
@@ -79,17 +79,17 @@ def _pivoting(problem: Problem, turns: Turns) -> Stage:
 
 
 def exactly(problem: Problem, turns: Turns, decide: bool) -> Stage:
-    """The turn of exact arithmetic, from the last iterate (see `_exact`)."""
+    """Give exact arithmetic its turn, from the last iterate (see `_exact`)."""
     return (yield from turns.take("exact", _exact(problem, problem.box.z_of(turns.last.x), decide)))
 
 
 def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
-    """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most `measure.FEW_UNKNOWNS` unknowns.
+    """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most `measure.FEW_UNKNOWNS`.
 
-    z : where to look for it first, shape (n,). decide : whether to search all states if there is none.
+    z : where to look for the solution first, shape (n,). decide : whether to search all states if none is near z.
 
-    Finished : there is one. NoSolution : it is proved that there is none. Stalled : those that were found are out of
-    range, or none when they are rounded to doubles; or none was found in time.
+    Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
+    are out of range or do not solve the problem when rounded to doubles; or none was found in time.
     """
     from lcpcli.rational.numbers import rounded, rounded_direction
     from lcpcli.rational.problem import ExactProblem
