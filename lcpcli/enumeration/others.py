@@ -24,23 +24,23 @@ AGREEMENT = 1e-7  # of the largest component: two points that are this close are
 
 
 class Findings(NamedTuple):
-    """Whether there are other solutions than z, and whether there is an exact one; None if that is not found out, or if
-    the only one is not z, as far as z is printed."""
+    """Whether there are other solutions than z, and whether there is an exact one; None if that is not decided, or
+    if the only solution is not z, as far as z is printed."""
 
     others: bool | None = None
     solvable: bool | None = None
 
 
 def is_searched(problem: Problem, length: Callable[[], int]) -> bool:
-    """Whether a problem, in a text of `length` bytes, is small enough, and not the conditions of a program, of which
+    """Whether a problem, in a text of `length` bytes, is small enough, and does not come from a program, of which
     only x counts."""
     is_small = problem.n <= MOST_SEARCHED_UNKNOWNS
     return is_small and not isinstance(problem.origin, Program) and length() <= MOST_TEXT_BYTES
 
 
 def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
-    """What a search finds beside z, which solves a problem up to rounding. `exactly` gives that problem, which is to be
-    searched, with its numbers as written. No error in the search counts: the solution is there without it."""
+    """Search for solutions beside z, which solves a problem up to rounding. `exactly` makes that problem, with its
+    numbers as written. An error in the search does not count: the solution is there without it."""
     try:
         return _searched(z, exactly())
     except Exception:  # also of a number with an exponent that is not expanded
@@ -63,7 +63,7 @@ def _searched(z: Vector, data: ExactProblem) -> Findings:
 
 
 def _by_theorem(z: Vector, data: ExactProblem) -> list[Fraction] | None:
-    """The exact solution near z, if a theorem says that there is no other one."""
+    """Return the exact solution near z, if a theorem says that there is no other solution."""
     from lcpcli.enumeration.theorems import POINT, shape
     from lcpcli.verify.exact_solution import from_point
 
@@ -72,7 +72,7 @@ def _by_theorem(z: Vector, data: ExactProblem) -> list[Fraction] | None:
 
 
 def _agree(exact: Sequence[Fraction], z: Vector) -> bool:
-    """Whether two points are the same as they are printed."""
+    """Whether two points are the same when they are printed."""
     from lcpcli.linalg.doubles import size
     from lcpcli.rational.numbers import rounded
 

@@ -43,8 +43,9 @@ class Piece:
 
     vertices, rays, lines : each of length n, exact; rays and lines are directions. An isolated solution is a piece with
         one vertex and nothing else. Where there are lines, the vertices are points, one on each smallest face.
-    states : for each unknown those that it has in all of the piece, which is the set of all z with one of them each:
-        "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i = u_i).
+    states : for each unknown the states that it has on all of the piece, which is the set of all z with one of them
+        each: "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i =
+        u_i).
     """
 
     vertices: Points
@@ -53,7 +54,8 @@ class Piece:
     states: States
 
     def __str__(self) -> str:
-        """In one line: its vertices, rays and lines, without those in the middle where they are many."""
+        """Return the piece in one line: its vertices, rays and lines, without those in the middle where there are
+        many."""
         generators = (self.vertices, self.rays, self.lines)
         vertices, rays, lines = (_elided([_short(point) for point in each]) for each in generators)
         hull = "hull of " * (len(vertices) > 1) + ", ".join(vertices)
@@ -66,7 +68,8 @@ class Piece:
 
     @classmethod
     def of(cls, states: Iterable[States], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
-        """The piece with these generators, each of which has its `states_of`; ArithmeticError if it is none."""
+        """Return the piece with these generators, each of which has its `states_of`; ArithmeticError if it is no
+        piece of solutions."""
         common = (
             tuple(name for name in own[0] if all(name in each for each in own)) for own in zip(*states, strict=True)
         )
@@ -77,7 +80,7 @@ class Piece:
 
 
 def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> States:
-    """The states that each unknown has at a point, or keeps in a direction, by M, q and the bounds."""
+    """Return the states that each unknown has at a point, or keeps in a direction, by M, q and the bounds."""
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
     lower, upper, constants = data.lower, data.upper, data.constants
@@ -97,7 +100,8 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> State
 
 
 def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
-    """The product of pieces of independent blocks, whose unknowns are at these places among n; `check` may raise."""
+    """Return the product of pieces of independent blocks, whose unknowns are at these places among n; `check` may
+    raise."""
     zero: list[Any] = [Fraction(0)] * n
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
@@ -126,12 +130,12 @@ def _elided(parts: list[str]) -> list[str]:
 
 
 def blocks(data: ExactProblem) -> list[list[int]]:
-    """The unknowns of each block, for M block diagonal after a permutation, the small ones first."""
+    """Return the unknowns of each block, for M block diagonal after a permutation, the small blocks first."""
     return sorted(connected(data.n, ((i, j) for i, row in enumerate(data.rows) for j in row)), key=len)
 
 
 def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
-    """The problem of one block."""
+    """Return the problem of one block."""
     place = {i: k for k, i in enumerate(indices)}
     rows = [{place[j]: Fraction(a, data.scales[i]) for j, a in data.rows[i].items()} for i in indices]
     q = [Fraction(data.constants[i], data.scales[i]) for i in indices]
@@ -142,7 +146,7 @@ def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
 
 
 def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
-    """Every maximal piece of the solution set once, in the order in which the tree meets them.
+    """Yield every maximal piece of the solution set once, in the order in which the tree meets them.
 
     `check` is called before each step and may raise. deadline : by `clock.seconds`, for the method that looks for
     a first solution where it is known that there is one, or that all are one piece.
@@ -190,7 +194,7 @@ def _listed(
     states_at: Callable[[Direction], tuple[Point, States]],
     most: float = math.inf,
 ) -> Piece | None:
-    """The piece of a node; None if it takes more than so many bases."""
+    """Return the piece of a node; None if it takes more than `most` bases."""
     listed = generators(node.dictionary, range(unknowns.n), most)
     if listed is None:
         return None
@@ -207,8 +211,9 @@ def _listed(
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
-    """A maximal node that contains a node all of whose points are solutions, and the states that hold in it, as bits:
-    nodes with the states that hold in a piece contain it, so that any leaf that does not lie in it is larger."""
+    """Return a maximal node that contains a node all of whose points are solutions, and the states that hold on it,
+    as bits. Nodes with the states that hold on a piece contain it, so that any leaf that does not lie in it is
+    larger."""
     while True:
         common = unknowns.common_states(node)
         larger = None
@@ -222,7 +227,7 @@ def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
 
 
 def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
-    """Choose the states of unknowns that have only one among some, in solutions that lie in the node."""
+    """Choose the states of unknowns that have only one among these bits, in solutions that lie in the node."""
     for k, mask in enumerate(unknowns.masks):
         if (bits & mask).bit_count() == 1 and node.states[k] is None:
             chosen = unknowns.choose(node, *unknowns.meaning[bits & mask])
@@ -230,7 +235,7 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 
 
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
-    """A solution from the methods of the program, made exact; None if they have none."""
+    """Return a solution from the methods in doubles, made exact; None if they find none."""
     from lcpcli.options import Limits
     from lcpcli.rational import lemke
     from lcpcli.solving import driver

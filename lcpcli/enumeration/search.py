@@ -83,10 +83,10 @@ def solutions(
 class Solutions(Iterator[Piece]):
     """The pieces of a solution set, as they are found; iterating again gives the same ones, without another search.
 
-    problem : the problem, in exact arithmetic. pieces : those found so far, each of which lies in no other one, found
-    or not. complete : whether they are proved to be all. others : whether there are others, None if that is not known.
-    Once there are `max_solutions`, the search goes on for another one for about as many steps as it has taken.
-    Copies, and what has been pickled, have what was found until then, and end with it.
+    problem : the problem, in exact arithmetic. pieces : the pieces found so far, each of which lies in no other piece,
+    found or not. complete : whether they are proved to be all. others : whether there are others, None if that is not
+    known. Once there are `max_solutions`, the search for one more goes on for about as many steps as it has taken.
+    Copies, pickled ones too, have the pieces found until then, and end with them.
     """
 
     def __init__(self, problem: ExactProblem, time_limit: float, most: int | None) -> None:
@@ -110,7 +110,7 @@ class Solutions(Iterator[Piece]):
         return {**self.__dict__, "_search": iter(())}
 
     def __iter__(self) -> Iterator[Piece]:
-        """From the first piece on: those found so far, then further ones."""
+        """Iterate from the first piece on: over the pieces found so far, then further ones."""
         for i in count():
             if i == len(self.pieces) and next(self, None) is None:
                 return
@@ -148,16 +148,17 @@ class Solutions(Iterator[Piece]):
 
     @property
     def points(self) -> list[Point]:
-        """Each isolated solution, and each vertex of a piece, once."""
+        """Return each isolated solution, and each vertex of a piece, once."""
         return list(dict.fromkeys(vertex for piece in self.pieces for vertex in piece.vertices))
 
     @property
     def equilibria(self) -> Equilibria | None:
-        """The equilibria of a game in the pieces found so far; None for other problems."""
+        """Return the equilibria of a game in the pieces found so far; None for other problems."""
         return self.arranged()[2]
 
     def arranged(self) -> tuple[Sequence[Piece], list[Point], Equilibria | None]:
-        """The pieces, the points and the equilibria of a game, each in the order of these; else what was found."""
+        """Return the pieces, the points and the equilibria of a game, each in the order of the equilibria; for other
+        problems the pieces and points as found."""
         if self._players is None:
             return tuple(self.pieces), self.points, None
         return self._players.arranged(self.pieces, self.complete)
@@ -185,8 +186,8 @@ class Solutions(Iterator[Piece]):
 
 
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
-    """All combinations of what some searches find, which are copied, so that each is asked for no more than it takes;
-    those of the last one change last."""
+    """Yield all combinations of the pieces that some searches find, which are copied, so that each search is asked
+    for no more than it takes; the pieces of the last search change last."""
     if not searches:
         yield ()
     for piece in copy(searches[-1]) if searches else ():
@@ -194,8 +195,8 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
 
 
 class SolutionSet:
-    """The solutions of a problem that a search has found, in the order in which they are shown: of a game in that of
-    the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search, which took so many seconds."""
+    """The solutions of a problem that a search has found, in the order in which they are shown, for a game the order
+    of the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search, which took so many seconds."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds
@@ -206,13 +207,13 @@ class SolutionSet:
 
     @property
     def count(self) -> str:
-        """How many solutions were found, or equilibria, in words."""
+        """Return how many solutions, or equilibria, were found, in words."""
         words = self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
         return words + " found" * (not self.complete)
 
     @property
     def message(self) -> str:
-        """The whole in one sentence."""
+        """Return the outcome in one sentence."""
         if self.status == UNSOLVABLE:
             from lcpcli.solving.no_minimum import undecided
 
@@ -246,7 +247,7 @@ class SolutionSet:
 
 
 def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:
-    """The exact value of the program's objective at the x of z, in its own sense and with its constant."""
+    """Return the exact value of the program's objective at the x of z, in its own sense and with its constant."""
     x, k = z[: program.variables], program.variables
     total = Fraction(0)
     for i, value in enumerate(x):

@@ -33,7 +33,7 @@ Rows = list[list[int]]
 
 
 def shape(data: ExactProblem, check: Callable[[], None]) -> str:
-    """What the solutions are proved to be at most: POINT, PIECE or, if nothing is proved, ""."""
+    """Return what the solutions are proved to be at most: POINT, PIECE or, if nothing is proved, ""."""
     game = data.problem.origin
     if isinstance(game, Game):
         rows = zip(*game.payoffs(), strict=True)
@@ -52,7 +52,7 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
 
 
 def _integers(data: ExactProblem) -> Rows:
-    """M times one number."""
+    """Return M times a number that makes its entries integers."""
     common = math.lcm(*data.scales)
     multiples = [common // scale for scale in data.scales]
     return [[row.get(j, 0) * k for j in range(data.n)] for row, k in zip(data.rows, multiples, strict=True)]
@@ -69,7 +69,7 @@ def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
 
 
 def _symmetric(M: Rows) -> Rows:
-    """M + M'."""
+    """Return M + M'."""
     return [[M[i][j] + M[j][i] for j in range(len(M))] for i in range(len(M))]
 
 
@@ -86,14 +86,15 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 
 def _whole(d: Vector) -> list[int]:
-    """Positive numbers times one number, rounded to integers."""
+    """Return positive numbers times one factor, rounded to integers."""
     values = fractions_of(d)
     unit = min(values) / 2**MULTIPLIER_BITS
     return [int(value / unit) for value in values]
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
-    """The unknowns of the strongly connected parts of M; of a small problem, for which scipy is not loaded, all."""
+    """Return the unknowns of the strongly connected parts of M; of a small problem, for which scipy is not loaded,
+    all."""
     if data.n <= MOST_WITHOUT_THEOREM:
         return [range(data.n)]
     from scipy.sparse import csr_array
@@ -108,8 +109,8 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
-    """d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite, so that M is a
-    P-matrix (G. W. Cross, Linear Algebra and its Applications 20 (1978) 253-263); None if none is found.
+    """Return d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite, so that
+    M is a P-matrix (G. W. Cross, Linear Algebra and its Applications 20 (1978) 253-263); None if none is found.
 
     d is sought by cutting planes (J. E. Kelley, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors
     v that have been found wanting, at the middle between the last d and the best one for these.

@@ -17,7 +17,7 @@ MOST_LOOPED_ENTRIES = 32  # up to which Python's own loop is faster than a reduc
 
 
 def largest(v: Vector) -> float:
-    """The largest |v_i| of a vector; 0 if it is empty, NaN or infinite if an entry is NaN. It never warns."""
+    """Return the largest |v_i| of a vector; 0 if it is empty, NaN or infinite if an entry is NaN. It never warns."""
     if v.size > MOST_LOOPED_ENTRIES:
         return float(np.abs(v).max())
     values = v.tolist()
@@ -25,7 +25,7 @@ def largest(v: Vector) -> float:
 
 
 def size(v: Vector) -> float:
-    """The largest |v_i|, infinite if an entry is NaN."""
+    """Return the largest |v_i|, infinite if an entry is NaN."""
     value = largest(v)
     return value if value < math.inf else math.inf
 
@@ -36,7 +36,7 @@ def is_finite(v: Vector) -> bool:
 
 
 def least(v: Vector) -> float:
-    """The smallest entry, NaN if one is NaN."""
+    """Return the smallest entry, NaN if one is NaN."""
     if v.size > MOST_LOOPED_ENTRIES:
         return float(v.min())
     values = v.tolist()
@@ -50,7 +50,7 @@ def are_moderate(values: Vector) -> bool:
 
 
 def sizes(values: Vector) -> tuple[float, float]:
-    """The least |value| but 0, infinite if there is none, and the largest."""
+    """Return the least nonzero |value|, infinite if there is none, and the largest."""
     if values.size <= MOST_LOOPED_ENTRIES:
         found = list(map(abs, filter(None, values.ravel().tolist())))
         return (min(found), max(found)) if found else (math.inf, 0.0)

@@ -26,12 +26,12 @@ Operator = Callable[[Vector], Vector]
 
 
 def dot(u: Vector, v: Vector) -> float:
-    """u'v without BLAS."""
+    """Return u'v without BLAS."""
     return float(np.einsum("i,i->", u, v))
 
 
 def norm(v: Vector) -> float:
-    """|v|_2 without BLAS."""
+    """Return |v|_2 without BLAS."""
     return float(np.sqrt(dot(v, v)))
 
 
@@ -42,7 +42,7 @@ def conjugate_gradients(
 
     A, precondition : products with A and with a symmetric positive definite approximate inverse; they return new
         arrays, or precondition its argument itself.
-    Returns the last x, and the norm of its residual by the recursion.
+    Return the last x, and the norm of its residual by the recursion.
     """
     x = x.copy()
     r = b - A(x)
@@ -104,12 +104,12 @@ def bicgstab(
 
 
 def identity(v: Any) -> Any:
-    """No preconditioner."""
+    """Return v, as no preconditioner."""
     return v
 
 
 def ends(M: Matrix) -> tuple[float, float] | None:
-    """Rough smallest and largest eigenvalues of a symmetric positive definite M; None for any other M."""
+    """Return rough smallest and largest eigenvalues of a symmetric positive definite M; None for any other M."""
     solve = definite_solver(M)
     if solve is None:
         return None
@@ -117,7 +117,8 @@ def ends(M: Matrix) -> tuple[float, float] | None:
 
 
 def _rayleigh(product: Operator, n: int) -> float:
-    """The Rayleigh quotient of a symmetric positive definite operator after EIGENVALUE_STEPS of power iteration."""
+    """Return the Rayleigh quotient of a symmetric positive definite operator after EIGENVALUE_STEPS of power
+    iteration."""
     v: Vector = np.random.default_rng(0).standard_normal(n)
     size = 0.0
     for _ in range(EIGENVALUE_STEPS):

@@ -24,7 +24,7 @@ MUCH_FILL = 10  # entries of L for each of M, beyond which the search for a mini
 
 def affordable(M: Matrix) -> bool:
     """Whether a factorization of M costs little enough to be a side computation; better orders than that of the band
-    usually save most of it."""
+    usually save most of its cost."""
     if not is_sparse(M):
         return bool(M.shape[0] <= MOST_DENSE_ROWS)
     band = Band(M)
@@ -32,7 +32,7 @@ def affordable(M: Matrix) -> bool:
 
 
 def _symmetric(M: Matrix) -> Matrix:
-    """|M| + |M'|."""
+    """Return |M| + |M'|."""
     return (abs(M) + abs(M.T)).tocsr()
 
 
@@ -55,7 +55,7 @@ class Band:
 
 
 def order_of(M: Matrix) -> str:
-    """The order that SuperLU is to look for, for diagonal pivots of a sparse M: that of minimum degree, or COLAMD's.
+    """Return the order that SuperLU is to look for, for diagonal pivots of a sparse M: minimum degree, or COLAMD.
 
     SuperLU holds the interpreter's lock in this search, so that neither Ctrl-C nor a time limit can end the wait for
     it. Minimum degree gives less fill, but takes minutes where the graph of M has no small separators, and L is nearly
@@ -78,7 +78,7 @@ def _spreads(M: Matrix) -> bool:
 
 
 def fill(M: Matrix, most: int) -> int:
-    """The entries below the diagonal of L, for diagonal pivots of M + M' in order of the entries of their rows.
+    """Count the entries below the diagonal of L, for diagonal pivots of M + M' in order of the entries of their rows.
 
     For the conditions of programs this order is not much worse than those of minimum degree, and it takes no time. M is
     sparse, of shape (n, n). Counting ends above `most`, and by TimeIsUp.
@@ -105,7 +105,7 @@ def fill(M: Matrix, most: int) -> int:
 
 
 def signs(M: Matrix) -> Vector | None:
-    """S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and j; None if there is none.
+    """Return S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and j; None if there is none.
 
     If M + M' is positive semidefinite and D positive, S (M + D) is then quasidefinite and has LDL' factors for every
     order of the pivots (R. J. Vanderbei, Symmetric quasidefinite matrices, SIAM J. Optim. 5 (1995) 100-113).

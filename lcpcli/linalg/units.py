@@ -48,16 +48,17 @@ class Units(NamedTuple):
     parts: int
 
     def largest_of_rows(self, values: Vector) -> Vector:
-        """The largest value in each component, for values of the rows of shape (..., n); minus infinity if none."""
+        """Return the largest value in each component, for values of the rows of shape (..., n); minus infinity if
+        none."""
         return _largest(values, self.row_part, self.parts)
 
     def largest_of_columns(self, values: Vector) -> Vector:
-        """The largest value in each component, for values of the columns of shape (..., n)."""
+        """Return the largest value in each component, for values of the columns of shape (..., n)."""
         return _largest(values, self.column_part, self.parts)
 
 
 def units(M: Matrix) -> Units:
-    """The units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
+    """Return the units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
     if is_sparse(M):
         return _sparse_units(M)
     n, weights = M.shape[0], _exponents(np.ascontiguousarray(M))
@@ -94,15 +95,16 @@ def _sparse_units(M: Matrix) -> Units:
 
 
 def _exponents(values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """e with 2^(e - 1) <= |a| < 2^e, read from the bits of the doubles; those of 0 and subnormal numbers are -1022."""
+    """Return e with 2^(e - 1) <= |a| < 2^e, read from the bits of the doubles; e of 0 and of subnormal numbers is
+    -1022."""
     return (values.view(np.int64) >> 52 & EXPONENT) - BIAS
 
 
 def _least_squares(
     exponents: Matrix, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
 ) -> tuple[Vector, Vector]:
-    """rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate gradients on
-    the normal equations, preconditioned by their diagonal.
+    """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
+    gradients on the normal equations, preconditioned by their diagonal.
 
     counts : how many entries there are in rows and in columns, shape (2, n). times, transposed : products with the
     matrix that has ones for the entries, and with its transpose.
@@ -128,7 +130,8 @@ def _least_squares(
 
 
 def _components(used: Mask) -> tuple[Indices, Indices, int]:
-    """The components of rows and of columns where entries are used, and how many there are, by breadth-first search."""
+    """Return the components of rows and of columns where entries are used, and their number, by breadth-first
+    search."""
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
     for i in range(n):
@@ -157,7 +160,7 @@ def _largest(values: Vector, part: Indices, parts: int) -> Vector:
 
 
 def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vector, Vector]:
-    """Diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
+    """Return diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
 
     Rows and columns are divided simultaneously by the square roots of their largest entries (D. Ruiz, A scaling
     algorithm to equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), repeatedly until every largest
@@ -205,10 +208,11 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
 
 
 def range_of_units(least: float, largest: float) -> tuple[float, float]:
-    """Bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are far
-    from each other or from 1.
+    """Return bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are
+    far from each other or from 1.
 
-    The largest entry of each row and column lies between the two. If both ask for the same power of two, that is it.
+    The largest entry of each row and column lies between these two. If both ask for the same power of two, the bounds
+    are equal.
     """
     if not (least > 0 and largest <= least * SURELY_NEAR_RATIO and least > 1 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
         return 0.0, math.inf
@@ -225,5 +229,5 @@ def _are_far_apart(sizes: Vector) -> bool:
 
 
 def _half_power(sizes: Vector) -> Vector:
-    """Half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
+    """Return half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
     return np.asarray(np.rint(0.5 * np.log2(sizes, where=sizes > 0, out=np.zeros_like(sizes))))

@@ -43,7 +43,8 @@ MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as
 
 
 def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
-    """Exchange all indices whose z or w is negative; after PATIENCE steps without a new minimum, only the least one.
+    """Exchange all indices whose z or w is negative; after BLOCK_PATIENCE steps without a new minimum, only the least
+    one.
 
     Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. For
     other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
