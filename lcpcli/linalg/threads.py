@@ -87,7 +87,7 @@ _changing = threading.Lock()  # held while the number is not the one of the proc
 
 @contextmanager
 def limited(number: int) -> Iterator[None]:
-    """A context in which the BLAS uses that many threads, if threadpoolctl is installed.
+    """Open a context in which the BLAS uses that many threads, if threadpoolctl is installed.
 
     As the number belongs to the process, only the first of overlapping contexts, nested or in threads, changes it.
     """

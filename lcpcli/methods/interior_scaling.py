@@ -78,9 +78,9 @@ def scaled(problem: Problem) -> Scaled:
 
 
 def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
-    """D for which the entries of D M D are about 1, and D q and the bounds D^-1 l and D^-1 u of one size, where those
-    of M are far apart: Ruiz's scaling does not settle what bipartite parts of M leave open. Else a common factor, if
-    they are all far from 1.
+    """Return D for which the entries of D M D are about 1, and D q and the bounds D^-1 l and D^-1 u of one size, where
+    those of M are far apart: Ruiz's scaling does not settle what bipartite parts of M leave open. Else a common factor,
+    if they are all far from 1.
 
     Least squares for the logarithms: A. R. Curtis, J. K. Reid, On the automatic scaling of matrices for Gaussian
     elimination, IMA J. Appl. Math. 10 (1972) 118-124.

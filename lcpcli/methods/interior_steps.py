@@ -64,7 +64,7 @@ class Steps:
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> Point:
-        """z near the reference point, with slacks and multipliers of at least `slack`.
+        """Return a z near the reference point, with slacks and multipliers of at least `slack`.
 
         Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables; slacks from z and multipliers
         from w, shifted to be positive.

@@ -37,7 +37,7 @@ class Variant:
 
 
 def parse(text: str) -> Variant:
-    """The variant written METHOD or METHOD:OPTION=VALUE,...; an addition such as scale may stand alone.
+    """Return the variant written METHOD or METHOD:OPTION=VALUE,...; an addition such as scale may stand alone.
 
     Raises OptionError for an unknown method, for an option that it does not have, and for a value out of range.
     """

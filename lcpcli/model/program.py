@@ -59,7 +59,7 @@ class ProgramData(NamedTuple):
         return ProgramData(self.Q, self.c, self.A, *row_ends, *ends)
 
     def conditions(self) -> Conditions:
-        """The first-order conditions in z = (x, y, s).
+        """Return the first-order conditions in z = (x, y, s).
 
         y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row with only a lower or an upper
         bound, 0 for one with none; w is then Ax minus the bound. For a row i between two bounds, y_i is free and

@@ -42,7 +42,7 @@ def from_qp(
     infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
-    """The conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <= row_upper and lower <= x <= upper.
+    """Return the conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <= row_upper and lower <= x <= upper.
 
     Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program. If it is positive
         semidefinite, the solutions of the conditions are the minimizers, else the first-order stationary points.
@@ -94,7 +94,7 @@ def from_qpsolvers(
     infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
-    """The conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the names of qpsolvers.
+    """Return the conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the names of qpsolvers.
 
     P : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program.
     q : shape (k,).
@@ -122,7 +122,7 @@ def from_osqp(
     u: BoundLike = None,
     **texts: str,
 ) -> Problem:
-    """The conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the names of OSQP.
+    """Return the conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the names of OSQP.
 
     P : shape (k, k), symmetric, or the upper triangle of that; dense, nested sequences or scipy sparse; None for a
         linear program.
@@ -260,7 +260,7 @@ def from_game(
     source: str = "",
     note: str = "",
 ) -> Problem:
-    """The LCP whose solutions are the equilibria of a game in which both players maximize.
+    """Return the LCP whose solutions are the equilibria of a game in which both players maximize.
 
     A, B : payoffs of the row and of the column player, both of shape (m, k); in lists also fractions, "1/3".
     rows, columns : names of the strategies, or nothing; by default the labels of A, if it has texts as labels.

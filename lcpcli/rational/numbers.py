@@ -122,7 +122,7 @@ def sign_of_product(a: Vector, y: Vector) -> int:
 
 
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
-    """a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
+    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
 
     A subnormal result is rounded away from 0, so that only 0 becomes 0.
     """

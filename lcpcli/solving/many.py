@@ -106,7 +106,7 @@ def solve_many(
 
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
-    """Raise ProblemError or OptionError for what is no iterable of Problems, or has bounds beside it."""
+    """Raise ProblemError or OptionError unless the problems are an iterable of Problems, given without bounds."""
     if not isinstance(problems, Iterable) or is_sparse(problems) or isinstance(problems, np.ndarray):
         raise ProblemError("Q", "is missing", "give M and Q, or an iterable of Problems")
     for name, bound in bounds.items():

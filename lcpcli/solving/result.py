@@ -71,7 +71,7 @@ class Status(Enum):
 
     @property
     def exit_code(self) -> int:
-        """0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted (as shells report SIGINT)."""
+        """The exit code: 0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted (as in shells)."""
         return {"SOLVED": 0, "INFEASIBLE": 3, "UNSOLVABLE": 3, "INTERRUPTED": 130}.get(self.name, 1)
 
 
@@ -218,7 +218,7 @@ class Result:
 
     @property
     def states(self) -> list[str] | None:
-        """The basis, of a problem with bounds; None for an LCP, where z says it."""
+        """The basis of a problem with bounds; None for an LCP, where z shows it."""
         return self.basis if self.problem.bounds else None
 
     @property
@@ -279,7 +279,7 @@ class Result:
 
     @property
     def word(self) -> str:
-        """The word of the status; of a program without an optimum the word of its answer: unbounded, say."""
+        """The word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
         return word_of(self.status.word, getattr(self.answer, "proved", None))
 
     @property

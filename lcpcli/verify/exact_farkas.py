@@ -91,7 +91,7 @@ def _active(data: ExactProblem, y: Vector) -> list[int]:
 
 
 def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
-    """y changed on its support so that M'y vanishes in the active columns: its large entries, by the others."""
+    """Return y, changed on its support, in large entries above all, so that M'y vanishes in the active columns."""
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
         return y
@@ -107,10 +107,11 @@ def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly
 
 
 def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
-    """The y of `data.refuted_by`, of integers without a common divisor; None if there is such a z, and so no y.
+    """Return a y as for `data.refuted_by`, in integers without a common divisor; None if some z within its bounds has w
+    with the signs that the bounds ask for, so that there is no y.
 
-    If there is none, a sign that is asked for is violated wherever all earlier ones are kept, by a row of a dictionary:
-    y consists of its coefficients. `check` is called before each pivot and may raise.
+    If there is no such z, a row of a dictionary shows that one of these signs is violated wherever all earlier ones
+    hold: y consists of its coefficients. `check` is called before each pivot and may raise.
     """
     unknowns, n = Unknowns(data, check), data.n
     rows, factors, kept = unknowns.forms()

@@ -94,7 +94,7 @@ class Verification:
 
     @property
     def exit_code(self) -> int:
-        """0 if the answer is accepted, else 1."""
+        """The exit code: 0 if the answer is accepted, else 1."""
         return 0 if self.accepted else 1
 
 
