@@ -12,9 +12,8 @@ from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_spars
 from lcpcli.model.box import Box
 from lcpcli.typing import Indices, Matrix, Vector
 
-CANCELLATION = (
-    1000  # the factor by which terms of a row of M z + q may exceed their sum: beyond it, the row is summed exactly
-)
+# The factor by which the terms of a row of M z + q may exceed their sum: beyond it, the row is summed exactly.
+CANCELLATION = 1000
 
 
 @dataclass(frozen=True, eq=False)
