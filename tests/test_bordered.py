@@ -9,7 +9,7 @@ from scipy import sparse
 from lcpcli import Problem, from_qp, run
 from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.shifted_systems import MOST, Bordered, SuperLU, dense_places
+from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
 
 
 def arrow(n: int, places: list[int], random: np.random.Generator) -> sparse.csr_array:
@@ -52,7 +52,7 @@ def test_a_singular_border_is_told() -> None:
 
 
 def test_many_dense_rows_are_no_border() -> None:
-    assert not dense_places(arrow(900, list(range(MOST + 1)), np.random.default_rng(0))).size
+    assert not dense_places(arrow(900, list(range(MOST_SPLIT_OFF + 1)), np.random.default_rng(0))).size
     assert not dense_places(sparse.csr_array(np.ones((50, 50)))).size
 
 

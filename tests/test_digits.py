@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 
 from lcpcli import Problem, run
 from lcpcli.gallery import families
-from lcpcli.verify.digits import MOST, fewest
+from lcpcli.verify.digits import DOUBLE_DIGITS, fewest
 
 from .conftest import Outcome
 
@@ -35,7 +35,8 @@ def rational_problem(seed: int, condition: float) -> tuple[Problem, list[Fractio
 
 def right_digits(z: np.ndarray, solution: list[Fraction]) -> float:
     errors = [abs(Fraction(a) - b) / b for a, b in zip(z.tolist(), solution, strict=True)]
-    return min(float(np.clip(-np.log10(float(error)), 0, MOST)) if error else MOST for error in errors)
+    digits = (float(np.clip(-np.log10(float(error)), 0, DOUBLE_DIGITS)) if error else DOUBLE_DIGITS for error in errors)
+    return min(digits)
 
 
 def test_digits_of_two_hundred_problems_with_conditions_up_to_1e16() -> None:
@@ -66,7 +67,7 @@ def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored() -> None:
 
 
 def test_bounds_are_exact_and_several_solutions_have_no_digits() -> None:
-    assert run(Problem([[2.0, 0.0], [0.0, 1.0]], [-1.0, 1.0])).digits == [MOST, MOST]
+    assert run(Problem([[2.0, 0.0], [0.0, 1.0]], [-1.0, 1.0])).digits == [DOUBLE_DIGITS, DOUBLE_DIGITS]
     assert run(Problem([[1.0, 1.0], [1.0, 1.0]], [-1.0, -1.0], lower=-1.0, upper=3.0), z0=[0.4, 0.6]).digits is None
     assert run(Problem([[0.0, -1.0], [1.0, 0.0]], [-1.0, -1.0])).digits is None, "not solved"
 

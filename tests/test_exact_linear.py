@@ -51,7 +51,7 @@ def test_flint_gives_the_same_numbers(system: tuple[Rows, list[int]]) -> None:
     pytest.importorskip("flint")
     own = solve(*system), inverse(system[0])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(linear, "SMALL", 0)
+        patch.setattr(linear, "MOST_PLAIN_ROWS", 0)
         assert (solve(*system), inverse(system[0])) == own
 
 
@@ -79,7 +79,7 @@ def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch: pytes
     pytest.importorskip("flint")
     A, b = [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)], list(range(20))
     here = linear.solve(A, b), linear.solve(A[:18], b[:18])
-    monkeypatch.setattr(linear, "LONG", -1.0)
+    monkeypatch.setattr(linear, "LONG_CALL_SECONDS", -1.0)
     assert (linear.solve(A, b), linear.solve(A[:18], b[:18])) == here
     with pytest.raises(TimeIsUp), within(0.0):
         linear.solve(A, b)

@@ -205,7 +205,7 @@ def test_problem_excluded_in_doubles_is_decided_as_written(lcp: Callable[..., An
 def test_without_a_proof_the_exit_code_is_one(
     lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(proof, "SEARCH", 0.0)
+    monkeypatch.setattr(proof, "EXACT_SEARCH_SECONDS", 0.0)
     file = tmp_path / "face.json"
     file.write_text(FACE)
     outcome = lcp("solve", str(file), "--exact", "--format", "json")

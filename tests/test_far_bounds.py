@@ -162,5 +162,5 @@ def test_only_far_bounds_are_left_out_at_first() -> None:
     assert change.problem.box.kinds == {"free": 4, "lower bound": 3, "upper bound": 1, "fixed": 1}
     z = np.array([1.5, 0, 0, 0, 0, 0, 1.5, 1.5, 0])
     x = change.back(change.problem.box.x_of(z, change.problem.w(z)))
-    assert change.given.box.z_of(x).tolist() == z.tolist()
-    assert (z - 2 * x).tolist() == change.given.w(z).tolist()
+    assert change.original.box.z_of(x).tolist() == z.tolist()
+    assert (z - 2 * x).tolist() == change.original.w(z).tolist()

@@ -38,7 +38,7 @@ def with_solution(M: Vector, seed: int) -> tuple[Problem, Vector]:
     return Problem(M, w - M @ z, solutions=[z]), x
 
 
-@pytest.mark.parametrize("n", [5, factors.SMALL + 20])
+@pytest.mark.parametrize("n", [5, factors.MOST_NUMPY_ROWS + 20])
 @pytest.mark.parametrize("kind", ["dense", "sparse", "nonsymmetric"])
 def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
     M, _ = positive_definite(n, 1)

@@ -72,7 +72,7 @@ def test_singular_matrix_is_refused_by_name(M: list[list[float]]) -> None:
 
 @pytest.mark.parametrize("sparse", [False, True])
 def test_singular_matrix_is_refused_however_large(sparse: bool) -> None:
-    n = factors.SMALL + 1
+    n = factors.MOST_NUMPY_ROWS + 1
     M = -np.eye(n)
     M[0, 0] = 1.0
     result = run(Problem(csr_array(M) if sparse else M, -np.ones(n)), "fixed-point")
@@ -86,7 +86,7 @@ def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(M: list[list[flo
     assert run(problem, "fixed-point", limits=Limits(max_iterations=3)).status is Status.ITERATION_LIMIT
 
 
-@pytest.mark.parametrize("n", [factors.SMALL, factors.SMALL + 1])
+@pytest.mark.parametrize("n", [factors.MOST_NUMPY_ROWS, factors.MOST_NUMPY_ROWS + 1])
 def test_small_large_and_sparse_matrices_give_the_same_iterates(n: int) -> None:
     generator = np.random.default_rng(n)
     S = diags_array([-np.ones(n - 1), 4 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])

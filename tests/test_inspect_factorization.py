@@ -60,7 +60,7 @@ def test_factors_of_a_banded_matrix_have_the_entries_of_its_band(width: int, mon
         assert found["note"] is None
     monkeypatch.undo()
     pytest.importorskip("qdldl")
-    monkeypatch.setattr(shifted_systems, "PATIENCE", np.inf)
+    monkeypatch.setattr(shifted_systems, "PATIENCE_SECONDS", np.inf)
     found = shown(problem(banded(width)))
     assert found is not None
     assert (found["library"], found["nonzeros"], found["factor_nonzeros"]) == ("QDLDL", both, one)

@@ -17,7 +17,7 @@ from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.model.columns import Columns
 from lcpcli.typing import Vector
-from lcpcli.verify.measure import NEGLIGIBLE, Measure
+from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
 from lcpcli.verify.point import Criterion, Point
 
 from . import exact_measure, mixed_problems
@@ -62,7 +62,7 @@ def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(se
     for size in (0.0, 1e-17, 1e-15, 1e-12, 1e-9, 1e-3, 1.0):
         z = problem.box.project(solution * (1 + size * random.standard_normal(problem.n)))
         measured, true = relative_residual(problem, z), exact_measure.relative_residual(problem, z)
-        assert measured == pytest.approx(true, rel=NEGLIGIBLE, abs=ROUNDING)
+        assert measured == pytest.approx(true, rel=NEGLIGIBLE_ROUNDING, abs=ROUNDING)
 
 
 @pytest.mark.parametrize("seed", range(100))

@@ -46,14 +46,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_single_solve_says_whether_there_are_others(
     name: str, told: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(others, "SECONDS", 60)
+    monkeypatch.setattr(others, "OTHERS_SECONDS", 60)
     assert lcp("solve", f"{name}.json").out.splitlines()[1].endswith(told)
     assert json.loads(lcp("solve", f"{name}.json", "--format", "json").out)["others"] is told.startswith("; one of")
 
 
 @pytest.mark.usefixtures("folder")
 def test_single_solve_says_nothing_where_nothing_is_known(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(others, "SECONDS_SMALL", 1e-9)
+    monkeypatch.setattr(others, "QUICK_SECONDS", 1e-9)
     assert "solution" not in lcp("solve", "murty.json").out.splitlines()[1]
     assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None
 
@@ -61,10 +61,10 @@ def test_single_solve_says_nothing_where_nothing_is_known(lcp: Lcp, monkeypatch:
 def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(others, "SECONDS", 60)
+    monkeypatch.setattr(others, "OTHERS_SECONDS", 60)
     infeasible, definite = families.make("infeasible", 5, 0), families.make("tridiagonal", 10, 0)
     assert others.search_others(np.zeros(5), lambda: ExactProblem.of_decimals(infeasible)).others is None
-    assert not others.is_searched(families.make("tridiagonal", others.MOST + 1, 0), 1000)
+    assert not others.is_searched(families.make("tridiagonal", others.MOST_SEARCHED_UNKNOWNS + 1, 0), 1000)
     found = others.search_others(run(definite).z, lambda: ExactProblem.of_decimals(definite))
     assert found == others.Findings(others=False, solvable=True)
 

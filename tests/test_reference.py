@@ -59,7 +59,7 @@ def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch: py
     assert (exactly.reference, exactly.solutions[0].tolist()) == ("exact", [1 / 3, 0.0])
     monkeypatch.setitem(sys.modules, "flint", None)
     assert with_reference(problem).reference == "exact"
-    monkeypatch.setattr(reference, "MOST_UNKNOWNS", 1)
+    monkeypatch.setattr(reference, "MOST_EXACT_UNKNOWNS", 1)
     assert with_reference(problem).reference == "computed"
     assert with_reference(problem).solutions[0].tolist() == [1 / 3, 0.0]
 

@@ -18,7 +18,7 @@ from lcpcli.bench.runs import REST, Answer, measure, run_method, run_peer
 from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError
 from lcpcli.linalg import threads
-from lcpcli.linalg.matrices import THREADED
+from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS
 from lcpcli.model.problem import Problem
 from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers
@@ -109,7 +109,7 @@ def _measured(case: Case, problem: Problem, checker: Checker, solver: str, recor
         answer = Answer(None, "", EXCLUDED, reason, 0.0)
     else:
         solve = partial(run_peer if kind == "peer" else run_method, solver, problem, options.tol, options.time_limit)
-        rest = REST if problem.n >= THREADED and record.machine.threads != 1 else 0.0
+        rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0
         answer, seconds = measure(solve, options.budget, rest)
     curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None
     return Measurement(

@@ -211,7 +211,7 @@ def referred(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
     from lcpcli.solving import reference
 
     try:
-        seconds = min(limits.time_limit, reference.SECONDS)
+        seconds = min(limits.time_limit, reference.REFERENCE_SECONDS)
         return [reference.with_reference(problem, seconds) for problem in problems]
     except KeyboardInterrupt:
         tell("interrupted while solving for the reference of the errors, before the first run")

@@ -23,7 +23,7 @@ from lcpcli.rational.polyhedra import Point, Vertex, connected
 class Equilibrium:
     """An extreme equilibrium.
 
-    row, column : the strategies, exact probabilities. payoffs : what the row and the column player get.
+    row, column : the strategies, exact probabilities. payoffs : the payoffs of the row and the column player.
     index : 1 or -1; None where the game is degenerate: where a strategy has more pure best replies than it plays. If no
         equilibrium is of this kind, the indices of all sum to 1.
     """
@@ -41,8 +41,8 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class NashSubset:
-    """A maximal Nash subset: all convex combinations of these strategies of each player, in any pairing; and which
-    extreme equilibria they pair up to, counted from 0."""
+    """A maximal Nash subset: all convex combinations of these strategies of each player, in any pairing; and the
+    extreme equilibria that its strategies form, counted from 0."""
 
     rows: tuple[Point, ...]
     columns: tuple[Point, ...]
@@ -77,15 +77,16 @@ class Players:
         self._strategies: dict[Vertex, Vertex] = {}  # each once, as many equilibria may share it
 
     def take(self, solutions: Sequence[Point], check: Callable[[], None]) -> None:
-        """Make equilibria of extreme solutions; ArithmeticError if one is none. `check` is called before each."""
+        """Make equilibria of extreme solutions; ArithmeticError if one is no equilibrium. `check` is called before
+        each."""
         for z in solutions:
             if z not in self._found:
                 check()
                 self._found[z] = self._equilibrium(z)
 
     def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
-        """Some pieces whose vertices were taken and these, in the order of their equilibria, which come last; complete
-        if they are proved to be all."""
+        """Return some pieces whose vertices were taken, and these vertices, in the order of their equilibria, which
+        come last; complete : whether the pieces are proved to be all."""
         found = {z: self._found[z] for piece in pieces for z in piece.vertices}
         points = sorted(found, key=lambda z: (found[z].row, found[z].column), reverse=True)
         place = {z: k for k, z in enumerate(points)}
@@ -100,7 +101,7 @@ class Players:
         return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
 
     def _equilibrium(self, z: Point) -> Equilibrium:
-        """The equilibrium of the strategies whose multiples z consists of."""
+        """Return the equilibrium of the strategies whose multiples z consists of."""
         m = len(self._row.payoffs)
         x, y = (self._strategies.setdefault(own, own) for own in map(_strategy, (z[:m], z[m:])))
         (by_row, rows), (by_column, columns) = self._row.best(x, y), self._column.best(y, x)
@@ -109,14 +110,15 @@ class Players:
         return Equilibrium(x, y, (by_row, by_column), self._index(rows, columns) if is_regular else None)
 
     def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
-        """The sign of the determinants of the positive payoffs on the supports, and -1 for each but one strategy in
-        these (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189); 1 for a pure one."""
+        """Return the sign of the determinants of the positive payoffs on the supports, times -1 for each strategy
+        but one in the supports (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189); 1 for a pure
+        equilibrium."""
         signs = [self._row.determinant(rows, columns) > 0, self._column.determinant(columns, rows) > 0]
         return 1 if (len(rows) % 2 == 1) == (signs[0] == signs[1]) else -1
 
 
 class _Player:
-    """A player's payoffs for its strategies in integers, divided by `common`, and the least of them."""
+    """A player's payoffs for its strategies in integers, divided by `common`, and the least payoff."""
 
     def __init__(self, payoffs: Payoffs) -> None:
         self.common = lcm(*(value.denominator for row in payoffs for value in row))
@@ -124,18 +126,18 @@ class _Player:
         self._least = min(map(min, self.payoffs))
 
     def best(self, own: Point, other: Point) -> tuple[Fraction, list[int]]:
-        """What a best reply to the other player's strategy gets, and which strategies are one; ArithmeticError if those
-        of the own one are not."""
+        """Return the payoff of a best reply to the other player's strategy, and which strategies are best replies;
+        ArithmeticError if the strategies that the player itself plays are not."""
         weights, d = over_one_denominator(other)
         played = [(j, weight) for j, weight in enumerate(weights) if weight]
         values = [sum(row[j] * weight for j, weight in played) for row in self.payoffs]
         best = max(values)
         if any(value < best for value, probability in zip(values, own, strict=True) if probability):
-            raise ArithmeticError("an equilibrium that was found is none")
+            raise ArithmeticError("a point that was taken for an equilibrium is none")
         return Fraction(best, self.common * d), [i for i, value in enumerate(values) if value == best]
 
     def determinant(self, own: Sequence[int], others: Sequence[int]) -> int:
-        """The determinant of the payoffs on the supports plus a constant that makes all payoffs positive."""
+        """Return the determinant of the payoffs on the supports plus a constant that makes all payoffs positive."""
         return linear.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
 
 

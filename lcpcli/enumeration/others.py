@@ -16,30 +16,31 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.typing import Vector
 
-SMALL, SECONDS_SMALL = 10, 0.5  # a search among so few unknowns takes milliseconds, if the machine is not busy
-SECONDS = 0.05
-MOST = 50  # unknowns; the search for more has steps that take longer
-LONGEST = 200_000  # bytes of its text, as there is no limit on digits: longer ones may take seconds to compute with
+QUICK_UNKNOWNS, QUICK_SECONDS = 10, 0.5  # a search among so few takes milliseconds, if the machine is not busy
+OTHERS_SECONDS = 0.05  # for more unknowns: a delay of the answer that nobody notices
+MOST_SEARCHED_UNKNOWNS = 50  # the search for more has steps that take longer than the time limit
+MOST_TEXT_BYTES = 200_000  # as there is no limit on digits: longer texts may take seconds to compute with
 AGREEMENT = 1e-7  # of the largest component: two points that are this close are the same as they are printed
 
 
 class Findings(NamedTuple):
-    """Whether there are other solutions than z, and whether there is an exact one; None if that is not found out, or if
-    the only one is not z, as far as z is printed."""
+    """Whether there are other solutions than z, and whether there is an exact one; None if that is not decided, or
+    if the only solution is not z, as far as z is printed."""
 
     others: bool | None = None
     solvable: bool | None = None
 
 
 def is_searched(problem: Problem, length: Callable[[], int]) -> bool:
-    """Whether a problem, in a text of `length` bytes, is small enough, and not the conditions of a program, of which
+    """Whether a problem, in a text of `length` bytes, is small enough, and does not come from a program, of which
     only x counts."""
-    return problem.n <= MOST and not isinstance(problem.origin, Program) and length() <= LONGEST
+    is_small = problem.n <= MOST_SEARCHED_UNKNOWNS
+    return is_small and not isinstance(problem.origin, Program) and length() <= MOST_TEXT_BYTES
 
 
 def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
-    """What a search finds beside z, which solves a problem up to rounding. `exactly` gives that problem, which is to be
-    searched, with its numbers as written. No error in the search counts: the solution is there without it."""
+    """Search for solutions beside z, which solves a problem up to rounding. `exactly` makes that problem, with its
+    numbers as written. An error in the search does not count: the solution is there without it."""
     try:
         return _searched(z, exactly())
     except Exception:  # also of a number with an exponent that is not expanded
@@ -47,11 +48,11 @@ def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
 
 
 def _searched(z: Vector, data: ExactProblem) -> Findings:
-    if data.n <= SMALL and (only := _by_theorem(z, data)) is not None:
+    if data.n <= QUICK_UNKNOWNS and (only := _by_theorem(z, data)) is not None:
         return Findings(others=False if _agree(only, z) else None, solvable=True)
     from lcpcli.enumeration.search import solutions
 
-    search = solutions(data, time_limit=SECONDS_SMALL if data.n <= SMALL else SECONDS)
+    search = solutions(data, time_limit=QUICK_SECONDS if data.n <= QUICK_UNKNOWNS else OTHERS_SECONDS)
     pieces = list(islice(search, 2))
     if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
         return Findings(others=True, solvable=True)
@@ -62,16 +63,16 @@ def _searched(z: Vector, data: ExactProblem) -> Findings:
 
 
 def _by_theorem(z: Vector, data: ExactProblem) -> list[Fraction] | None:
-    """The exact solution near z, if a theorem says that there is no other one."""
+    """Return the exact solution near z, if a theorem says that there is no other solution."""
     from lcpcli.enumeration.theorems import POINT, shape
     from lcpcli.verify.exact_solution import from_point
 
-    end = deadline(SECONDS_SMALL)
+    end = deadline(QUICK_SECONDS)
     return from_point(data, z, end) if shape(data, alarm(end)) == POINT else None
 
 
 def _agree(exact: Sequence[Fraction], z: Vector) -> bool:
-    """Whether two points are the same as they are printed."""
+    """Whether two points are the same when they are printed."""
     from lcpcli.linalg.doubles import size
     from lcpcli.rational.numbers import rounded
 

@@ -24,12 +24,14 @@ from lcpcli.rational.tree import Cover, Node, Unknowns, leaves
 
 LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
 FIXED = "fixed"
-SHOWN = 6  # numbers of a point, and points, that are printed
-KEPT = 10_000  # vertices whose states are remembered, as they may be of several pieces
-BASES = 1000  # of a piece that takes more of them the vertices are listed after all other pieces
-SMALL = 10  # unknowns up to which the tree is as fast in finding a first solution as a method
-LARGE_GAME = 30  # the same for games, of which all solutions are sought; they are known to have one
-METHODS = 5.0  # seconds that they have where Lemke's in fractions can follow; doubles may not represent a solution
+SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line
+# Vertices whose states are remembered, as they may be of several pieces: so many need little memory.
+MOST_REMEMBERED = 10_000
+MOST_BASES_AT_FIRST = 1000  # a piece that takes more of them is listed after all other pieces
+MOST_FOR_TREE = 10  # unknowns up to which the tree finds a first solution as fast as a method does
+MOST_FOR_TREE_OF_GAME = 30  # the same for games, of which all solutions are sought and which are known to have one
+# Seconds for the methods where Lemke's method in fractions can follow, as doubles may not represent a solution.
+METHODS_SECONDS = 5.0
 
 States = tuple[tuple[str, ...], ...]  # of each unknown, those that hold
 Points = tuple[Point, ...]
@@ -41,8 +43,9 @@ class Piece:
 
     vertices, rays, lines : each of length n, exact; rays and lines are directions. An isolated solution is a piece with
         one vertex and nothing else. Where there are lines, the vertices are points, one on each smallest face.
-    states : for each unknown those that it has in all of the piece, which is the set of all z with one of them each:
-        "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i = u_i).
+    states : for each unknown the states that it has on all of the piece, which is the set of all z with one of them
+        each: "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i =
+        u_i).
     """
 
     vertices: Points
@@ -51,7 +54,8 @@ class Piece:
     states: States
 
     def __str__(self) -> str:
-        """In one line: its vertices, rays and lines, without those in the middle where they are many."""
+        """Return the piece in one line: its vertices, rays and lines, without those in the middle where there are
+        many."""
         generators = (self.vertices, self.rays, self.lines)
         vertices, rays, lines = (_elided([_short(point) for point in each]) for each in generators)
         hull = "hull of " * (len(vertices) > 1) + ", ".join(vertices)
@@ -64,18 +68,19 @@ class Piece:
 
     @classmethod
     def of(cls, states: Iterable[States], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
-        """The piece with these generators, each of which has its `states_of`; ArithmeticError if it is none."""
+        """Return the piece with these generators, each of which has its `states_of`; ArithmeticError if it is no
+        piece of solutions."""
         common = (
             tuple(name for name in own[0] if all(name in each for each in own)) for own in zip(*states, strict=True)
         )
         piece = cls(vertices, rays, lines, tuple(common))
         if not all(piece.states):
-            raise ArithmeticError("a piece that was found is not one of solutions")
+            raise ArithmeticError("a piece that was taken for a set of solutions is none")
         return piece
 
 
 def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> States:
-    """The states that each unknown has at a point, or keeps in a direction, by M, q and the bounds."""
+    """Return the states that each unknown has at a point, or keeps in a direction, by M, q and the bounds."""
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
     lower, upper, constants = data.lower, data.upper, data.constants
@@ -95,7 +100,8 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> State
 
 
 def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
-    """The product of pieces of independent blocks, whose unknowns are at these places among n; `check` may raise."""
+    """Return the product of pieces of independent blocks, whose unknowns are at these places among n; `check` may
+    raise."""
     zero: list[Any] = [Fraction(0)] * n
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
@@ -120,16 +126,16 @@ def _short(point: Point) -> str:
 
 
 def _elided(parts: list[str]) -> list[str]:
-    return parts if len(parts) <= SHOWN else [*parts[: SHOWN - 1], "...", parts[-1]]
+    return parts if len(parts) <= SHOWN_PARTS else [*parts[: SHOWN_PARTS - 1], "...", parts[-1]]
 
 
 def blocks(data: ExactProblem) -> list[list[int]]:
-    """The unknowns of each block, for M block diagonal after a permutation, the small ones first."""
+    """Return the unknowns of each block, for M block diagonal after a permutation, the small blocks first."""
     return sorted(connected(data.n, ((i, j) for i, row in enumerate(data.rows) for j in row)), key=len)
 
 
 def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
-    """The problem of one block."""
+    """Return the problem of one block."""
     place = {i: k for k, i in enumerate(indices)}
     rows = [{place[j]: Fraction(a, data.scales[i]) for j, a in data.rows[i].items()} for i in indices]
     q = [Fraction(data.constants[i], data.scales[i]) for i in indices]
@@ -140,13 +146,13 @@ def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
 
 
 def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
-    """Every maximal piece of the solution set once, in the order in which the tree meets them.
+    """Yield every maximal piece of the solution set once, in the order in which the tree meets them.
 
     `check` is called before each step and may raise. deadline : by `clock.seconds`, for the method that looks for
     a first solution where it is known that there is one, or that all are one piece.
     """
     shape = theorems.shape(data, check)
-    large = SMALL if shape else LARGE_GAME if isinstance(data.problem.origin, Game) else math.inf
+    large = MOST_FOR_TREE if shape else MOST_FOR_TREE_OF_GAME if isinstance(data.problem.origin, Game) else math.inf
     z = _solution(data, check, deadline) if data.n > large else None
     if z is not None and shape == theorems.POINT:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
@@ -164,15 +170,15 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     cover = Cover()
     late: list[Node] = []
 
-    @lru_cache(KEPT)
+    @lru_cache(MOST_REMEMBERED)
     def states_at(values: Direction) -> tuple[Point, States]:
         vertex = unknowns.vertex(values)
         return vertex, states_of(data, vertex)
 
     for leaf in chain.from_iterable(leaves(unknowns, start, cover) for start in starts[z is None :]):
-        node, held = _largest(unknowns, root, leaf)
-        cover.add(held)
-        piece = _listed(unknowns, node, states_at, math.inf if shape else BASES)
+        node, common = _largest(unknowns, root, leaf)
+        cover.add(common)
+        piece = _listed(unknowns, node, states_at, math.inf if shape else MOST_BASES_AT_FIRST)
         if piece is None:
             late.append(node)
             continue
@@ -188,7 +194,7 @@ def _listed(
     states_at: Callable[[Direction], tuple[Point, States]],
     most: float = math.inf,
 ) -> Piece | None:
-    """The piece of a node; None if it takes more than so many bases."""
+    """Return the piece of a node; None if it takes more than `most` bases."""
     listed = generators(node.dictionary, range(unknowns.n), most)
     if listed is None:
         return None
@@ -205,22 +211,23 @@ def _listed(
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
-    """A maximal node that contains a node all of whose points are solutions, and the states that hold in it, as bits:
-    nodes with the states that hold in a piece contain it, so that any leaf that does not lie in it is larger."""
+    """Return a maximal node that contains a node all of whose points are solutions, and the states that hold on it,
+    as bits. Nodes with the states that hold on a piece contain it, so that any leaf that does not lie in it is
+    larger."""
     while True:
-        held = unknowns.held(node)
+        common = unknowns.common_states(node)
         larger = None
-        if any((held & mask).bit_count() > 1 for mask in unknowns.masks):
+        if any((common & mask).bit_count() > 1 for mask in unknowns.masks):
             start = root.copy()
-            _choose_common(unknowns, start, held)
-            larger = next(leaves(unknowns.restricted(held), start, Cover(held)), None)
+            _choose_common(unknowns, start, common)
+            larger = next(leaves(unknowns.restricted(common), start, Cover(common)), None)
         if larger is None:
-            return node, held
+            return node, common
         node = larger
 
 
 def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
-    """Choose the states of unknowns that have only one among some, in solutions that lie in the node."""
+    """Choose the states of unknowns that have only one among these bits, in solutions that lie in the node."""
     for k, mask in enumerate(unknowns.masks):
         if (bits & mask).bit_count() == 1 and node.states[k] is None:
             chosen = unknowns.choose(node, *unknowns.meaning[bits & mask])
@@ -228,7 +235,7 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 
 
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
-    """A solution from the methods of the program, made exact; None if they have none."""
+    """Return a solution from the methods in doubles, made exact; None if they find none."""
     from lcpcli.options import Limits
     from lcpcli.rational import lemke
     from lcpcli.solving import driver
@@ -236,7 +243,7 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     from lcpcli.verify.exact_solution import from_point
 
     began = clock.seconds()
-    seconds = min(deadline - began, METHODS if data.n <= lemke.MOST_UNKNOWNS else math.inf)
+    seconds = min(deadline - began, METHODS_SECONDS if data.n <= lemke.MOST_LEMKE_UNKNOWNS else math.inf)
     if seconds <= 0:
         return None
     limits = Limits(time_limit=seconds)

@@ -23,8 +23,8 @@ from lcpcli.rational.problem import ExactProblem
 if TYPE_CHECKING:
     from lcpcli.enumeration.equilibria import Equilibria
 
-LARGEST = 500  # unknowns of a block
-SHOWN = 4  # pieces that are printed
+MOST_BLOCK_UNKNOWNS = 500  # that depend on each other: the search among more would practically never end
+SHOWN_PIECES = 4  # pieces that are printed: they fit on a few lines
 COMPLETE, UNSOLVABLE = "complete", "unsolvable"  # proved to be all; proved that there are none
 ENOUGH, TIME_LIMIT, INTERRUPTED = "max_solutions", "time_limit", "interrupted"  # what ended the search before
 UNLISTED = {
@@ -33,7 +33,7 @@ UNLISTED = {
     INTERRUPTED: " before the search was interrupted",
 }
 OTHERS = {True: "there are others", None: "there may be others"}
-STEPS = 1000  # at least, in looking for a further piece than were asked for
+LEAST_FURTHER_STEPS = 1000  # in looking for one more piece than were asked for: a fraction of a second
 
 
 def solutions(
@@ -83,10 +83,10 @@ def solutions(
 class Solutions(Iterator[Piece]):
     """The pieces of a solution set, as they are found; iterating again gives the same ones, without another search.
 
-    problem : the problem, in exact arithmetic. pieces : those found so far, each of which lies in no other one, found
-    or not. complete : whether they are proved to be all. others : whether there are others, None if that is not known.
-    Once there are `max_solutions`, the search goes on for another one for about as many steps as it has taken.
-    Copies, and what has been pickled, have what was found until then, and end with it.
+    problem : the problem, in exact arithmetic. pieces : the pieces found so far, each of which lies in no other piece,
+    found or not. complete : whether they are proved to be all. others : whether there are others, None if that is not
+    known. Once there are `max_solutions`, the search for one more goes on for about as many steps as it has taken.
+    Copies, pickled ones too, have the pieces found until then, and end with them.
     """
 
     def __init__(self, problem: ExactProblem, time_limit: float, most: int | None) -> None:
@@ -97,9 +97,9 @@ class Solutions(Iterator[Piece]):
 
             self.problem, self._players = ExactProblem.of_decimals(problem.problem), Players(origin)
         self._blocks = blocks(self.problem)
-        if self._players is None and len(self._blocks[-1]) > LARGEST:
+        if self._players is None and len(self._blocks[-1]) > MOST_BLOCK_UNKNOWNS:
             fault = f"has {len(self._blocks[-1])} unknowns that depend on each other"
-            raise ProblemError("M", fault, f"all solutions are listed up to {LARGEST}; lcp solve finds one")
+            raise ProblemError("M", fault, f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one")
         self.pieces: list[Piece] = []
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
@@ -110,14 +110,14 @@ class Solutions(Iterator[Piece]):
         return {**self.__dict__, "_search": iter(())}
 
     def __iter__(self) -> Iterator[Piece]:
-        """From the first piece on: those found so far, then further ones."""
+        """Iterate from the first piece on: over the pieces found so far, then further ones."""
         for i in count():
             if i == len(self.pieces) and next(self, None) is None:
                 return
             yield self.pieces[i]
 
     def __repr__(self) -> str:
-        pieces = [str(piece) for piece in self.pieces[:SHOWN]] + ["..."] * (len(self.pieces) > SHOWN)
+        pieces = [str(piece) for piece in self.pieces[:SHOWN_PIECES]] + ["..."] * (len(self.pieces) > SHOWN_PIECES)
         known = {False: "all of them", True: "not all", None: "not known to be all"}[self.others]
         return f"<Solutions: {counted(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
 
@@ -126,7 +126,7 @@ class Solutions(Iterator[Piece]):
         if enough:
             if self._last < math.inf:
                 raise StopIteration
-            self._last = self._steps + max(self._steps, STEPS)
+            self._last = self._steps + max(self._steps, LEAST_FURTHER_STEPS)
         try:
             piece = next(self._search)
         except TimeIsUp:
@@ -148,16 +148,17 @@ class Solutions(Iterator[Piece]):
 
     @property
     def points(self) -> list[Point]:
-        """Each isolated solution, and each vertex of a piece, once."""
+        """Return each isolated solution, and each vertex of a piece, once."""
         return list(dict.fromkeys(vertex for piece in self.pieces for vertex in piece.vertices))
 
     @property
     def equilibria(self) -> Equilibria | None:
-        """The equilibria of a game in the pieces found so far; None for other problems."""
+        """Return the equilibria of a game in the pieces found so far; None for other problems."""
         return self.arranged()[2]
 
     def arranged(self) -> tuple[Sequence[Piece], list[Point], Equilibria | None]:
-        """The pieces, the points and the equilibria of a game, each in the order of these; else what was found."""
+        """Return the pieces, the points and the equilibria of a game, each in the order of the equilibria; for other
+        problems the pieces and points as found."""
         if self._players is None:
             return tuple(self.pieces), self.points, None
         return self._players.arranged(self.pieces, self.complete)
@@ -185,8 +186,8 @@ class Solutions(Iterator[Piece]):
 
 
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
-    """All combinations of what some searches find, which are copied, so that each is asked for no more than it takes;
-    those of the last one change last."""
+    """Yield all combinations of the pieces that some searches find, which are copied, so that each search is asked
+    for no more than it takes; the pieces of the last search change last."""
     if not searches:
         yield ()
     for piece in copy(searches[-1]) if searches else ():
@@ -194,8 +195,8 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
 
 
 class SolutionSet:
-    """The solutions of a problem that a search has found, in the order in which they are shown: of a game in that of
-    the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search, which took so many seconds."""
+    """The solutions of a problem that a search has found, in the order in which they are shown, for a game the order
+    of the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search, which took so many seconds."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds
@@ -206,19 +207,19 @@ class SolutionSet:
 
     @property
     def count(self) -> str:
-        """How many solutions were found, or equilibria, in words."""
+        """Return how many solutions, or equilibria, were found, in words."""
         words = self._solutions() if self.equilibria is None else self._equilibria(self.equilibria)
         return words + " found" * (not self.complete)
 
     @property
     def message(self) -> str:
-        """The whole in one sentence."""
+        """Return the outcome in one sentence."""
         if self.status == UNSOLVABLE:
             from lcpcli.solving.no_minimum import undecided
 
-            told = "no solution: every choice of states is excluded in rational arithmetic"
+            sentence = "no solution: every choice of states is excluded in rational arithmetic"
             origin = self.data.problem.origin
-            return f"{told}; {undecided(origin).statement}" if isinstance(origin, Program) else told
+            return f"{sentence}; {undecided(origin).statement}" if isinstance(origin, Program) else sentence
         found = self.count
         if not self.complete:
             if not self.pieces:
@@ -236,17 +237,17 @@ class SolutionSet:
             return counted(points, "solution")
         return f"infinitely many solutions: {f'{points} isolated and ' * bool(points)}{counted(faces, 'face')}"
 
-    def _equilibria(self, held: Equilibria) -> str:
-        extreme = len(held.extreme)
+    def _equilibria(self, equilibria: Equilibria) -> str:
+        extreme = len(equilibria.extreme)
         if all(piece.is_point for piece in self.pieces):
             return f"{extreme} {'equilibrium' if extreme == 1 else 'equilibria'}"
-        subsets = counted(len(held.subsets), "maximal Nash subset")
-        joined = "" if held.components is None else f" in {counted(len(held.components), 'component')}"
+        subsets = counted(len(equilibria.subsets), "maximal Nash subset")
+        joined = "" if equilibria.components is None else f" in {counted(len(equilibria.components), 'component')}"
         return f"infinitely many equilibria: {extreme} extreme ones, {subsets}{joined}"
 
 
 def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:
-    """The exact value of the program's objective at the x of z, in its own sense and with its constant."""
+    """Return the exact value of the program's objective at the x of z, in its own sense and with its constant."""
     x, k = z[: program.variables], program.variables
     total = Fraction(0)
     for i, value in enumerate(x):

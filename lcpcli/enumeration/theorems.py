@@ -22,18 +22,18 @@ from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
 
 POINT, PIECE = "a point", "a piece"
-SMALL = 10  # unknowns up to which the tree is faster than looking for parts and multipliers
-DIGITS = 30  # binary ones of the smallest component of d
-MOST_STEPS = 200
-LEAST = 1e-9  # eigenvalue of D M + M'D, with ones on its diagonal, from which it is worth a proof
-WANTING = 0.02  # eigenvalue below which an eigenvector gives a cut
-SMALLEST = 1e-4  # of the multipliers, the largest being 1
+MOST_WITHOUT_THEOREM = 10  # unknowns up to which the tree is faster than a search for parts and multipliers
+MULTIPLIER_BITS = 30  # binary digits of the smallest component of d: integers stay short
+MOST_CUTS = 200  # rounds of cutting planes, each with a linear program; a time limit may end them before
+LEAST_EIGENVALUE = 1e-9  # of D M + M'D, with ones on its diagonal: far above rounding, so that a proof is worth trying
+CUT_EIGENVALUE = 0.02  # eigenvalue below which an eigenvector gives a cut, so that one round gives several
+LEAST_MULTIPLIER = 1e-4  # relative to the largest multiplier, so that D M does not lose its digits
 
 Rows = list[list[int]]
 
 
 def shape(data: ExactProblem, check: Callable[[], None]) -> str:
-    """What the solutions are proved to be at most: POINT, PIECE or, if nothing is proved, ""."""
+    """Return what the solutions are proved to be at most: POINT, PIECE or, if nothing is proved, ""."""
     game = data.problem.origin
     if isinstance(game, Game):
         rows = zip(*game.payoffs(), strict=True)
@@ -46,13 +46,13 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     found = linear.definiteness(_symmetric(M), check)
     if found.negative is None:
         return PIECE if found.zero else POINT
-    if parts and data.n > SMALL and all(_is_dominant(*part) or _is_definite(*part, check) for part in parts):
-        return POINT
-    return ""
+    if not parts or data.n <= MOST_WITHOUT_THEOREM:
+        return ""
+    return POINT if all(_is_dominant(*part) or _is_definite(*part, check) for part in parts) else ""
 
 
 def _integers(data: ExactProblem) -> Rows:
-    """M times one number."""
+    """Return M times a number that makes its entries integers."""
     common = math.lcm(*data.scales)
     multiples = [common // scale for scale in data.scales]
     return [[row.get(j, 0) * k for j in range(data.n)] for row, k in zip(data.rows, multiples, strict=True)]
@@ -69,7 +69,7 @@ def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
 
 
 def _symmetric(M: Rows) -> Rows:
-    """M + M'."""
+    """Return M + M'."""
     return [[M[i][j] + M[j][i] for j in range(len(M))] for i in range(len(M))]
 
 
@@ -86,15 +86,16 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 
 def _whole(d: Vector) -> list[int]:
-    """Positive numbers times one number, rounded to integers."""
+    """Return positive numbers times one factor, rounded to integers."""
     values = fractions_of(d)
-    unit = min(values) / 2**DIGITS
+    unit = min(values) / 2**MULTIPLIER_BITS
     return [int(value / unit) for value in values]
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
-    """The unknowns of the strongly connected parts of M; of a small problem, for which scipy is not loaded, all."""
-    if data.n <= SMALL:
+    """Return the unknowns of the strongly connected parts of M; of a small problem, for which scipy is not loaded,
+    all."""
+    if data.n <= MOST_WITHOUT_THEOREM:
         return [range(data.n)]
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -108,8 +109,8 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
-    """d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite, so that M is a
-    P-matrix (G. W. Cross, Linear Algebra and its Applications 20 (1978) 253-263); None if none is found.
+    """Return d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite, so that
+    M is a P-matrix (G. W. Cross, Linear Algebra and its Applications 20 (1978) 253-263); None if none is found.
 
     d is sought by cutting planes (J. E. Kelley, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors
     v that have been found wanting, at the middle between the last d and the best one for these.
@@ -119,7 +120,7 @@ def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
     if not np.isfinite(unit).all():
         return None
     d, cuts = np.ones(n), np.empty((0, n))
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_CUTS):
         check()
         S = d[:, None] * unit
         scale = 1 / np.sqrt(2 * d)
@@ -127,9 +128,9 @@ def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
         if not np.isfinite(scaled).all():
             return None
         values, vectors = np.linalg.eigh(scaled)
-        if values[0] > LEAST:
+        if values[0] > LEAST_EIGENVALUE:
             return np.asarray(d / diagonal)
-        V = scale[:, None] * vectors[:, values < WANTING]
+        V = scale[:, None] * vectors[:, values < CUT_EIGENVALUE]
         new = (V * (unit @ V)).T
         largest = np.abs(new).max(axis=1, keepdims=True)
         if not (np.isfinite(largest).all() and new.max(axis=1).min() > 0):  # v'D M v <= 0 for all D, if M is singular
@@ -139,7 +140,7 @@ def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
             np.append(np.zeros(n), -1.0),
             np.column_stack((-cuts, np.ones(len(cuts)))),
             np.zeros(len(cuts)),
-            lower=np.append(np.full(n, SMALLEST), -np.inf),
+            lower=np.append(np.full(n, LEAST_MULTIPLIER), -np.inf),
             upper=np.append(np.ones(n), np.inf),
         )
         if found is None or found.x[-1] <= 0:

@@ -15,7 +15,7 @@ from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import Band, affordable, fill
-from lcpcli.linalg.shifted_systems import DECIDED, sparse_systems
+from lcpcli.linalg.shifted_systems import TRIALS, sparse_systems
 from lcpcli.methods.interior_scaling import Scaled, scaled
 from lcpcli.methods.interior_steps import Regularization
 from lcpcli.model.problem import Problem
@@ -81,8 +81,9 @@ def spread(M: Matrix) -> Spread:
 
 
 def condition(M: Matrix) -> float:
-    """|M|_1 |M^-1|_1 of an affordable M; estimated from below for n above factors.SMALL. Infinite if M is singular."""
-    small = not is_sparse(M) and M.shape[0] <= factors.SMALL
+    """|M|_1 |M^-1|_1 of an affordable M; estimated from below for more than factors.MOST_NUMPY_ROWS rows. Infinite if M
+    is singular."""
+    small = not is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             value = float(np.linalg.cond(M, 1)) if small else _estimated_condition(M)
@@ -113,7 +114,7 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
     """The ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
     if M.shape[0] <= EIGEN:
         dense = matrices.dense(M)
-        if M.shape[0] <= factors.SMALL:
+        if M.shape[0] <= factors.MOST_NUMPY_ROWS:
             values = np.linalg.eigvalsh(dense)
         else:
             from scipy.linalg import eigvalsh
@@ -160,7 +161,7 @@ def _measure(own: Scaled, found: list[Factorization]) -> str:
     D = np.zeros(own.kept.size)
     D[own.low] = D[own.high] = 1.0  # as in the first step
     systems = sparse_systems(own.M, own.S)
-    for k in range(2 if own.S is None else DECIDED):
+    for k in range(2 if own.S is None else TRIALS):
         began = clock.seconds()
         systems.factorize(D + Regularization.rho)
         seconds, last = clock.seconds() - began, found[-1]

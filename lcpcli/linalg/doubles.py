@@ -10,22 +10,22 @@ from lcpcli.typing import Vector
 
 EPS = float(np.finfo(np.float64).eps)  # from 1 to the next number
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)  # bounds the error of an underflow
-LARGEST = float(np.finfo(np.float64).max)
+LARGEST_DOUBLE = float(np.finfo(np.float64).max)
 ROW_ROUNDING = 8 * EPS  # relative to the terms of a row: a bound on the rounding error in w = M z + q
-FAR = 2.0**200  # from one: beyond it, products of a few numbers may over- or underflow
-SHORT = 32  # entries up to which Python's own loop is faster than a reduction by numpy
+FAR_FROM_ONE = 2.0**200  # beyond it, or below its inverse, products of a few numbers may over- or underflow
+MOST_LOOPED_ENTRIES = 32  # up to which Python's own loop is faster than a reduction by numpy
 
 
 def largest(v: Vector) -> float:
-    """The largest |v_i| of a vector; 0 if it is empty, NaN or infinite if an entry is NaN. It never warns."""
-    if v.size > SHORT:
+    """Return the largest |v_i| of a vector; 0 if it is empty, NaN or infinite if an entry is NaN. It never warns."""
+    if v.size > MOST_LOOPED_ENTRIES:
         return float(np.abs(v).max())
     values = v.tolist()
     return max(map(abs, values), default=0.0) if math.isfinite(sum(values)) else float(np.abs(v).max(initial=0.0))
 
 
 def size(v: Vector) -> float:
-    """The largest |v_i|, infinite if an entry is NaN."""
+    """Return the largest |v_i|, infinite if an entry is NaN."""
     value = largest(v)
     return value if value < math.inf else math.inf
 
@@ -36,22 +36,22 @@ def is_finite(v: Vector) -> bool:
 
 
 def least(v: Vector) -> float:
-    """The smallest entry, NaN if one is NaN."""
-    if v.size > SHORT:
+    """Return the smallest entry, NaN if one is NaN."""
+    if v.size > MOST_LOOPED_ENTRIES:
         return float(v.min())
     values = v.tolist()
     return min(values) if math.isfinite(sum(values)) else float(v.min())
 
 
 def are_moderate(values: Vector) -> bool:
-    """Whether no number but 0 is farther from one than FAR."""
+    """Whether no number but 0 is farther from one than FAR_FROM_ONE."""
     least, largest = sizes(values)
-    return largest <= FAR and least >= 1 / FAR
+    return largest <= FAR_FROM_ONE and least >= 1 / FAR_FROM_ONE
 
 
 def sizes(values: Vector) -> tuple[float, float]:
-    """The least |value| but 0, infinite if there is none, and the largest."""
-    if values.size <= SHORT:
+    """Return the least nonzero |value|, infinite if there is none, and the largest."""
+    if values.size <= MOST_LOOPED_ENTRIES:
         found = list(map(abs, filter(None, values.ravel().tolist())))
         return (min(found), max(found)) if found else (math.inf, 0.0)
     positive = np.abs(values)

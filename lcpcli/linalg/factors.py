@@ -19,12 +19,12 @@ from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_
 from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
-SMALL = 200  # up to this n a dense matrix is inverted by numpy: importing scipy costs more than it saves
-QUICK = 10_000  # entries up to which a sparse factorization is too fast to need an interruptible thread
-LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense ones are interruptible; see `_DenseFactors`
+MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
+MOST_QUICK_ENTRIES = 10_000  # up to which a sparse factorization is too fast to need an interruptible thread
+LONG_LU, LONG_CHOLESKY = 2000, 5000  # rows from which dense factorizations are interruptible; see `_DenseFactors`
 LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy, but importing it takes longer
-UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
-CONDITION = 1e8  # up to which a matrix is well-conditioned
+MOST_UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
+MODEST_CONDITION = 1e8  # the condition number up to which an inverse has half of the digits of a double
 Solve = Callable[[Vector], Vector]
 
 
@@ -32,17 +32,17 @@ SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly t
 
 
 def factorizer(M: Matrix) -> Callable[[float], Solve]:
-    """A function that factorizes shift I + M.
+    """Return a function that factorizes shift I + M.
 
-    It returns a solver x = solve(b) of (shift I + M) x = b, and raises SingularMatrix if that matrix is singular to
-    working precision. The test is a system with known solution, of which a solve must recover a digit. Unlike a
-    condition number, this is insensitive to the units of rows and columns.
+    That function returns a solver x = solve(b) of (shift I + M) x = b, and raises SingularMatrix if that matrix is
+    singular to working precision. The test is a system with known solution, of which a solve must recover a digit.
+    Unlike a condition number, this is insensitive to the units of rows and columns.
     """
     factorize: Callable[[Matrix], Solve] = invert
     if is_sparse(M):
         lu = sparse_lu(is_symmetric(M))
         factorize = lambda A: lu(A).solve  # noqa: E731
-    elif M.shape[0] > SMALL:
+    elif M.shape[0] > MOST_NUMPY_ROWS:
         factorize = partial(dense_factors().lu, overwrite=True)
 
     def checked(shift: float) -> Solve:
@@ -58,7 +58,7 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
 
 
 def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
-    """scipy's splu of a csr_array, raising SingularMatrix; with diagonal pivots if M is symmetric.
+    """Return scipy's splu for a csr_array, raising SingularMatrix; with diagonal pivots if M is symmetric.
 
     Ordering M + M' instead of M'M halves the fill-in for symmetric matrices. Diagonal pivots are safe for positive
     definite ones; otherwise the known system in `factorizer`, or refinement, detects failure.
@@ -83,7 +83,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
         columns = A.T if symmetric else A.tocsc()
         factors = partial(splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **chosen)
         try:
-            return interruptibly(factors) if A.nnz > QUICK else factors()
+            return interruptibly(factors) if A.nnz > MOST_QUICK_ENTRIES else factors()
         except RuntimeError as error:
             if "singular" not in str(error) and "failed to factorize" not in str(error):
                 raise
@@ -107,8 +107,9 @@ class _DenseFactors:
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
     def cholesky(self, A: Matrix) -> Solve:
-        """Factors of a positive definite A: scipy's potrf holds the interpreter's lock, so that neither Ctrl-C nor a
-        time limit can end the wait for it; numpy's releases it, but copies A twice and takes a third longer."""
+        """Return a solver by the factors of a positive definite A. scipy's potrf holds the interpreter's lock, so
+        that neither Ctrl-C nor a time limit can end the wait for it; numpy's releases it, but copies A twice and
+        takes a third longer."""
         if A.shape[0] >= LONG_CHOLESKY:
             upper = interruptibly(partial(np.linalg.cholesky, A.T)).T
             return lambda b: self._potrs(upper, b)[0]
@@ -130,7 +131,7 @@ dense_factors = cache(_DenseFactors)
 
 
 def invert(A: Matrix) -> Solve:
-    """The inverse and one step of refinement: as accurate as an LU factorization, without scipy."""
+    """Return a solver by the inverse and one step of refinement: as accurate as an LU factorization, without scipy."""
     inverse = np.linalg.inv(A)
 
     def solve(b: Vector) -> Vector:
@@ -141,23 +142,23 @@ def invert(A: Matrix) -> Solve:
 
 
 def well_conditioned_inverse(M: Matrix) -> Matrix | None:
-    """The inverse of a dense M, None if its condition number exceeds CONDITION."""
+    """Return the inverse of a dense M, or None if its condition number exceeds MODEST_CONDITION."""
     with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
-        if norm_inf(M) * norm_inf(inverse) <= CONDITION:
+        if norm_inf(M) * norm_inf(inverse) <= MODEST_CONDITION:
             return inverse
     return None
 
 
 def definite_solver(M: Matrix) -> Solve | None:
-    """A solver of M x = b if M is symmetric positive definite to working precision, else None."""
+    """Return a solver of M x = b if M is symmetric positive definite to working precision, else None."""
     if not is_symmetric(M) or not M.diagonal().min() > 0:
         return None
     with suppress(SingularMatrix):
         if is_sparse(M):
             lu = sparse_lu(symmetric=True)(M)
             return lu.solve if positive_pivots(lu) else None
-        if M.shape[0] > SMALL:
+        if M.shape[0] > MOST_NUMPY_ROWS:
             return dense_factors().cholesky(M)
         np.linalg.cholesky(M)
         return invert(M)
@@ -174,13 +175,13 @@ class PrincipalSolver:
 
     def __init__(self, M: Matrix) -> None:
         self._M = M
-        self._small = not is_sparse(M) and M.shape[0] <= SMALL
+        self._small = not is_sparse(M) and M.shape[0] <= MOST_NUMPY_ROWS
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool(M.diagonal().min() > 0) and not (is_sparse(M) and not is_symmetric(M))
         self._kept: tuple[Indices, Solve] | None = None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
-        """x with one step of iterative refinement, for b of shape (k,); SingularMatrix if there is none."""
+        """Return x after one step of iterative refinement, for b of shape (k,); SingularMatrix if there is none."""
         if indices.size == 0:
             return np.empty(0)
         solve = self.at(indices)
@@ -198,7 +199,8 @@ class PrincipalSolver:
         return refined
 
     def at(self, indices: Indices) -> Solve:
-        """A solver of systems with M_PP, without refinement; it, or this, raises SingularMatrix if there is none."""
+        """Return a solver of systems with M_PP, without refinement; the solver, or this method, raises
+        SingularMatrix if M_PP is singular."""
         if self._small:
             return self._factorized(indices)
         if self._kept is not None and np.array_equal(indices, self._kept[0]):
@@ -212,13 +214,13 @@ class PrincipalSolver:
         return solve
 
     def block(self, indices: Indices) -> Matrix:
-        """M_PP for the indices of P; small ones by columns, so that their rows can be exchanged."""
+        """Return M_PP for the indices of P; a small one by columns, so that its rows can be exchanged."""
         if self._small:
             return self._M.T.take(indices, 0).take(indices, 1).T
         return self._M if indices.size == self._M.shape[0] else self._M[indices][:, indices]
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
-        """A solver of systems with M_PP, without refinement; SingularMatrix if there is none."""
+        """Return a solver of systems with the block M_PP, without refinement; SingularMatrix if it is singular."""
         if self._dense is None and not is_sparse(block):
             return partial(np.linalg.solve, block)
         if self._definite and (is_sparse(block) or is_symmetric(block)):
@@ -229,12 +231,12 @@ class PrincipalSolver:
         return self._dense.lu(block, overwrite) if self._dense else sparse_lu(False)(block).solve
 
     def _factorized(self, indices: Indices) -> Solve:
-        """The same for the indices of P; a copy of M_PP is not kept."""
+        """Return a solver for the indices of P; a copy of M_PP is not kept."""
         block = self.block(indices)
         return self.factorized(block, overwrite=block is not self._M)
 
     def _updated(self, indices: Indices, kept: Indices, solve: Solve) -> Solve | None:
-        """A solver for P from one for the set K that was factorized, by a Schur complement; None if they differ much.
+        """Return a solver for P from one for the factorized set K, by a Schur complement; None if P and K differ much.
 
         With K extended by the indices of P that it lacks, N, and one equation x_i = 0 with a multiplier for each index
         of K outside P, the rows in K are solved by the known factors.
@@ -244,7 +246,7 @@ class PrincipalSolver:
         before[kept], now[indices] = True, True
         added, dropped = indices[~before[indices]], np.flatnonzero(~now[kept])
         changes = added.size + dropped.size
-        if changes > UPDATED * kept.size:
+        if changes > MOST_UPDATED * kept.size:
             return None
         if not changes:
             return solve

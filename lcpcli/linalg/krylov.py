@@ -19,18 +19,19 @@ from lcpcli.linalg.factors import definite_solver
 from lcpcli.linalg.matrices import absolute_product, is_symmetric, plus_diagonal, row_maxima, scaled
 from lcpcli.typing import Matrix, Vector
 
-STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue
-SEMIDEFINITE = 10 * EPS  # times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1 below 0
+EIGENVALUE_STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue
+# Times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1 below 0.
+SEMIDEFINITE_ROUNDING = 10 * EPS
 Operator = Callable[[Vector], Vector]
 
 
 def dot(u: Vector, v: Vector) -> float:
-    """u'v without BLAS."""
+    """Return u'v without BLAS."""
     return float(np.einsum("i,i->", u, v))
 
 
 def norm(v: Vector) -> float:
-    """|v|_2 without BLAS."""
+    """Return |v|_2 without BLAS."""
     return float(np.sqrt(dot(v, v)))
 
 
@@ -41,7 +42,7 @@ def conjugate_gradients(
 
     A, precondition : products with A and with a symmetric positive definite approximate inverse; they return new
         arrays, or precondition its argument itself.
-    Returns the last x, and the norm of its residual by the recursion.
+    Return the last x, and the norm of its residual by the recursion.
     """
     x = x.copy()
     r = b - A(x)
@@ -103,12 +104,12 @@ def bicgstab(
 
 
 def identity(v: Any) -> Any:
-    """No preconditioner."""
+    """Return v, as no preconditioner."""
     return v
 
 
 def ends(M: Matrix) -> tuple[float, float] | None:
-    """Rough smallest and largest eigenvalues of a symmetric positive definite M; None for any other M."""
+    """Return rough smallest and largest eigenvalues of a symmetric positive definite M; None for any other M."""
     solve = definite_solver(M)
     if solve is None:
         return None
@@ -116,10 +117,11 @@ def ends(M: Matrix) -> tuple[float, float] | None:
 
 
 def _rayleigh(product: Operator, n: int) -> float:
-    """The Rayleigh quotient of a symmetric positive definite operator after STEPS steps of power iteration."""
+    """Return the Rayleigh quotient of a symmetric positive definite operator after EIGENVALUE_STEPS of power
+    iteration."""
     v: Vector = np.random.default_rng(0).standard_normal(n)
     size = 0.0
-    for _ in range(STEPS):
+    for _ in range(EIGENVALUE_STEPS):
         v /= norm(v)
         image = product(v)
         size = dot(v, image)
@@ -142,4 +144,4 @@ def is_semidefinite(M: Matrix) -> bool:
     if (absolute_product(M, np.ones(n)) <= 2 * diagonal).all():
         return True
     C = np.exp2(-np.rint(0.5 * np.log2(np.where(diagonal > 0, diagonal, 1.0))))  # powers of two: M stays symmetric
-    return definite_solver(plus_diagonal(scaled(M, C, C), SEMIDEFINITE * n)) is not None
+    return definite_solver(plus_diagonal(scaled(M, C, C), SEMIDEFINITE_ROUNDING * n)) is not None

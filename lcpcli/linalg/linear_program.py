@@ -13,7 +13,7 @@ from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status of scipy's result
-EARLIER = 0.9  # of the time that remains: a solver that ends by itself prints while it is silenced
+EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, its output is silenced
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
 
@@ -26,7 +26,7 @@ def linprog(
     equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
     lower: Vector | float = 0.0,
 ) -> Any:
-    """scipy's result for: minimise objective'x subject to A x <= b, equal, lower <= x <= upper; None if it has none.
+    """Minimise objective'x subject to A x <= b, equal, lower <= x <= upper: scipy's result, None if it has none.
 
     The solver takes at most that many seconds, and no more than remain of the time limit of the run.
     """
@@ -49,7 +49,8 @@ def linprog(
 
 
 class Optimum(NamedTuple):
-    """A minimiser x, the multipliers y of the rows, the derivative of the minimum by the bound, and the minimum."""
+    """A minimiser x; the multipliers y of the rows, the derivatives of the minimum with respect to their bounds; the
+    minimum."""
 
     x: Vector
     y: Vector
@@ -59,7 +60,7 @@ class Optimum(NamedTuple):
 def minimized(
     objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], seconds: float = math.inf
 ) -> Optimum | None:
-    """The minimum of objective'x subject to row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
+    """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
 
     ends, bounds : row_lower and row_upper, lower and upper; infinite for none.
     """

@@ -15,15 +15,15 @@ from typing import Any, Literal
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import LARGEST
+from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.typing import Matrix, Vector
 
-FEW = 10_000  # entries of which a copy costs less than a second reduction
-BLOCK_BYTES = 1 << 20
-NARROW = 4  # times the entries of M
-THREADED = 64  # rows from which a BLAS may use threads
+MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
+BLOCK_BYTES = 1 << 20  # of a block of rows: it stays in the cache
+MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
+FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads
 SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits
-MODERATE = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
+MODERATE_FACTOR = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
 
 
 def is_sparse(M: Any) -> bool:
@@ -32,14 +32,14 @@ def is_sparse(M: Any) -> bool:
 
 
 def norm_inf(M: Matrix) -> float:
-    """The largest row sum of |M|."""
+    """Return the largest row sum of |M|."""
     if is_sparse(M):
         return float(abs(M).sum(axis=1).max())
     return max(float(block.sum(axis=1).max()) for _, block in row_blocks(M))
 
 
 def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vector]:
-    """The largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,)."""
+    """Return the largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,)."""
     rows, columns, scale = np.zeros(R.size), np.zeros(R.size), _scaler(R, C)
     if is_sparse(M):
         entries = scale(np.abs(M.data), np.repeat(R, np.diff(M.indptr)), C[M.indices])
@@ -53,12 +53,13 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
 
 
 def row_maxima(M: Matrix) -> Vector:
-    """The largest |entry| of every row of M, of shape (m, n); NaN where one is NaN. Dense, |M| is not formed."""
+    """Return the largest |entry| of every row of M, of shape (m, n); NaN where one is NaN. For dense M, |M| is not
+    formed."""
     return _row_maxima(M, np.abs(M.data)) if is_sparse(M) else _maxima(M, 1)
 
 
 def column_maxima(M: Matrix) -> Vector:
-    """The same of every column."""
+    """Return the largest |entry| of every column of M."""
     if not is_sparse(M):
         return _maxima(M, 0)
     columns = np.zeros(M.shape[1])
@@ -74,23 +75,23 @@ def _row_maxima(M: Matrix, entries: Vector) -> Vector:
 
 
 def _maxima(M: Vector, axis: int) -> Vector:
-    return np.asarray(np.abs(M).max(axis) if M.size <= FEW else np.maximum(M.max(axis), -M.min(axis)))
+    return np.asarray(np.abs(M).max(axis) if M.size <= MOST_COPIED_ENTRIES else np.maximum(M.max(axis), -M.min(axis)))
 
 
 def dense(A: Matrix) -> Matrix:
-    """A as a dense array; A itself if it is one."""
+    """Return A as a dense array; A itself if it is one."""
     return A.toarray() if is_sparse(A) else A
 
 
 def compressed(A: Matrix | tuple[int, int]) -> Matrix:
-    """A, or zeros of that shape, in compressed sparse rows; A itself if it is in that form."""
+    """Return A, or zeros of that shape, in compressed sparse rows; A itself if it is in that form."""
     from scipy.sparse import csr_array
 
     return A if type(A) is csr_array else csr_array(A)
 
 
 def comparison(M: Matrix) -> Matrix:
-    """The comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
+    """Return the comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
     diagonal = np.abs(M.diagonal())
     if is_sparse(M):
         from scipy.sparse import diags_array
@@ -105,7 +106,7 @@ def comparison(M: Matrix) -> Matrix:
 
 
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
-    """R M C for diagonals R, C > 0 of shape (n,), as a new matrix; exact if they are powers of two.
+    """Return R M C for diagonals R, C > 0 of shape (n,), as a new matrix; exact if they are powers of two.
 
     Entries underflow only where R M C itself does; where it overflows they are the largest finite number.
     """
@@ -117,7 +118,7 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
 
 
 def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") -> Matrix:
-    """M + diag(d), for a number d M + d I, as a new matrix; a dense one by rows (C) or by columns (F)."""
+    """Return M + diag(d), for a number d M + d I, as a new matrix; a dense one by rows (C) or by columns (F)."""
     if not is_sparse(M):
         A = M.copy(order)
         diagonal = np.einsum("ii->i", A)  # a view
@@ -129,24 +130,24 @@ def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") 
 
 
 def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
-    """A function that multiplies entries by their R and C, given as arrays, without intermediate over- or underflow.
+    """Return a function that multiplies entries by arrays of their R and C, without intermediate over- or underflow.
 
     Where the product itself overflows, the result is the largest finite number.
     """
-    if min(R.min(), C.min()) >= 1 / MODERATE and max(R.max(), C.max()) <= MODERATE:
+    if min(R.min(), C.min()) >= 1 / MODERATE_FACTOR and max(R.max(), C.max()) <= MODERATE_FACTOR:
         return lambda entries, left, right: left * entries * right
 
     def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
         (left, left_power), (right, right_power) = np.frexp(left), np.frexp(right)
         with np.errstate(over="ignore"):
             result: Vector = np.ldexp(2 * left * entries * (2 * right), left_power + right_power - 2)
-        return np.clip(result, -LARGEST, LARGEST, out=result)
+        return np.clip(result, -LARGEST_DOUBLE, LARGEST_DOUBLE, out=result)
 
     return multiply
 
 
 def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
-    """|M| a few rows at a time, so that no second matrix is formed."""
+    """Yield |M| a few rows at a time, so that no second matrix is formed."""
     for part in _parts(M):
         yield part, np.abs(M[part])
 
@@ -158,7 +159,7 @@ def _parts(M: Matrix) -> Iterator[slice]:
 
 
 def column_reader(M: Matrix) -> Callable[[int], Vector]:
-    """A function that returns column j of M, dense."""
+    """Return a function that returns column j of M, dense."""
     if not is_sparse(M):
         return lambda j: M[:, j]
     by_columns = M.tocsc()
@@ -182,13 +183,13 @@ def is_symmetric(M: Matrix) -> bool:
 
 def is_narrow(M: Matrix) -> bool:
     """Whether the entries of a sparse M are so near its diagonal, as in one dimension, that its factors cannot have
-    many more."""
+    many more entries."""
     width = np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0)
-    return bool(M.shape[0] * (2 * width + 1) <= NARROW * M.nnz)
+    return bool(M.shape[0] * (2 * width + 1) <= MOST_NARROW_ENTRIES * M.nnz)
 
 
 def stack(blocks: list[list[Matrix]]) -> Matrix:
-    """The block matrix, sparse if the first block is."""
+    """Return the block matrix, sparse if the first block is sparse."""
     if not is_sparse(blocks[0][0]):
         return np.block(blocks)
     from scipy.sparse import block_array, csr_array
@@ -197,13 +198,13 @@ def stack(blocks: list[list[Matrix]]) -> Matrix:
 
 
 def product(M: Matrix, v: Vector) -> Vector:
-    """M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k) for k vectors at once.
+    """Return M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k) for k vectors at once.
 
     numpy and scipy each have a BLAS with its own threads, which keep spinning for a while after each call. When both
     are used in turn they compete for the processors: a factorization by scipy between products by numpy was observed to
     take three to fifteen times as long. So scipy's, once loaded, computes the products with large dense matrices too.
     """
-    flags = getattr(M, "flags", None) if M.shape[0] >= THREADED else None
+    flags = getattr(M, "flags", None) if M.shape[0] >= FEWEST_SHARED_ROWS else None
     blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
     if blas is None or flags is None:
         return np.asarray(M @ v)
@@ -214,16 +215,17 @@ def product(M: Matrix, v: Vector) -> Vector:
 
 
 def absolute_product(M: Matrix, z: Vector) -> Vector:
-    """|M| z by blocks of rows, so that |M| is never formed."""
+    """Return |M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
         return np.asarray(abs(M) @ z)
-    if M.size <= FEW:
+    if M.size <= MOST_COPIED_ENTRIES:
         return np.asarray(np.abs(M) @ z)
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])
 
 
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (barring under- and overflow).
+    """Return b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (but for over- and
+    underflow).
 
     Every product is split into its rounded value and its error (Dekker 1971), and math.fsum adds them up exactly.
     """
@@ -239,7 +241,7 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 
 def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
-    """Two lists that add up to -a_i x_i, entry by entry, without error."""
+    """Return two lists that add up to -a_i x_i, entry by entry, without error."""
     check()
     terms = a * x
     a_high, a_low = _split(a)
@@ -249,7 +251,7 @@ def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
 
 
 def _split(v: Vector) -> tuple[Vector, Vector]:
-    """v as the sum of two vectors of 26 bits each."""
+    """Return v as the sum of two vectors of 26 bits each."""
     large = SPLITTER * v
     high = large - (large - v)
     return high, v - high

@@ -14,25 +14,25 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import compressed, is_sparse
 from lcpcli.typing import Indices, Matrix, Vector
 
-LARGEST_DENSE = 5000  # n up to which factorizing a dense matrix is affordable
-MAX_ENTRIES = 150_000_000  # of a band whose factorization is affordable
-MAX_OPERATIONS = 100_000_000_000
-SMALL = 20_000  # entries up to which any order is found in no time
-STEPS = 8  # in which most of a graph without small separators is reached
-MUCH = 10  # entries of L for each of M, beyond which the search for an order of minimum degree may take minutes
+MOST_DENSE_ROWS = 5000  # up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes
+MAX_ENTRIES = 150_000_000  # of the factors in a band that are affordable: about a gigabyte
+MAX_OPERATIONS = 100_000_000_000  # of the elimination in a band that are affordable: a minute or so
+MOST_ORDERED_ENTRIES = 20_000  # up to which any order is found in no time
+SPREADING_STEPS = 8  # in which most of a graph without small separators is reached
+MUCH_FILL = 10  # entries of L for each of M, beyond which the search for a minimum degree order may take minutes
 
 
 def affordable(M: Matrix) -> bool:
     """Whether a factorization of M costs little enough to be a side computation; better orders than that of the band
-    usually save most of it."""
+    usually save most of its cost."""
     if not is_sparse(M):
-        return bool(M.shape[0] <= LARGEST_DENSE)
+        return bool(M.shape[0] <= MOST_DENSE_ROWS)
     band = Band(M)
     return band.entries <= MAX_ENTRIES and band.operations <= MAX_OPERATIONS
 
 
 def _symmetric(M: Matrix) -> Matrix:
-    """|M| + |M'|."""
+    """Return |M| + |M'|."""
     return (abs(M) + abs(M.T)).tocsr()
 
 
@@ -55,14 +55,14 @@ class Band:
 
 
 def order_of(M: Matrix) -> str:
-    """The order that SuperLU is to look for, for diagonal pivots of a sparse M: that of minimum degree, or COLAMD's.
+    """Return the order that SuperLU is to look for, for diagonal pivots of a sparse M: minimum degree, or COLAMD.
 
     SuperLU holds the interpreter's lock in this search, so that neither Ctrl-C nor a time limit can end the wait for
     it. Minimum degree gives less fill, but takes minutes where the graph of M has no small separators, and L is nearly
     dense in any order; COLAMD takes a second there.
     """
-    most = MUCH * M.nnz
-    slow = M.nnz > SMALL and _spreads(M) and fill(M, most) > most
+    most = MUCH_FILL * M.nnz
+    slow = M.nnz > MOST_ORDERED_ENTRIES and _spreads(M) and fill(M, most) > most
     return "COLAMD" if slow else "MMD_AT_PLUS_A"
 
 
@@ -72,13 +72,13 @@ def _spreads(M: Matrix) -> bool:
     pattern.data[:] = 1.0
     reached = np.zeros(M.shape[0])
     reached[np.argsort(np.diff(pattern.indptr))[reached.size // 2]] = 1.0
-    for _ in range(STEPS):
+    for _ in range(SPREADING_STEPS):
         reached = np.minimum(reached + pattern @ reached, 1.0)
     return bool(reached.sum() > reached.size / 2)
 
 
 def fill(M: Matrix, most: int) -> int:
-    """The entries below the diagonal of L, for diagonal pivots of M + M' in order of the entries of their rows.
+    """Count the entries below the diagonal of L, for diagonal pivots of M + M' in order of the entries of their rows.
 
     For the conditions of programs this order is not much worse than those of minimum degree, and it takes no time. M is
     sparse, of shape (n, n). Counting ends above `most`, and by TimeIsUp.
@@ -105,7 +105,7 @@ def fill(M: Matrix, most: int) -> int:
 
 
 def signs(M: Matrix) -> Vector | None:
-    """S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and j; None if there is none.
+    """Return S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and j; None if there is none.
 
     If M + M' is positive semidefinite and D positive, S (M + D) is then quasidefinite and has LDL' factors for every
     order of the pivots (R. J. Vanderbei, Symmetric quasidefinite matrices, SIAM J. Optim. 5 (1995) 100-113).

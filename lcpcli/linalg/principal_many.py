@@ -10,20 +10,21 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 BATCH = 1 << 16  # numbers in the submatrices and right-hand sides that are solved in one call: they stay in the cache
 WORD = 64  # bits
-LARGE = 0.55  # of all indices: sets from which on the complements are solved for
+LARGE_SHARE = 0.55  # of all indices: from there on the systems of the complements are solved, which cost less
 
 
 def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None) -> Vector:
-    """x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN where M_PP is singular, or numbers overflow.
+    """Return x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN where M_PP is singular or numbers
+    overflow.
 
     M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is where the indices P of row i are.
-    inverse : G, that of M, if M is well-conditioned. For most indices in P and few in N, M_PP^-1 = G_PP - G_PN G_NN^-1
-        G_NP then takes the smaller system.
+    inverse : G, the inverse of M, if M is well-conditioned. For most indices in P and few in N, M_PP^-1 = G_PP - G_PN
+        G_NN^-1 G_NP then takes the smaller system.
     """
     if not sets.size:
         return np.zeros(B.shape)
     if inverse is not None:
-        large = np.count_nonzero(sets, axis=1) > LARGE * sets.shape[1]
+        large = np.count_nonzero(sets, axis=1) > LARGE_SHARE * sets.shape[1]
         if large.any():
             X = np.empty(B.shape)
             X[~large] = solve_principal(M, sets[~large], B[~large])
@@ -41,7 +42,7 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
 
 
 def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
-    """The distinct sets with s > 0 indices, shape (g, s), and the rows that have them, (g, r), by sets of equal size.
+    """Yield the distinct sets with s > 0 indices, shape (g, s), and the rows that have them, (g, r), by equal size.
 
     The numbers of rows of the sets of a batch are within a factor of two; the last row of a set is repeated up to r.
     """
@@ -68,7 +69,7 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
 
 
 def _solved(A: Vector, B: Vector) -> Vector:
-    """X with A X = B for A and B of shapes (g, s, s) and (g, s, r); NaN where A is singular."""
+    """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r); NaN where A is singular."""
     try:
         return np.linalg.solve(A, B).astype(np.float64, copy=False)
     except np.linalg.LinAlgError:

@@ -23,22 +23,23 @@ from lcpcli.linalg.patterns import order_of
 from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
-DENSE, MOST = 10.0, 30  # times the root of n: the entries of a row that is dense; and so many are split off
-PATIENCE = 0.02  # seconds of a factorization from which it is worth trying another library for the next
-DECIDED = 3  # factorizations that tell which library is faster: two by QDLDL, one by SuperLU in its order
+DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
+MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
+PATIENCE_SECONDS = 0.02  # of a factorization, from which it is worth trying another library for the next
+TRIALS = 3  # factorizations that show which library is faster: two by QDLDL, one by SuperLU in its order
 SparseSystems: TypeAlias = "SuperLU | LDL | Bordered | _Faster"
-"""Those of sparse M; library and nonzeros are those of the last factors, without a unit diagonal."""
+"""Systems of sparse M; library and nonzeros are those of the last factors, without a unit diagonal."""
 Systems: TypeAlias = "SparseSystems | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) is for the last d."""
 
 
 def systems(M: Matrix, S: Vector | None) -> Systems:
-    """Those of M, dense or in compressed sparse rows, with signs S if there are any."""
+    """Return the systems of M, dense or in compressed sparse rows, with signs S if there are any."""
     return sparse_systems(M, S) if is_sparse(M) else _Dense(M)
 
 
 def sparse_systems(M: Matrix, S: Vector | None) -> SparseSystems:
-    """Those of M in compressed sparse rows, with signs S if there are any."""
+    """Return the systems of M in compressed sparse rows, with signs S if there are any."""
     if S is None or not _has_qdldl():
         dense = dense_places(M)
         return Bordered(M, dense, SuperLU) if dense.size else SuperLU(M)
@@ -61,7 +62,7 @@ class _Dense:
 
 
 class SuperLU:
-    """scipy's; with diagonal pivots in an order that is given or found once, or with partial pivoting.
+    """Systems by scipy's SuperLU, with diagonal pivots in an order that is given or found once, or partial pivoting.
 
     Its own search for an order may take longer than all factorizations.
     """
@@ -112,7 +113,7 @@ class SuperLU:
 
 
 class LDL:
-    """QDLDL's, of S (M + diag(d))."""
+    """Systems by QDLDL's factors of S (M + diag(d))."""
 
     library = "QDLDL"
 
@@ -139,7 +140,7 @@ class LDL:
 
     @property
     def order(self) -> Indices:
-        """The place of each row and column among the pivots."""
+        """Return the place of each row and column among the pivots."""
         pivots: Indices = self._solver.factors()[2]
         return np.argsort(pivots)
 
@@ -150,15 +151,15 @@ class LDL:
 
 
 def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
-    """The factors of a matrix with so many entries; SingularMatrix for what a library raises."""
+    """Return the factors of a matrix with so many entries; SingularMatrix for any error of a library."""
     try:
-        return interruptibly(factorize) if entries > factors.QUICK else factorize()
+        return interruptibly(factorize) if entries > factors.MOST_QUICK_ENTRIES else factorize()
     except RuntimeError as error:
         raise SingularMatrix from error
 
 
 def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:
-    """Values, rows and columns of the entries of M, with all of the diagonal, which is last."""
+    """Return values, rows and columns of the entries of M, with all of the diagonal, which is last."""
     coo, every = M.tocoo(), np.arange(M.shape[0])
     off = coo.row != coo.col
     values = np.concatenate((coo.data[off], M.diagonal()))
@@ -166,7 +167,7 @@ def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:
 
 
 def _columns(values: Vector, rows: Indices, columns: Indices, n: int) -> tuple[Any, Indices]:
-    """The matrix of these entries in compressed sparse columns, and where those of the diagonal are."""
+    """Return the matrix of these entries in compressed sparse columns, and the places of its diagonal entries."""
     from scipy.sparse import csc_array
 
     matrix = csc_array((values, (rows, columns)), shape=(n, n))
@@ -176,15 +177,16 @@ def _columns(values: Vector, rows: Indices, columns: Indices, n: int) -> tuple[A
 
 
 def dense_places(M: Matrix) -> Indices:
-    """The indices of dense rows and columns; none if they are too many."""
+    """Return the indices of dense rows and columns; none if there are too many."""
     n = M.shape[0]
     counts = np.maximum(np.diff(M.indptr), np.bincount(M.indices, minlength=n))
-    places = np.flatnonzero(counts > DENSE * np.sqrt(n))
-    return places if places.size <= MOST else places[:0]
+    places = np.flatnonzero(counts > DENSE_FACTOR * np.sqrt(n))
+    return places if places.size <= MOST_SPLIT_OFF else places[:0]
 
 
 class Bordered:
-    """The border at some places; `inner` makes the systems of the rest."""
+    """Systems whose rows and columns at some places are split off as a border; `inner` makes the systems of the
+    rest."""
 
     def __init__(self, M: Matrix, places: Indices, inner: Callable[[Matrix], SparseSystems]) -> None:
         self._places, self._rest = places, np.setdiff1d(np.arange(M.shape[0]), places)
@@ -211,12 +213,12 @@ class Bordered:
 
     @property
     def nonzeros(self) -> int:
-        """Those of the inner factors, the border and its inverse."""
+        """Return the number of entries of the inner factors, the border and its inverse."""
         return int(self._inner.nonzeros + self._W.size + self._C.nnz + self._inverse.size)
 
 
 class _Faster:
-    """The first of several that factorizes again within PATIENCE, or the quickest.
+    """The first of several systems that factorizes again within PATIENCE_SECONDS, or the quickest.
 
     The time of the second factorization counts, as the first one includes the analysis of the pattern.
     """
@@ -232,7 +234,7 @@ class _Faster:
     def factorize(self, d: Vector) -> None:
         if self._count == 2:
             self._tried.append((self._seconds, self._used))
-            if self._seconds > PATIENCE and self._untried:
+            if self._seconds > PATIENCE_SECONDS and self._untried:
                 self._used, self._count = self._untried.pop(0)(), 0
             else:
                 self._used = min(self._tried, key=lambda each: each[0])[1]

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
 VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", GENERAL)
-FEWEST_ROWS = 100  # of a matrix: with fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway
+FEWEST_THREADED_ROWS = 100  # with fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway
 # Rows of a dense matrix from which more threads pay. Measured on two processors, with one thread / two, in seconds:
 # n = 2000 0.16 / 0.11 by auto and 0.27 / 0.21 by fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and
 # 2.9 / 2.0. Beside two busy processes two threads took up to 12 times as long as one at n = 3000, 4 times at 5000.
@@ -39,15 +39,15 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def in_environment() -> int | None:
-    """The number that the environment sets; None if it sets none."""
+    """Return the number that the environment sets; None if it sets none."""
     values = [os.environ.get(name, "") for name in VARIABLES]
     return next((int(value) for value in values if value.isdecimal()), None)
 
 
 def with_limited_threads(function: Function) -> Function:
-    """The function (problem, ...), called with as many threads as its keyword `threads` says.
+    """Return the function (problem, ...), called with as many threads as its keyword `threads` says.
 
-    By default these are as many as the environment sets; if it sets none, one, unless M is so large that more pay.
+    By default there are as many as the environment sets; if it sets none, one, unless M is so large that more pay.
     """
 
     @wraps(function)
@@ -62,14 +62,15 @@ def with_limited_threads(function: Function) -> Function:
 
 
 def _number(M: Matrix, asked: int | None) -> int | None:
-    """The number of threads for a matrix, None to leave it as it is; OptionError if what is asked for cannot be set."""
+    """Return the number of threads for a matrix, None to leave it as it is; OptionError if the number asked for
+    cannot be set."""
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
         if _controller(_scipy_is_loaded()) is None:
             hint = "pip install 'linear-complementarity[threads]'"
             raise ParameterError(options.THREADS.name, "needs threadpoolctl", hint)
         return int(asked)
-    if M.shape[0] < FEWEST_ROWS or _decided_by_environment():
+    if M.shape[0] < FEWEST_THREADED_ROWS or _decided_by_environment():
         return None
     from lcpcli.linalg.matrices import is_sparse
 
@@ -86,9 +87,9 @@ _changing = threading.Lock()  # held while the number is not the one of the proc
 
 @contextmanager
 def limited(number: int) -> Iterator[None]:
-    """A context in which the BLAS uses that many threads, if threadpoolctl is installed.
+    """Open a context in which the BLAS uses that many threads, if threadpoolctl is installed.
 
-    As it belongs to the process, only the first of contexts that overlap, nested or in several threads, changes it.
+    As the number belongs to the process, only the first of overlapping contexts, nested or in threads, changes it.
     """
     if _controller(_scipy_is_loaded()) is None or not _changing.acquire(blocking=False):
         yield
@@ -121,7 +122,8 @@ def _scipy_is_loaded() -> bool:
 
 @cache
 def _controller(of_scipy: bool) -> Any:  # noqa: ARG001 (there is one with scipy's BLAS and one without)
-    """threadpoolctl's controller of what is loaded, which takes milliseconds to find it; None without threadpoolctl."""
+    """Return threadpoolctl's controller of the loaded libraries, which it takes milliseconds to find; None without
+    threadpoolctl."""
     with imports:
         try:
             from threadpoolctl import ThreadpoolController

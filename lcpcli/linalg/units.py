@@ -20,19 +20,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import FAR
+from lcpcli.linalg.doubles import FAR_FROM_ONE
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-SETTLED = 0.01  # of a power of two: the error in the normal equations that is left
-MOST_STEPS = 500  # of conjugate gradients; a matrix without zeros takes two
+SETTLED_ERROR = 0.01  # of a power of two: the error in the normal equations that is left
+MOST_CG_STEPS = 500  # of conjugate gradients; a matrix without zeros takes two
 EXPONENT, BIAS = 0x7FF, 1022  # the bits of a double's exponent, and its value for 1/2 <= |a| < 1
-SWEEPS = 30
-FAR_APART = 40.0  # exponent of the ratio of units above which logarithms are balanced first, then the largest entries
-NEAR = 4.0  # exponent of the ratio of units up to which the exponents of the first sweep limit those of the others
-MARGIN = 4.0  # binary digits by which exponents may leave the range of the first sweep's
-FEW = 2.0 ** (2 * NEAR - 2)  # the ratio of units up to which that is certain
-LARGEST_POWER = 1000.0  # exponents are limited to this, so that R, C and what they divide stay finite
+MOST_SWEEPS = 30  # each of which halves the exponents that are left, so that all settle unless M ties them together
+# Exponent of the ratio of units above which logarithms are balanced first, then the largest entries.
+UNITS_FAR_APART = 40.0
+# Exponent of the ratio of units up to which the exponents of the first sweep limit those of the others.
+NEAR_UNITS = 4.0
+EXPONENT_MARGIN = 4.0  # binary digits by which exponents may leave the range of those of the first sweep
+SURELY_NEAR_RATIO = 2.0 ** (2 * NEAR_UNITS - 2)  # of entries: up to it units are certainly within NEAR_UNITS
+LARGEST_POWER = 1000.0  # of two: exponents are limited to it, so that R, C and what they divide stay finite
 
 
 class Units(NamedTuple):
@@ -46,16 +48,17 @@ class Units(NamedTuple):
     parts: int
 
     def largest_of_rows(self, values: Vector) -> Vector:
-        """The largest value in each component, for values of the rows of shape (..., n); minus infinity if none."""
+        """Return the largest value in each component, for values of the rows of shape (..., n); minus infinity if
+        none."""
         return _largest(values, self.row_part, self.parts)
 
     def largest_of_columns(self, values: Vector) -> Vector:
-        """The largest value in each component, for values of the columns of shape (..., n)."""
+        """Return the largest value in each component, for values of the columns of shape (..., n)."""
         return _largest(values, self.column_part, self.parts)
 
 
 def units(M: Matrix) -> Units:
-    """The units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
+    """Return the units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
     if is_sparse(M):
         return _sparse_units(M)
     n, weights = M.shape[0], _exponents(np.ascontiguousarray(M))
@@ -92,15 +95,16 @@ def _sparse_units(M: Matrix) -> Units:
 
 
 def _exponents(values: NDArray[np.float64]) -> NDArray[np.int64]:
-    """e with 2^(e - 1) <= |a| < 2^e, read from the bits of the doubles; those of 0 and subnormal numbers are -1022."""
+    """Return e with 2^(e - 1) <= |a| < 2^e, read from the bits of the doubles; e of 0 and of subnormal numbers is
+    -1022."""
     return (values.view(np.int64) >> 52 & EXPONENT) - BIAS
 
 
 def _least_squares(
     exponents: Matrix, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
 ) -> tuple[Vector, Vector]:
-    """rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate gradients on
-    the normal equations, preconditioned by their diagonal.
+    """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
+    gradients on the normal equations, preconditioned by their diagonal.
 
     counts : how many entries there are in rows and in columns, shape (2, n). times, transposed : products with the
     matrix that has ones for the entries, and with its transpose.
@@ -110,8 +114,8 @@ def _least_squares(
     residual = -np.array([exponents.sum(axis=1), exponents.sum(axis=0)], dtype=np.float64)
     step = residual / counts
     direction, size = step, float((residual * step).sum())
-    for _ in range(MOST_STEPS):
-        if not np.abs(step).max() > SETTLED:
+    for _ in range(MOST_CG_STEPS):
+        if not np.abs(step).max() > SETTLED_ERROR:
             break
         image = counts * direction
         image[0] += times(direction[1])
@@ -126,7 +130,8 @@ def _least_squares(
 
 
 def _components(used: Mask) -> tuple[Indices, Indices, int]:
-    """The components of rows and of columns where entries are used, and how many there are, by breadth-first search."""
+    """Return the components of rows and of columns where entries are used, and their number, by breadth-first
+    search."""
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
     for i in range(n):
@@ -155,14 +160,14 @@ def _largest(values: Vector, part: Indices, parts: int) -> Vector:
 
 
 def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vector, Vector]:
-    """Diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
+    """Return diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
 
     Rows and columns are divided simultaneously by the square roots of their largest entries (D. Ruiz, A scaling
     algorithm to equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), repeatedly until every largest
-    entry lies between 1/2 and 2, at most SWEEPS times. The divisors are powers of two, so that scaling is exact, and
-    stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled until its entry of q is as large as the
-    largest other one; a zero column, which has no scale, is left unscaled. Uncoupled blocks of M keep the units that
-    they have in common. No exponent ends more than MARGIN outside the range of those that the first sweep asks for.
+    entry lies between 1/2 and 2, at most MOST_SWEEPS times. The divisors are powers of two, so that scaling is exact,
+    and stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled until its entry of q is as large as the
+    largest other one; a zero column, which has no scale, is left unscaled. Uncoupled blocks of M keep their common
+    units. No exponent ends more than EXPONENT_MARGIN outside the range of the exponents of the first sweep.
 
     rows : the largest |entry| of each row of M, if they are known: M need then not be read if its diagonal is nearly as
         large.
@@ -182,9 +187,9 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
         rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
     else:
         changes = np.concatenate([_half_power(rows), _half_power(columns)])
-        if changes.max() - changes.min() <= NEAR:
-            low, high = -changes.max() - MARGIN, -changes.min() + MARGIN
-    for _ in range(SWEEPS):
+        if changes.max() - changes.min() <= NEAR_UNITS:
+            low, high = -changes.max() - EXPONENT_MARGIN, -changes.min() + EXPONENT_MARGIN
+    for _ in range(MOST_SWEEPS):
         row_change, column_change = _half_power(rows), _half_power(columns)
         if not row_change.any() and not column_change.any():
             break
@@ -203,25 +208,26 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
 
 
 def range_of_units(least: float, largest: float) -> tuple[float, float]:
-    """Bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are far
-    from each other or from 1.
+    """Return bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are
+    far from each other or from 1.
 
-    The largest entry of each row and column lies between the two. If both ask for the same power of two, that is it.
+    The largest entry of each row and column lies between these two. If both ask for the same power of two, the bounds
+    are equal.
     """
-    if not (least > 0 and largest <= least * FEW and least > 1 / FAR and largest < FAR):
+    if not (least > 0 and largest <= least * SURELY_NEAR_RATIO and least > 1 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
         return 0.0, math.inf
     first, last = -round(math.log2(largest) / 2), -round(math.log2(least) / 2)
     if first == last:
         return 2.0**first, 2.0**first
-    return 2.0 ** (first - MARGIN), 2.0 ** (last + MARGIN)
+    return 2.0 ** (first - EXPONENT_MARGIN), 2.0 ** (last + EXPONENT_MARGIN)
 
 
 def _are_far_apart(sizes: Vector) -> bool:
     """Whether sizes differ by more than units in common use do."""
     used = sizes[sizes > 0]
-    return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > FAR_APART)
+    return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > UNITS_FAR_APART)
 
 
 def _half_power(sizes: Vector) -> Vector:
-    """Half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
+    """Return half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
     return np.asarray(np.rint(0.5 * np.log2(sizes, where=sizes > 0, out=np.zeros_like(sizes))))

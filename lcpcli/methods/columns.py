@@ -1,12 +1,12 @@
-"""Block principal pivoting for many right-hand sides at once: what has the same active set shares its factorization.
+"""Block principal pivoting for many right-hand sides at once: problems with one active set share its factorization.
 
 M. H. Van Benthem and M. R. Keenan, Fast algorithm for the solution of large-scale non-negativity-constrained least
 squares problems, Journal of Chemometrics 18 (2004) 441-450, with the safeguard of `newton`, as in J. Kim and H. Park,
 Fast nonnegative matrix factorization: an active-set-like method and comparisons, SIAM Journal on Scientific Computing
 33 (2011) 3261-3281. Products with M are taken for all columns together. So that few systems are solved, it starts from
-nearly right active sets: for right-hand sides that follow each other closely, as in time, from that of a neighbour's
-solution; for the others from that at which projected gradients arrive, each step of which is one product with M for
-all.
+nearly right active sets: for right-hand sides that follow each other closely, as in time, from the active set of a
+neighbour's solution; for the others from the one at which projected gradients arrive, each step of which is one product
+with M for all problems.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, Safeguard, exchanging, in_units_of_state
 
 STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
-NEAR = 0.25  # of the distance of q from 0: the distance from another one that makes it a neighbour
-FASTER = 0.5  # of the changes of state between two looks: the most between the next two, if gradients are to go on
-SETTLED = 0.1  # changes of state of a problem, on average, between two looks
+NEIGHBOUR_DISTANCE = 0.25  # of q from another q, relative to its distance from 0, up to which the two are neighbours
+SETTLING_FACTOR = 0.5  # most changes of state between two looks, relative to the last two, for gradients to go on
+SETTLED_CHANGES = 0.1  # changes of state of a problem between two looks, on average, with which pivoting takes over
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
     """Problems of a block with their reference points moved to 0, one in each row.
 
-    block : where M is. q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
+    block : the block, which has M. q : shape (m, n). box : the bounds, of shape (m, n) unless they are z >= 0.
     """
 
     block: Block
@@ -42,13 +42,13 @@ class Frame:
     box: Box
 
     def part(self, rows: Indices) -> Frame:
-        """Some of the problems."""
+        """Return the frame of some of the problems."""
         if rows.size == self.q.shape[0]:
             return self
         return replace(self, q=self.q[rows], box=self.box.mapped(lambda bound: bound[rows]))
 
     def at(self, basis: Basis) -> BasicSolution:
-        """The basic solutions of the states, not finite where M_PP is singular or numbers overflow."""
+        """Return the basic solutions of the states, not finite where M_PP is singular or numbers overflow."""
         M, z = self.block.M, self.box.nonbasic(basis)
         right = self.q + self.block.times_M(z) if z.any() else self.q
         z += solve_principal(M, basis.basic, -right, self.block.columns.inverse)
@@ -68,18 +68,18 @@ class Frame:
 
 
 def frame_of(block: Block) -> Frame:
-    """The frame of all problems of a block."""
+    """Return the frame of all problems of a block."""
     z, q, box = block.references.z, block.references.q, block.box
     return Frame(block, q, box if z is None else box.mapped(lambda bound: moved(bound - z, bound)))
 
 
 def in_given_variables(frame: Frame, z: Vector) -> Vector:
-    """Admissible z of the block for z of its frame; what is at a bound stays there."""
-    given, box, there = frame.block.box, frame.box, frame.block.references.z
+    """Return the admissible z of the block for z of its frame; a z at a bound stays at that bound."""
+    given, box, reference_z = frame.block.box, frame.box, frame.block.references.z
     z = box.project(z)
-    if there is None:
+    if reference_z is None:
         return z
-    inside = np.where(z == box.upper, given.upper, z + there)
+    inside = np.where(z == box.upper, given.upper, z + reference_z)
     return given.project(np.where(z == box.lower, given.lower, inside))
 
 
@@ -90,7 +90,8 @@ class Pivoted:
     z : basic solutions that have the signs that their states ask for, or violate them by rounding alone, shape (m, n).
     basis : their states.
     steps : how many systems were solved for each, shape (m,).
-    ended : where there is one, shape (m,); elsewhere M_PP was singular, or the steps were not enough.
+    ended : which problems have such a solution, shape (m,); of the others M_PP was singular, or the steps were not
+        enough.
     by_gradient : where projected gradients chose the start, shape (m,).
     """
 
@@ -102,7 +103,7 @@ class Pivoted:
 
 
 def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, is_late: Callable[[], bool]) -> Pivoted:
-    """Block pivoting for the wanted problems, shape (m,), in at most so many steps, ended early once it is late.
+    """Pivot the wanted problems, shape (m,), by blocks in at most `most_steps`, ending early once it is late.
 
     R, C : units in which sizes are compared, shape (n,).
     """
@@ -148,13 +149,14 @@ def _pivot(
 
 
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
-    """The z of some rows after a step of iterative refinement, for their w."""
+    """Return the z of some rows after a step of iterative refinement, for their w."""
     basic = found.basis.basic[rows]
     return np.asarray(found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0)))
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
-    """For each row the first one of its stride, and whether to start from its solution; only if most are neighbours."""
+    """Return for each row the first row of its stride, and whether to start from the solution of that row: only if
+    most rows are neighbours."""
     rows = np.arange(q.shape[0])
     leaders, near = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
     last = rows[STRIDE - 1 :: STRIDE]
@@ -166,11 +168,12 @@ def _neighbours(q: Vector) -> tuple[Indices, Mask]:
 
 def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
     distances, sizes = q[rows] - q[others], q[rows]
-    return np.asarray((distances**2).sum(axis=1) < NEAR**2 * (sizes**2).sum(axis=1))
+    return np.asarray((distances**2).sum(axis=1) < NEIGHBOUR_DISTANCE**2 * (sizes**2).sum(axis=1))
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
-    """The states to start from, and where gradients have found them; elsewhere those of the reference points."""
+    """Return the states to start from, and where gradients have found them; elsewhere they are those of the
+    reference points."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
     if not (diagonal.min() > 0 and frame.q.size):
         return start, np.zeros(frame.q.shape[0], dtype=bool)
@@ -182,8 +185,8 @@ def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
 
 
 def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
-    """The states at which projected gradients arrive, and where these do not diverge. They go on while the states
-    settle: while each look finds less than FASTER of the changes of the last one."""
+    """Return the states at which projected gradients arrive, and where these do not diverge. They go on while each
+    look finds fewer than SETTLING_FACTOR times the changes of the look before."""
     half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
     R, C = R * half, C * half
     M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R
@@ -196,7 +199,7 @@ def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask
     most = np.inf
     for look in gradient_steps(frame.box.in_units(C), w_of, np.zeros(q.shape), q):
         *_, basis, changes, bounded = look
-        if changes <= SETTLED * q.shape[0] or changes > FASTER * most:
+        if changes <= SETTLED_CHANGES * q.shape[0] or changes > SETTLING_FACTOR * most:
             break
         most = changes
     return basis, bounded

@@ -73,14 +73,14 @@ def _iterates(problem: Problem, x: Vector, omega: float, anderson: int, solve: f
 
 
 def _image(M: Matrix, omega: float, distance: Vector) -> Vector:
-    """(omega I - M) |x| for |x|, which is overwritten, with one product with M."""
+    """Return (omega I - M) |x| for |x|, which is overwritten, with one product with M."""
     image = matrices.product(M, distance)
     distance *= omega
     return np.subtract(distance, image, out=image)
 
 
 def best_omega(M: Matrix) -> float:
-    """A nearly optimal omega > 0 for the modulus iteration (omega I + M) x' = (omega I - M) |x| - q.
+    """Return a nearly optimal omega > 0 for the modulus iteration (omega I + M) x' = (omega I - M) |x| - q.
 
     M symmetric positive definite: sqrt(lambda_min lambda_max) minimises the contraction factor
     max |omega - lambda| / |omega + lambda|; both are estimated by a few steps of power and inverse iteration, for which
@@ -98,7 +98,7 @@ def best_omega(M: Matrix) -> float:
 
 
 RESTART_GROWTH = 2.0  # growth of |g - x| over its minimum at which the memory is cleared
-RIDGE = 1e-14  # added to the Gram matrix, relative to its trace, against nearly dependent differences
+GRAM_RIDGE = 1e-14  # added to the Gram matrix, relative to its trace, against nearly dependent differences
 
 
 class Anderson:
@@ -125,7 +125,7 @@ class Anderson:
         self._smallest, self._best = math.inf, np.empty(0)
 
     def next(self, x: Vector, g: Vector) -> Vector:
-        """The next x; a new array, or g itself."""
+        """Return the next x, a new array or g itself."""
         f = g - x
         size = norm(f)
         if size > RESTART_GROWTH * self._smallest:
@@ -148,6 +148,6 @@ class Anderson:
             return g
         kept = slice(self._kept)
         gram = self._gram[kept, kept]
-        ridge = RIDGE * float(np.trace(gram)) * np.eye(self._kept)
+        ridge = GRAM_RIDGE * float(np.trace(gram)) * np.eye(self._kept)
         gamma = np.linalg.lstsq(gram + ridge, np.einsum("ij,j->i", self._df[kept], f), rcond=None)[0]
         return np.asarray(g - np.einsum("i,ij->j", gamma, self._dg[kept]))

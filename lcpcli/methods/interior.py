@@ -28,30 +28,33 @@ from lcpcli.typing import Indices, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 FINISH, BEST = "finish", "best"
-MOST = 150  # steps of an attempt
-WARMED_UP, RECENT, SLOW = 8, 7, 0.4  # after so many steps, a mean length of the recent ones below that is too short
-PATIENCE, NEAR, IMPATIENT = 25, 1e-8, 10  # steps without progress; below that merit, fewer
-CLOSE, DROP = 1e-5, 1e-2  # the merit from which the active set is tried, and the drop after which it is again
-SMALL, VANISHED = 1e-24, 1e-30  # mu: where z_i and w_i are both 0, they are as large as its root
-EVERY = 5  # steps between searches for a proof that there is no solution
-SHIFT = 1e-9  # eps of the proximal iteration
-ITERATIONS, SLOW_PROXIMAL = 15, 0.7
-POLISHING = 2  # more iterations once the residual is rounding
-ROUNDS = 5  # of exchanges of wrong signs
-WORSE, FAR = 1e2, 1e-1  # exchanges end above that factor of the least natural residual so far, and above FAR
-POOR = 1e-3  # the factor of w_B above which pivoting is tried
-EXACT, WRONG = 1e-13, 1e-12  # in scaled units: a natural residual that is rounding, and a sign that is not
+MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
+WARM_UP_STEPS = 8  # after which an attempt may be given up for short steps
+RECENT_STEPS, SLOW_LENGTH = 7, 0.4  # it is, if the mean length of so many steps is below that
+PATIENT_STEPS, IMPATIENT_STEPS = 25, 10  # without progress, after which an attempt ends: fewer below NEAR_MERIT
+NEAR_MERIT = 1e-8  # relative: the accuracy at which rounding may prevent progress
+CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tried
+MERIT_DROP = 1e-2  # the factor by which the merit has to fall before the active set is tried again
+SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are as large as the root of mu
+PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
+PROXIMAL_SHIFT = 1e-9  # eps of the proximal iteration: far above rounding, far below eigenvalues that matter
+PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
+POLISHING_STEPS = 2  # more of them once the residual is rounding, for small components of z
+EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
+WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1  # times the least natural residual so far, and absolute: exchanges end above
+POOR_REDUCTION = 1e-3  # of w_B by the proximal iteration: above it, factors with partial pivoting are tried
+EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12  # in scaled units: a residual that is rounding, a sign that is not
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """One run.
+    """The settings of one attempt.
 
     slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
     shift : eps, in scaled units; M + eps I has one solution, near the smallest of M's if eps is small: Tikhonov's
         regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity
         Problems (2003), section 12.2.
-    gives_up : whether it ends when its steps stay short. pivots : whether sparse factors are by partial pivoting.
+    gives_up : whether the attempt ends when its steps stay short. pivots : whether sparse factors use partial pivoting.
     """
 
     slack: float
@@ -83,8 +86,8 @@ def interior(
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
     M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
 
-    start_slack : the least slack and multiplier at the start, in scaled units; of the third attempt 1e4 times, of
-        the fourth 100 times that.
+    start_slack : the least slack and multiplier at the start, in scaled units; the third attempt takes 1e4 times, the
+        fourth 100 times that.
     regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
     Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
@@ -120,23 +123,23 @@ class _Run:
         except SingularMatrix:
             return Breakdown("a factorization failed")
         least, waited, tried, lengths = np.inf, 0, np.inf, list[float]()
-        for k in range(MOST + 1):
+        for k in range(MOST_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
             merit = max(self._within.pairs * mu / steps.gap_size(at), steps.infeasibility(at))
             waited = 0 if merit < 0.9 * least else waited + 1
             if merit < least:
                 best, least = at, merit
-            if merit < CLOSE and merit < DROP * tried:
+            if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
                 tried = merit
                 yield from self._finish(at)  # before the point itself, which is less accurate
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
-                yield self._shown(at.z, step)._replace(signs_final=mu < SMALL)  # else the next ones are better
-            due = k % EVERY == EVERY - 1 and merit > CLOSE
+                yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better
+            due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
             if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)
-            too_short = attempt.gives_up and k >= WARMED_UP and np.mean(lengths[-RECENT:]) < SLOW
-            if mu < VANISHED or too_short or waited > (PATIENCE if least > NEAR else IMPATIENT):
+            too_short = attempt.gives_up and k >= WARM_UP_STEPS and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
+            if mu < VANISHED_MU or too_short or waited > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS):
                 break
             try:
                 at, length, along = steps.next(at)
@@ -151,24 +154,24 @@ class _Run:
         return Stalled("its steps no longer reduce the residual")
 
     def _finish(self, at: Point, last: bool = False) -> Iterator[Iterate]:
-        """The basic solutions of the active set of a point, and after exchanges; unless it is the last point, only one
-        that solves the problem up to rounding is as good as those to come."""
+        """Yield the basic solutions of the active set of a point, before and after exchanges. Unless it is the last
+        point, only one that solves the problem up to rounding is as good as those to come."""
         within = self._within
         own = _BasicSolutions(within, at.z)
         least = own.residual(own.z, within.M @ own.z + within.q)
         with suppress(SingularMatrix):
-            for found in islice(exchanging(own, _active(within, at)), ROUNDS):
+            for found in islice(exchanging(own, _active(within, at)), EXCHANGE_ROUNDS):
                 size = own.residual(found.z, found.w)
-                if not size <= max(WORSE * least, FAR):
+                if not size <= max(WORSE_FACTOR * least, FAR_RESIDUAL):
                     return  # of a wrong basis, nearly singular
                 least = min(size, least)
                 self._count += 1
-                yield self._shown(own.z, FINISH)._replace(signs_final=size <= EXACT or last)
+                yield self._shown(own.z, FINISH)._replace(signs_final=size <= EXACT_RESIDUAL or last)
                 if found.is_solution:
                     return
 
     def _shown(self, z: Vector, step: str) -> Iterate:
-        z = self._within.given(z)
+        z = self._within.original(z)
         return Iterate(self._given.box.x_of(z, self._given.w(z)), None, step, self._count)
 
 
@@ -182,7 +185,7 @@ class _BasicSolutions:
     def at(self, basis: Basis) -> BasicSolution:
         z = np.where(basis.basic, self.z, self.box.nonbasic(basis))
         z, w = _solved(self._problem, z, np.flatnonzero(basis.basic))
-        wrong = self.box.violations(z, w, basis) > WRONG
+        wrong = self.box.violations(z, w, basis) > WRONG_SIGN
         self.z = self.box.project(z)
         return BasicSolution(basis, z, w, wrong, not wrong.any())
 
@@ -191,7 +194,8 @@ class _BasicSolutions:
 
 
 def _active(problem: Scaled, at: Point) -> Basis:
-    """At a bound where its slack is less than its multiplier; of two such bounds at the nearer one."""
+    """Return the active set: a variable is at a bound where its slack is less than its multiplier, at the nearer of
+    two such bounds."""
     count = problem.low.size
     s, w = np.full((2, problem.q.size), np.inf), np.zeros((2, problem.q.size))
     s[0, problem.low], w[0, problem.low] = at.s[:count], at.w[:count]
@@ -201,13 +205,13 @@ def _active(problem: Scaled, at: Point) -> Basis:
 
 
 def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
-    """z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
+    """Return z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
     if not basic.size:
         return z, problem.M @ z + problem.q
     block, S = problem.M[basic][:, basic], None if problem.S is None else problem.S[basic]
     tries: list[tuple[Vector, Vector, float]] = []
     for pivoting in (False, True) if is_sparse(block) else (False,):
-        if not tries or tries[0][2] > POOR:
+        if not tries or tries[0][2] > POOR_REDUCTION:
             with suppress(SingularMatrix):
                 solver = SuperLU(block, pivoting=True) if pivoting else systems(block, S)
                 tries.append(_proximal(problem, z, basic, solver))
@@ -218,13 +222,13 @@ def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]
 
 @np.errstate(all="ignore")
 def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector, float]:
-    """z and w, and the largest w of a basic variable relative to what it was."""
+    """Return z and w after the proximal iteration, and by what factor the largest w of a basic variable has changed."""
     M, q = problem.M, problem.q
     w = M @ z + q
-    solver.factorize(np.full(basic.size, SHIFT))
+    solver.factorize(np.full(basic.size, PROXIMAL_SHIFT))
     best, last = (z, w), float(np.abs(w[basic]).max())
     first = least = last
-    for _ in range(ITERATIONS):
+    for _ in range(PROXIMAL_STEPS):
         z = z.copy()
         z[basic] -= solver.solve(w[basic])
         if not np.isfinite(z).all():
@@ -236,15 +240,16 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tu
         if size > SLOW_PROXIMAL * last:
             break
         last = size
-    if least <= EXACT and is_sparse(M):
+    if least <= EXACT_RESIDUAL and is_sparse(M):
         polished = _polished(problem, best[0], basic, solver)
-        best = polished if float(np.abs(polished[1][basic]).max()) <= EXACT else best
-    return *best, least / first if first > EXACT else 0.0
+        best = polished if float(np.abs(polished[1][basic]).max()) <= EXACT_RESIDUAL else best
+    return *best, least / first if first > EXACT_RESIDUAL else 0.0
 
 
 def _polished(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector]:
-    """z with small components as accurate as large ones, by residuals in extended precision if there is one; and w."""
+    """Return z with small components as accurate as large ones, by residuals in extended precision where it exists,
+    and w."""
     M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
-    for _ in range(POLISHING):
+    for _ in range(POLISHING_STEPS):
         z[basic] -= solver.solve((M @ z.astype(np.longdouble) + q).astype(float))
     return z, problem.M @ z + problem.q

@@ -15,12 +15,13 @@ from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.alternative import simplest
 from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
 
-ROUNDS, FARTHEST, CLOSE = 12, 1e8, 0.1  # of Ruiz's scaling
-FAR_APART = 60.0  # binary digits between the entries of M
-FAR = 1e2  # in scaled units: what diverges is at least that large
-COARSE = 1e-3  # of the largest entry of y: what is left out first
-CLEAR = 1e-10  # of the sum of |y|: what a proof is negative by
-ROUGHLY, NEARLY = 1e-2, 1e-5  # of the same: what is not yet 0 before and after rounding
+RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1  # at most; it ends when the largest entries are so close to 1
+RUIZ_FARTHEST = 1e8  # the factor by which Ruiz's scaling may change the start: half of the digits
+ENTRIES_FAR_APART = 60.0  # binary digits between entries of M: more than a double has
+DIVERGED_SIZE = 1e2  # in scaled units, in which solutions are about 1: what diverges is at least that large
+COARSE_ENTRY = 1e-3  # relative to the largest entry of y: smaller ones are left out first
+CLEAR_MARGIN = 1e-10  # relative to the sum of |y|: by how much a proof has to be negative, far above rounding
+ROUGHLY_ZERO, NEARLY_ZERO = 1e-2, 1e-5  # relative to the sum of |y|: what counts as 0 before and after rounding y
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +44,11 @@ class Scaled:
 
     @property
     def pairs(self) -> int:
-        """The number of finite bounds."""
+        """Return the number of finite bounds."""
         return self.low.size + self.high.size
 
-    def given(self, z: Vector) -> Vector:
-        """The admissible z of the problem for one of the scaled problem."""
+    def original(self, z: Vector) -> Vector:
+        """Return the admissible z of the problem for a z of the scaled problem."""
         whole = np.full(self.problem.n, self.problem.lower, dtype=float)
         whole[self.kept] = z * self.units
         return self.problem.box.project(whole)
@@ -77,9 +78,9 @@ def scaled(problem: Problem) -> Scaled:
 
 
 def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
-    """D for which the entries of D M D are about 1, and D q and the bounds D^-1 l and D^-1 u of one size, where those
-    of M are far apart: Ruiz's scaling does not settle what bipartite parts of M leave open. Else a common factor, if
-    they are all far from 1.
+    """Return D for which the entries of D M D are about 1, and D q and the bounds D^-1 l and D^-1 u of one size, where
+    those of M are far apart: Ruiz's scaling does not settle what bipartite parts of M leave open. Else a common factor,
+    if they are all far from 1.
 
     Least squares for the logarithms: A. R. Curtis, J. K. Reid, On the automatic scaling of matrices for Gaussian
     elimination, IMA J. Appl. Math. 10 (1972) 118-124.
@@ -90,9 +91,9 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
     n, entries = M.shape[0], coo_array(M)
     entries.eliminate_zeros()
     sizes = np.log2(np.abs(entries.data))
-    if not sizes.size or np.ptp(sizes) <= FAR_APART:
+    if not sizes.size or np.ptp(sizes) <= ENTRIES_FAR_APART:
         middle = -0.5 * float(sizes.max(initial=0.0))
-        return np.full(n, np.exp2(np.rint(middle)) if abs(middle) > FAR_APART / 2 else 1.0)
+        return np.full(n, np.exp2(np.rint(middle)) if abs(middle) > ENTRIES_FAR_APART / 2 else 1.0)
     used = [np.flatnonzero(np.isfinite(v) & (v != 0)) for v in vectors]
     first = np.concatenate((entries.row, *used))
     second = np.concatenate((entries.col, np.full(sum(each.size for each in used), n)))
@@ -108,30 +109,31 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
 
 
 def _ruiz(M: Matrix, start: Vector) -> Vector:
-    """The scaling from a start, at most FARTHEST times as large or small as that."""
+    """Return the scaling from a start, at most RUIZ_FARTHEST times as large or small as the start."""
     d = start
-    for _ in range(ROUNDS):
+    for _ in range(RUIZ_ROUNDS):
         rows, columns = matrices.row_and_column_maxima(M, d, d)
         sizes = np.maximum(rows, columns)
         sizes[sizes == 0] = 1.0
-        d = np.clip(d / np.sqrt(sizes), start / FARTHEST, start * FARTHEST)
-        if (np.abs(sizes - 1) < CLOSE).all():
+        d = np.clip(d / np.sqrt(sizes), start / RUIZ_FARTHEST, start * RUIZ_FARTHEST)
+        if (np.abs(sizes - 1) < RUIZ_CLOSE).all():
             break
     return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept
 
 
 def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
-    """The certificate from one of the directions, or from the part of either sign S; None if none is one."""
+    """Return the certificate from one of the directions, or from its part of either sign S; None if none of these is
+    a proof."""
     given, S = conditions_of(problem), within.S
     least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
-    for direction in (each for each in directions if np.abs(each).max() > FAR):
+    for direction in (each for each in directions if np.abs(each).max() > DIVERGED_SIZE):
         parts = [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
         for part in (*parts, direction):
             y = np.zeros(problem.n)
             y[within.kept] = part * within.units
             y = np.clip(y, least, most)
-            for candidate in _simplest_first(y) if _is_clear(within, y, ROUGHLY) else ():
-                if _is_clear(within, candidate, NEARLY):
+            for candidate in _simplest_first(y) if _is_clear(within, y, ROUGHLY_ZERO) else ():
+                if _is_clear(within, candidate, NEARLY_ZERO):
                     proof = proof_in_units(problem, np.ones(problem.n), candidate)
                     if proof is not None:
                         return Certificate("farkas", farkas_statement(problem), proof)
@@ -139,18 +141,18 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
 
 
 def _simplest_first(y: Vector) -> Iterator[Vector]:
-    """What y may be an approximation of: integers, fractions, and itself, without small entries and with them."""
-    for least in (COARSE * float(np.abs(y).max()), 0.0):
+    """Yield what y may approximate: integers, fractions, and y itself, without small entries and with them."""
+    for least in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
         yield from reversed(list(simplest(np.where(np.abs(y) < least, 0.0, y))))
 
 
 def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:
-    """Whether y is nearly a proof, and one that does not hang on the last digits of the data, which may have been
-    rounded from others that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
+    """Whether y is nearly a proof, and does not hang on the last digits of the data, which may have been rounded
+    from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
     y = y[within.kept] / within.units
     product, size = within.M.T @ y, float(np.abs(y).sum())
     ends = np.where(product > 0, within.box.upper, within.box.lower)
     finite = np.isfinite(ends)
     if np.abs(product[~finite]).max(initial=0.0) > nearly * size:
         return False
-    return bool(within.q @ y + ends[finite] @ product[finite] < -CLEAR * size)
+    return bool(within.q @ y + ends[finite] @ product[finite] < -CLEAR_MARGIN * size)

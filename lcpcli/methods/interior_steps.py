@@ -23,18 +23,21 @@ from lcpcli.linalg.shifted_systems import Systems
 from lcpcli.methods.interior_scaling import Scaled
 from lcpcli.typing import Matrix, Vector
 
-LEAST_SIGMA = 1e-6
-CORRECTORS, WORTH, ASPIRED = 2, 0.01, 0.3  # Gondzio's: at most, the least gain in step length, the gain aimed at
-SPREAD = 10.0  # of the products s w around their mean, beyond which they are corrected
-LONG, SHORT, SAFE_SIGMA = 0.95, 0.1, 0.5  # step lengths that are good enough, and that ask for more centring
-TO_BOUNDARY = 0.995
-TINY = 1e-30
-ENOUGH = 1e-3  # of the infeasibility: how accurately systems are solved
-REFINEMENTS = 8
-SLOW = 0.3  # the factor per refinement above which GMRES takes over
-ACCURACY = 1e-13  # of a solution, relative to the right-hand side
-DOUBTFUL, POOR, USELESS = 1e-6, 1e-7, 1e-2  # residuals: of refinement, and of the factors
-KRYLOV, LOOK = 8, 4  # steps of GMRES: at most, and between looks at what is left
+LEAST_SIGMA = 1e-6  # of mu: the smallest target of a step, so that products s w do not vanish one before another
+CORRECTORS = 2  # of Gondzio's, at most
+WORTH_GAIN, ASPIRED_GAIN = 0.01, 0.3  # the least gain in step length that a corrector is worth, and the one aimed at
+PRODUCT_SPREAD = 10.0  # the factor between products s w and their target beyond which they are corrected
+GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1  # of a step: long enough without correctors; so short that centring is needed
+SAFE_SIGMA = 0.5  # of mu: the target of a step that only centres
+TO_BOUNDARY = 0.995  # of the longest step: so far it goes at least, so that s and w stay positive
+TINY = 1e-30  # the least s and w, so that ratios of them are finite
+SYSTEM_ACCURACY = 1e-3  # relative to the infeasibility: a step reduces it hardly less than an exact one
+SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
+SLOW_REFINEMENT = 0.3  # the factor per refinement above which GMRES takes over
+LEAST_ACCURACY = 1e-13  # of a solution, relative to the right-hand side: more is out of reach in doubles
+DOUBTFUL_RESIDUAL = 1e-6  # relative to the right-hand side: refinement that leaves more calls for a smaller rho
+POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2  # the same of the factors: a larger rho next time, or at once
+GMRES_STEPS, GMRES_LOOK = 8, 4  # at most, and between looks at what is left
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +64,7 @@ class Steps:
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> Point:
-        """z near the reference point, with slacks and multipliers of at least `slack`.
+        """Return a z near the reference point, with slacks and multipliers of at least `slack`.
 
         Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables; slacks from z and multipliers
         from w, shifted to be positive.
@@ -82,28 +85,29 @@ class Steps:
         return Point(z, s + max(s_least, slack), w + max(w_least, slack))
 
     def residuals(self, at: Point) -> tuple[Vector, Vector]:
-        """M z + q minus the multipliers, and the distances to the bounds minus the slacks; kept for the last point."""
+        """Return M z + q minus the multipliers, and the distances to the bounds minus the slacks; kept for the last
+        point."""
         if self._measured is None or self._measured[0] is not at:
             dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
             self._measured = at, (dual, self._sign * (at.z[self._index] - self._bound) - at.s)
         return self._measured[1]
 
     def mu(self, at: Point) -> float:
-        """The mean of s w."""
+        """Return the mean of the products s w."""
         return float(at.s @ at.w) / max(self.problem.pairs, 1)
 
     def infeasibility(self, at: Point) -> float:
         return max(float(np.abs(r).max(initial=0.0)) for r in self.residuals(at))
 
     def gap_size(self, at: Point) -> float:
-        """The size of the terms of the gap, those of q'z that cancel included."""
+        """Return the size of the terms of the gap, including the terms of q'z that cancel."""
         terms = self.problem.q * at.z
         parts = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
         return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
 
     @np.errstate(all="ignore")
     def next(self, at: Point) -> tuple[Point, float, Point]:
-        """The next point, the step length and the direction."""
+        """Return the next point, the step length and the direction."""
         ratio, pairs = at.w / at.s, self.problem.pairs
         self._systems.factorize(self._spread(ratio))
         direction = partial(self._direction, at, self._absorbing(ratio))
@@ -114,7 +118,7 @@ class Steps:
         after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
         sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
         found, step = self._corrected(direction, at, affine, sigma * mu)
-        if step < SHORT and step < 0.5 * length:
+        if step < SHORT_LENGTH and step < 0.5 * length:
             central = direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
             if longest(at, central) > step:
                 found, step = central, longest(at, central)
@@ -122,31 +126,32 @@ class Steps:
         return self._moved(at, found, step), step, found
 
     def _direction(self, at: Point, absorbing: Vector, products: Vector) -> Point:
-        """Newton's direction, which removes the residuals and changes s w by `products`, to first order, with factors
-        for w / s; `absorbing` is the share of the multipliers in what the system leaves over."""
+        """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order, with
+        factors for w / s; `absorbing` is the share of the multipliers in the residual that the system leaves."""
         dual, primal = self.residuals(at)
         b = self._spread(self._sign * (products - at.w * primal) / at.s) - dual
-        z, left = self._systems.solve(b, ENOUGH * self.infeasibility(at))
+        z, left = self._systems.solve(b, SYSTEM_ACCURACY * self.infeasibility(at))
         ds = self._sign * z[self._index] + primal
         return Point(z, ds, (products - at.w * ds) / at.s + absorbing * left[self._index])
 
     def _corrected(
         self, direction: Callable[[Vector], Point], at: Point, affine: Point, target: float
     ) -> tuple[Point, float]:
-        """Mehrotra's direction to products s w of `target`, and those of Gondzio that lengthen the step."""
+        """Return Mehrotra's direction to products s w of `target`, with those of Gondzio's corrections that lengthen
+        the step."""
         wanted = target - at.s * at.w - affine.s * affine.w
         found = direction(wanted)
         step = longest(at, found)
         for _ in range(CORRECTORS):
-            if step > LONG:
+            if step > GOOD_LENGTH:
                 break
-            aspired = min(1.0, step + ASPIRED)
+            aspired = min(1.0, step + ASPIRED_GAIN)
             products = (at.s + aspired * found.s) * (at.w + aspired * found.w)
-            correction = np.clip(products, target / SPREAD, target * SPREAD) - products
-            more = wanted + np.maximum(correction, -SPREAD * target)
+            correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
+            more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
             other = direction(more)
             length = longest(at, other)
-            if length < step + WORTH:
+            if length < step + WORTH_GAIN:
                 break
             found, step, wanted = other, length, more
         return found, step
@@ -158,11 +163,12 @@ class Steps:
         return Point(at.z + step * along.z, s, w)
 
     def _spread(self, values: Vector) -> Vector:
-        """Values of the bounds added up by variable."""
+        """Return values of the bounds added up by variable."""
         return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
 
     def _absorbing(self, ratio: Vector) -> Vector:
-        """Minus the sign of those bounds whose multipliers take what a system leaves over: the nearer one, if near."""
+        """Return minus the sign of those bounds whose multipliers take the residual that a system leaves: of the
+        nearer bound, if it is near."""
         other = np.zeros(ratio.size)
         low, high = self._partners
         other[low], other[high] = ratio[high], ratio[low]
@@ -171,7 +177,7 @@ class Steps:
 
 
 def longest(at: Point, along: Point) -> float:
-    """The longest step, at most 1, that keeps s and w nonnegative."""
+    """Return the longest step, at most 1, that keeps s and w nonnegative."""
     lengths = [1.0]
     for v, d in ((at.s, along.s), (at.w, along.w)):
         shrinking = d < 0
@@ -181,7 +187,7 @@ def longest(at: Point, along: Point) -> float:
 
 @dataclass
 class Regularization:
-    """rho, and its range."""
+    """The regularization rho, with its range."""
 
     rho: float = 1e-8
     least: float = 1e-13
@@ -199,20 +205,21 @@ class AccurateSystems:
     def factorize(self, D: Vector) -> None:
         """Factorize M + D + rho, after rho has been adapted to the last systems."""
         own = self.regularization
-        if self._of_factors > POOR:
+        if self._of_factors > POOR_FACTORS:
             own.rho = min(own.rho * 10, own.most)
-        elif self._used_gmres or self._left > DOUBTFUL:
+        elif self._used_gmres or self._left > DOUBTFUL_RESIDUAL:
             own.rho = max(own.rho / 10, own.least)
         self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
         self._D, self._weights = D, 1.0 / (1.0 + D)
         self._systems.factorize(D + own.rho)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
-        """x and b - (M + D) x, whose weighted norm is at most the target or ACCURACY of that of b, if possible."""
+        """Return x and b - (M + D) x, whose weighted norm is at most the target, or LEAST_ACCURACY times the norm of
+        b, if that can be attained."""
         size, own = self._norm(b) + 1e-300, self.regularization
-        goal = max(ACCURACY * size, target)
+        goal = max(LEAST_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
-        while not of_factors <= USELESS * size and own.rho < own.most:
+        while not of_factors <= USELESS_FACTORS * size and own.rho < own.most:
             own.rho = own.least = min(own.rho * 10, own.most)  # from now on the least one
             self._systems.factorize(self._D + own.rho)
             x, r, of_factors = self._first(b)
@@ -220,20 +227,21 @@ class AccurateSystems:
             raise SingularMatrix
         self._of_factors = max(self._of_factors, of_factors / size)
         x, r, left = self._refined(x, r, b, goal)
-        if left > max(10 * goal, DOUBTFUL * size):
+        if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):
             x, r, left = self._by_gmres(x, r, b, goal)
         self._left = max(self._left, left / size)
         return x, r
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
-        """The x of the factors, its residual, and the norm of what it leaves of their own system."""
+        """Return the x of the factors, its residual, and the norm of the residual that x leaves in the system of the
+        factors."""
         x = self._systems.solve(b)
         r = b - self._product(x)
         return x, r, self._norm(r - self.regularization.rho * x)
 
     def _refined(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
         left = self._norm(r)
-        for _ in range(REFINEMENTS):
+        for _ in range(SYSTEM_REFINEMENTS):
             if left <= goal:
                 break
             better = x + self._systems.solve(r)
@@ -242,19 +250,19 @@ class AccurateSystems:
             if not size < left:
                 break
             rate, x, r, left = size / left, better, residual, size
-            if rate > SLOW:
+            if rate > SLOW_REFINEMENT:
                 break
         return x, r, left
 
     def _by_gmres(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
-        """x, its residual and the size of that after at most KRYLOV steps, which minimize the weighted residual."""
+        """Return x, its residual and the norm of the residual after at most GMRES_STEPS, which minimize that norm."""
         self._used_gmres, weights = True, self._weights
-        V, Z = np.empty((KRYLOV + 1, b.size)), np.empty((KRYLOV, b.size))
-        H, target = np.zeros((KRYLOV + 1, KRYLOV)), np.zeros(KRYLOV + 1)
+        V, Z = np.empty((GMRES_STEPS + 1, b.size)), np.empty((GMRES_STEPS, b.size))
+        H, target = np.zeros((GMRES_STEPS + 1, GMRES_STEPS)), np.zeros(GMRES_STEPS + 1)
         V[0] = weights * r
         target[0] = np.linalg.norm(V[0])
         V[0] /= target[0]
-        for k in range(KRYLOV):
+        for k in range(GMRES_STEPS):
             Z[k] = self._systems.solve(V[k] / weights)
             V[k + 1] = weights * self._product(Z[k])
             for _ in range(2):  # once more against rounding
@@ -265,7 +273,7 @@ class AccurateSystems:
             if not 0 < size < np.inf:
                 return x, r, self._norm(r)
             V[k + 1] /= size
-            if (k + 1) % LOOK == 0:
+            if (k + 1) % GMRES_LOOK == 0:
                 y = np.linalg.lstsq(H[: k + 2, : k + 1], target[: k + 2], rcond=None)[0]
                 if np.linalg.norm(H[: k + 2, : k + 1] @ y - target[: k + 2]) <= 0.1 * goal:
                     break

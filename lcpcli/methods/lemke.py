@@ -25,10 +25,10 @@ from lcpcli.verify.certificate import RAY, Certificate, proves_infeasible
 
 MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the inverse of the basis is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
-MOST_EXCHANGED = 1000  # since the exchanged problem is dense
-TRIES = 8  # of other starts
-MAX_PIVOTS = 5  # per unknown and try
-TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
+MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
+OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
+MAX_PIVOTS = 5  # per unknown and start: paths that end at a solution usually take about one
+PATH_TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
 
 
 def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
@@ -101,7 +101,8 @@ def _path(problem: Problem, tableau: Tableau) -> Stage:
 
 
 def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]:
-    """The solution x = (z - w) / 2 of a complementary basis, F at x, and whether that is one up to rounding."""
+    """Return the solution x = (z - w) / 2 of a complementary basis, F at x, and whether x is a solution up to
+    rounding."""
     basic = np.zeros(problem.n, dtype=bool)
     basic[support] = True
     try:
@@ -115,20 +116,21 @@ def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificate:
-    """What a ray with z_0 basic proves; z is its direction in z.
+    """Return what a ray with z_0 basic proves; z is the direction of the ray in z.
 
-    Candidates for Farkas' y are this z, which is one if M is copositive-plus, and the multipliers of the row of z_0,
-    which are one if z_0 is at its minimum over all z, w, z_0 >= 0.
+    Candidates for Farkas' y are this z, which is a proof if M is copositive-plus, and the multipliers of the row of
+    z_0, which are a proof if z_0 is at its minimum over all z, w, z_0 >= 0.
     """
     for y in (z, np.maximum(multipliers, 0.0)):
         if proves_infeasible(problem, y):
-            return Certificate("farkas", "y >= 0, M'y <= 0 and q'y < 0 for a y that Lemke's method has found", y)
+            statement = "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's method"
+            return Certificate("farkas", statement, y)
     return Certificate("ray", RAY, z)
 
 
 def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a method)
-    """Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield the end of the path
-    of each try, if that is a solution.
+    """Run Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield the end of the
+    path from each start, if it is a solution.
 
     In M = [0 A; B' 0], q = -e, the bimatrix games, the path from the covering vector e ends at once, on a ray. With z_k
     and one w_j exchanged it is a path as in C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, SIAM
@@ -137,13 +139,13 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
     if problem.n > MOST_EXCHANGED or not (problem.q < 0).any():
         return Finished()
     M, evaluations = matrices.dense(problem.M), 0
-    for k in np.random.default_rng(0).permutation(problem.n)[:TRIES]:
+    for k in np.random.default_rng(0).permutation(problem.n)[:OTHER_STARTS]:
         rows = np.flatnonzero((M[:, k] > 0) & (problem.q < 0))
         if not rows.size:
             continue
         pair = np.unique([k, rows[np.argmax(-problem.q[rows] / M[rows, k])]])
         last = _end_of_path(M, problem.q, pair)
-        if last is None or last.F is None or np.abs(last.F).max() > TOLERANCE * np.abs(problem.q).max():
+        if last is None or last.F is None or np.abs(last.F).max() > PATH_TOLERANCE * np.abs(problem.q).max():
             continue
         x = last.x.copy()
         x[pair] *= -1
@@ -154,7 +156,8 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
 
 
 def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
-    """The last iterate of Lemke's method on the exchanged problem; None if it does not end at a solution."""
+    """Return the last iterate of Lemke's method on the exchanged problem; None if the path does not end at a
+    solution."""
     try:
         path = limited(lemke(_exchanged(M, q, pair), np.zeros(q.size)), MAX_PIVOTS * q.size)
         last = None
@@ -167,7 +170,8 @@ def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
 
 
 def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:
-    """The principal pivot transform, z_i and w_i exchanged for the pair's indices; ProblemError if it overflows."""
+    """Return the principal pivot transform, with z_i and w_i exchanged for the indices of the pair; ProblemError if
+    it overflows."""
     inverse = np.linalg.inv(M[np.ix_(pair, pair)])
     columns = M[:, pair] @ inverse
     T = M - columns @ M[pair]

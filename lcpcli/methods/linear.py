@@ -31,7 +31,7 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     if is_skew(problem.M):
         ending = yield from _finished(units, _saddle_point(units.problem, seconds))
         if isinstance(ending, Finished):
-            return Stalled("rounding hides that the solution of the linear program is one")
+            return Stalled("the solution of the linear program is not accurate enough")
     seconds = deadline - clock.seconds()
     if seconds <= 0:
         return Stalled("no time was left for the linear programs")
@@ -44,7 +44,7 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
 
 
 def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
-    """The basic solution near z, in the given variables, if there is one."""
+    """Yield the basic solution near z, in the original variables, if there is one."""
     problem = units.problem
     if z is None:
         return Breakdown("no linear program solves this problem")
@@ -58,7 +58,7 @@ def is_skew(M: Matrix) -> bool:
 
 
 def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
-    """The minimiser and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
+    """Return the minimiser and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
     given = conditions_of(problem)
     on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(given.upper, (0.0, np.inf))
     dual = next((dual for dual in _halves(problem.M) if on_sides[dual].all()), None)
@@ -76,7 +76,8 @@ def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
 
 
 def _halves(M: Matrix) -> Iterator[Mask]:
-    """The two sides of a graph with edges between them only, as masks; none if there are no such sides."""
+    """Yield the two sides of a graph whose edges all lead from one side to the other, as masks; none if there are no
+    such sides."""
     from scipy.sparse import block_array, csr_array
     from scipy.sparse.csgraph import connected_components, dijkstra
 
@@ -91,7 +92,7 @@ def _halves(M: Matrix) -> Iterator[Mask]:
 
 
 def _solution(problem: Problem, seconds: float) -> Vector | None:
-    """The minimiser of e'z if M is a Z-matrix, of q'z if it is skew-symmetric, of the feasible z."""
+    """Return the minimiser of e'z if M is a Z-matrix, or of q'z if M is skew-symmetric, over the feasible z."""
     M, q, entries = problem.M, problem.q, problem.M.tocoo()
     is_z = not (entries.data[entries.row != entries.col] > 0).any()
     if not is_z and not is_skew(M):

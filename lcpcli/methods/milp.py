@@ -100,7 +100,7 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 
 
 def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]:
-    """Complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
+    """Yield complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
     if clock.seconds() >= deadline:
         return OutOfTime(LATE)
     for P in _program(M, q, deadline):
@@ -115,7 +115,7 @@ def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], 
 
 
 def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
-    """The active sets at the best (y, b, alpha) found by the deadline; none if alpha is 0."""
+    """Return the active sets at the best (y, b, alpha) found by the deadline; none if alpha is 0."""
     from scipy.optimize import LinearConstraint, milp
 
     n = q.size
@@ -145,15 +145,15 @@ def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
 
 
 def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]:
-    """z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, None if there is none to the LP solver's tolerance, and whether
-    it is a solution up to rounding, row by row."""
+    """Return z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, None if there is none to the LP solver's tolerance,
+    and whether z is a solution up to rounding, row by row."""
     best, active = None, np.flatnonzero(P)
     with np.errstate(all="ignore"):
         for z_P in _solutions(M, q, active, np.flatnonzero(~P)):
             z = np.zeros(q.size)
             z[active] = np.maximum(z_P, 0.0)
             w = M @ z + q
-            if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE * max(z.max(), 1.0):
+            if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE_COLUMN * max(z.max(), 1.0):
                 continue
             best = z
             violation = np.where(P, np.abs(w), -w)
@@ -164,7 +164,7 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
 
 
 def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iterator[Vector]:
-    """z_P with M_PP z_P = -q_P: by factors, and then one with z_P >= 0 and M_NP z_P + q_N >= 0, if M_PP may be
+    """Yield z_P with M_PP z_P = -q_P: by factors, and then one with z_P >= 0 and M_NP z_P + q_N >= 0, if M_PP may be
     singular: a vertex by an LP, then least squares on its support."""
     with suppress(SingularMatrix):
         yield PrincipalSolver(M).solve(active, -q[active])
@@ -184,7 +184,7 @@ def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iter
 def candidates(
     M: Matrix, q: Vector, deadline: float = math.inf, nodes: int = MAX_NODES
 ) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
-    """The sets P, as masks of shape (n,), that appear to have a solution. A set may be yielded more than once.
+    """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
     M, q : the problem, exactly equilibrated; the proofs refer to these numbers. deadline : by `clock.seconds`.
     nodes : how many may be examined, each at the cost of one or two LPs.
@@ -219,7 +219,7 @@ def candidates(
         w = M @ z + q
         overlap = np.where(undecided, np.minimum(z, w), -np.inf)
         branch = int(np.argmax(overlap))
-        if found.point is not None and overlap[branch] <= farkas.ACTIVE * max(float(z.max()), 1.0):
+        if found.point is not None and overlap[branch] <= farkas.ACTIVE_COLUMN * max(float(z.max()), 1.0):
             yield (decided == ACTIVE) | (undecided & (z > w))
         order = (ACTIVE, INACTIVE) if z[branch] < w[branch] else (INACTIVE, ACTIVE)  # likelier last: popped first
         for decision in order:

@@ -21,8 +21,8 @@ from lcpcli.typing import Indices, Matrix, Vector
 COARSEST = 500  # n up to which a matrix is factorized
 STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level to level
 MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one level to the next
-MAX_ENTRIES_RATIO = 1.5  # the same for the numbers of entries
-SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
+MAX_ENTRIES_RATIO = 1.5  # largest ratio of the numbers of entries from one level to the next
+JACOBI_SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
 RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation hardly reduces
 REUSE_CHANGE = 0.03  # of an index set: how far it may differ from that for which a preconditioner was built
 
@@ -35,8 +35,8 @@ class Hierarchy:
     """Coarse versions P'AP of a matrix, each with the prolongation P to the next finer level.
 
     matrices : from the given one to the coarsest; scipy.sparse.csr_array.
-    prolongations, tentative : from matrices[k + 1] to matrices[k], one fewer; and the same before they are smoothed,
-        with one entry a row and orthonormal columns.
+    prolongations, tentative : from matrices[k + 1] to matrices[k], one fewer than matrices; and the prolongations
+        before they are smoothed, with one entry a row and orthonormal columns.
     """
 
     def __init__(self, A: Matrix) -> None:
@@ -63,7 +63,7 @@ class Hierarchy:
             strength /= 2
 
     def preconditioner(self, level: int, indices: Indices, block: Matrix) -> Solve:
-        """One symmetric V-cycle for a principal submatrix, the block of matrices[level] at the given indices.
+        """Return one symmetric V-cycle for a principal submatrix, the block of matrices[level] at the given indices.
 
         It keeps the aggregates, but smooths the prolongations anew with the block, so that they decay to zero at the
         edge of the index set: merely truncated there, they take more than twice the iterations.
@@ -83,7 +83,8 @@ class Hierarchy:
 
 
 class Preconditioners:
-    """Those of principal submatrices of one level, one after another, carried over while the indices change little."""
+    """Preconditioners of principal submatrices of one level, one after another, carried over while the indices
+    change little."""
 
     def __init__(self, hierarchy: Hierarchy, level: int) -> None:
         self._new = partial(hierarchy.preconditioner, level)
@@ -91,7 +92,7 @@ class Preconditioners:
         self._cycle: Solve = identity
 
     def __call__(self, indices: Indices, block: Matrix) -> Solve:
-        """That of the block at the given indices; SingularMatrix if there is none."""
+        """Return the preconditioner of the block at the given indices; SingularMatrix if there is none."""
         positions = np.full(max(indices.max(), self._built.max(initial=0)) + 1, -1)
         positions[self._built] = np.arange(self._built.size)
         known = np.flatnonzero(positions[indices] >= 0)
@@ -106,7 +107,7 @@ class Preconditioners:
         built, cycle = self._built.size, self._cycle
 
         def carried(b: Vector) -> Vector:
-            """The principal part of the former one, and the identity."""
+            """Apply the preconditioner of the former block to the indices in common, and the identity to the others."""
             old = np.zeros(built)
             old[places] = b[known]
             x: Vector = b.copy()
@@ -121,16 +122,17 @@ def _v_cycle(levels: list[Level], coarse: Solve, b: Vector) -> Vector:
         return coarse(b)
     A, P, restriction, weights = levels[0]
     x = weights * b
-    for _ in range(SWEEPS - 1):
+    for _ in range(JACOBI_SWEEPS - 1):
         x += weights * (b - A @ x)
     x += P @ _v_cycle(levels[1:], coarse, restriction @ (b - A @ x))
-    for _ in range(SWEEPS):
+    for _ in range(JACOBI_SWEEPS):
         x += weights * (b - A @ x)
     return x
 
 
 def _jacobi(A: Matrix) -> Vector:
-    """The weights of damped Jacobi relaxation x += weights * (b - A x): 4/3 over a bound on the spectral radius."""
+    """Return the weights of damped Jacobi relaxation x += weights * (b - A x): 4/3 over a bound on the spectral
+    radius."""
     diagonal = A.diagonal()
     inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
     radius = float((inverse * (abs(A) @ np.ones(A.shape[0]))).max()) or 1.0
@@ -138,7 +140,8 @@ def _jacobi(A: Matrix) -> Vector:
 
 
 def _tentative(A: Matrix, weights: Vector, candidate: Vector, strength: float) -> tuple[Matrix, Vector]:
-    """The piecewise prolongation whose range contains the relaxed candidate, and the candidate's coarse version."""
+    """Return the piecewise prolongation whose range contains the relaxed candidate, and the candidate's coarse
+    version."""
     from scipy.sparse import csr_array
 
     n = A.shape[0]
@@ -151,14 +154,14 @@ def _tentative(A: Matrix, weights: Vector, candidate: Vector, strength: float) -
 
 
 def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
-    """T after one step of relaxation, with A and weights of shape (n, n) and (n,)."""
+    """Return T after one step of relaxation, with A and weights of shape (n, n) and (n,)."""
     change = (A @ T).tocsr()
     change.data *= np.repeat(weights, np.diff(change.indptr))
     return T - change
 
 
 def _aggregates(A: Matrix, strength: float) -> Indices:
-    """For each unknown the number of its aggregate, shape (n,)."""
+    """Return for each unknown the number of its aggregate, shape (n,)."""
     n = A.shape[0]
     indptr, indices = _strong_neighbours(A, strength)
 
@@ -179,7 +182,8 @@ def _aggregates(A: Matrix, strength: float) -> Indices:
 
 
 def _strong_neighbours(A: Matrix, strength: float) -> tuple[Indices, Indices]:
-    """The graph of the strong connections as row pointers and column indices; every node is its own neighbour."""
+    """Return the graph of the strong connections as row pointers and column indices; every node is its own
+    neighbour."""
     root = np.sqrt(np.maximum(A.diagonal(), 0))
     rows = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
     keep = (np.abs(A.data) >= strength * root[rows] * root[A.indices]) | (rows == A.indices)

@@ -23,7 +23,7 @@ import numpy as np
 
 from lcpcli.clock import seconds
 from lcpcli.linalg.doubles import is_finite
-from lcpcli.linalg.factors import SMALL, SingularMatrix
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import Basis, Box
@@ -33,16 +33,18 @@ from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
 
 LEAST_INDEX, FINISH = "least index", "finish"
 LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, these may take 2^n
-FAST = 0.5  # of the violations: what a fast step from given states leaves at most
-SLOW, SLOW_NARROW = 2, 12  # other steps after which they are not nearly right; one costs little if the band is narrow
+FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
+# Other steps after which states are not nearly right; a step costs little if the band is narrow.
+SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
-NOWHERE = np.empty(0)  # where no further step is
+NO_STEP = np.empty(0)  # where no further step is
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
 def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
-    """Exchange all indices whose z or w is negative; after PATIENCE steps without a new minimum, only the least one.
+    """Exchange all indices whose z or w is negative; after BLOCK_PATIENCE steps without a new minimum, only the least
+    one.
 
     Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. For
     other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
@@ -71,15 +73,15 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
 
 
 def dense_route(problem: Problem, x0: Vector) -> Stage:
-    """Newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the active
-    set at which projected gradients arrive.
+    """Run newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the
+    active set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
-    if problem.n <= SMALL:
+    if problem.n <= MOST_NUMPY_ROWS:
         return (yield from newton(problem, start, LEAST_INDEX_STEPS))
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
@@ -88,13 +90,13 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
 
 
 def from_states(problem: Problem, x0: Vector) -> Stage:
-    """Block pivoting from states that are nearly right, while most steps leave at most FAST of the violations.
+    """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
     The states of a solution take one factorization, even where many components are 0 but for rounding. Finished : no
     sign is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
     """
     solutions, before = BasicSolutions(problem), problem.n
-    slow = SLOW_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW
+    slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS
     try:
         for evaluations, found in enumerate(solutions.exchanging(problem.box.basis_of(x0)), 1):
             violations = solutions.count_violations(found)
@@ -102,12 +104,12 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
                 yield Iterate(problem.box.x_within(found.z, found.w, found.basis), None, "block", evaluations)
                 return Finished()
             yield Iterate(found.x, None, "block", evaluations, signs_final=False)
-            slow, before = slow - (violations > FAST * before), violations
+            slow, before = slow - (violations > FAST_STEP * before), violations
             if not slow:
                 break
     except SingularMatrix as error:
         return Breakdown(str(error))
-    return Stalled("the given basis is not nearly right")
+    return Stalled("the given states are not nearly those of a solution")
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:
@@ -143,10 +145,10 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[]
             while pivoting is not None:
                 began = clock()
                 with np.errstate(over="ignore", invalid="ignore"):
-                    x = next(pivoting, NOWHERE)
+                    x = next(pivoting, NO_STEP)
                 took = clock() - began
                 spent, longest, count = spent + took, max(took, longest), count + 1
-                if x is NOWHERE:
+                if x is NO_STEP:
                     pivoting = None
                 elif x is not None:
                     yield Iterate(x, None, FINISH, count)
@@ -169,17 +171,18 @@ def _falling(solutions: BasicSolutions, box: Box, basis: Basis) -> Iterator[Vect
             yield None if violations else box.x_within(found.z, found.w, found.basis)
 
 
-BLOCK = 4  # steps between two looks at the active set
-SETTLED, OF_MANY = 4, 500  # indices, or one of so many, that change in that many steps when pivoting takes over
-GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
-MOST_STEPS = 40  # no more products than a few factorizations cost
+GRADIENT_BLOCK = 4  # steps between two looks at the active set
+SETTLED_INDICES, SETTLED_ONE_IN = 4, 500  # changes of state in that many steps, or one in so many unknowns, at most
+GRADIENT_GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
+MOST_GRADIENT_STEPS = 40  # no more products than a few factorizations cost
 
 
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
-    """z' = mid(l, u, z - t D^-1 (M z + q)) with D = diag(M) and Barzilai and Borwein's step sizes t in turn, M dense.
+    """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and Borwein's two step sizes t in turn.
 
-    Yields x = (z - D^-1 w) / 2 every BLOCK steps, which stands for the states that are likely. Finished : these have
-    settled. Stalled : not in MOST_STEPS. Breakdown : a diagonal entry of M is not positive, or the iteration diverges.
+    Yields x = (z - D^-1 w) / 2 every GRADIENT_BLOCK steps, which stands for the likely states. Finished : the states
+    have settled. Stalled : they have not within MOST_GRADIENT_STEPS. Breakdown : a diagonal entry of M is not positive,
+    or the iteration diverges.
     """
     box, diagonal = problem.box, problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -189,24 +192,24 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     looks = gradient_steps(box.in_units(units), lambda z: units * problem.w(units * z), z / units, units * w)
     for k, (z, w, basis, changes, bounded) in enumerate(looks, 1):
         x = np.where(basis.basic, units * z, box.nonbasic(basis) - units * w)
-        yield Iterate(0.5 * x, None, "", BLOCK * k + 1, "", False)
+        yield Iterate(0.5 * x, None, "", GRADIENT_BLOCK * k + 1, "", False)
         if not bounded:
             return Breakdown("the projected gradient iteration diverges")
-        if changes <= max(SETTLED, z.size // OF_MANY):
+        if changes <= max(SETTLED_INDICES, z.size // SETTLED_ONE_IN):
             return Finished()
-    return Stalled(f"the active set has not settled in {MOST_STEPS} steps")
+    return Stalled(f"the active set has not settled in {MOST_GRADIENT_STEPS} steps")
 
 
 def gradient_steps(
     box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
 ) -> Iterator[tuple[Vector, Vector, Basis, int, Mask]]:
-    """The iteration in units with a unit diagonal, for one problem or many: at every look z, its w, the states that
-    they stand for, how many of these have changed since the last look, and whether it does not diverge.
+    """Iterate in units with a unit diagonal, for one problem or many: yield at every look z, its w, the states that
+    they stand for, how many of these have changed since the last look, and whether the iteration does not diverge.
 
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
     """
     basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), np.float64(0.5)
-    for step in range(1, MOST_STEPS + 1):
+    for step in range(1, MOST_GRADIENT_STEPS + 1):
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))
         before, w = w, w_of(z)
@@ -215,11 +218,11 @@ def gradient_steps(
         with np.errstate(divide="ignore", invalid="ignore"):
             lengths = _dots(change, change) / along if step % 2 else along / _dots(difference, difference)
         t = np.where(along > 0, lengths, t)
-        if step % BLOCK == 0:
+        if step % GRADIENT_BLOCK == 0:
             last, basis = basis, box.basis_of(0.5 * (z - w))
-            yield z, w, basis, basis.changes(last), (_dots(w, w) <= GROWTH * start)[..., 0]
+            yield z, w, basis, basis.changes(last), (_dots(w, w) <= GRADIENT_GROWTH * start)[..., 0]
 
 
 def _dots(A: Vector, B: Vector) -> Vector:
-    """The inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
+    """Return the inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
     return np.asarray(np.einsum("...i,...i->...", A, B)[..., np.newaxis])

@@ -14,7 +14,7 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, from_states, newton
-from lcpcli.methods.small import PIVOTS, exactly, small
+from lcpcli.methods.small import SMALL_PIVOTS, exactly, small
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model.changes import is_far_from_one, scale
 from lcpcli.model.problem import Problem
@@ -25,9 +25,9 @@ from lcpcli.verify.refinement import is_rounded_solution, refined
 
 REFINED = "refined"
 SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
-LEAST_SECONDS = 0.1
-FASTER = 0.2  # of the changes of state of a step of newton: the most in the next one, if it is to go on
-FEW = 50  # unknowns up to which lemke is as fast as the interior point method
+LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
+NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
+MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 
 
@@ -57,7 +57,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """First without far bounds, if there are any, except for milp, then with them."""
+    """Solve the problem first without far bounds, if it has any, by all methods but milp, then with them."""
     from lcpcli.model.far_bounds import relaxed
 
     change = relaxed(problem)
@@ -71,11 +71,12 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 
 def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
-    return (small if problem.n <= measure.FEW else stages.from_reference)(problem, x0, search)
+    return (small if problem.n <= measure.FEW_UNKNOWNS else stages.from_reference)(problem, x0, search)
 
 
 def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
-    """The methods in turn, from the start in `turns`; states is as in `auto`, milp whether that is the last one."""
+    """Take the methods in turn, from the start in `turns`; states is as in `auto`, milp whether milp is the last
+    method."""
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
@@ -92,7 +93,7 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
             if (yield from _improved(problem, turns)):
                 return Finished()
     undecided = Stalled("no other method is tried")
-    if problem.n <= measure.FEW:
+    if problem.n <= measure.FEW_UNKNOWNS:
         ending = yield from exactly(problem, turns, decide=True)
         if not isinstance(ending, Stalled):
             return ending
@@ -100,13 +101,13 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
     if not milp:
         return undecided
     ending = yield from turns.take("milp", stages.begin("milp", problem, x0, time_limit=_remaining(deadline)))
-    return undecided if problem.n <= measure.FEW and isinstance(ending, Stalled) else ending
+    return undecided if problem.n <= measure.FEW_UNKNOWNS and isinstance(ending, Stalled) else ending
 
 
 def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
-    """The last iterate refined to its last digits, or made exact among few unknowns; and whether it is a solution but
-    for rounding."""
-    if problem.n <= measure.FEW:
+    """Yield the last iterate refined to its last digits, or made exact among few unknowns; return whether it is a
+    solution but for rounding."""
+    if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
     box, basis = problem.box, problem.box.basis_of(turns.last.x)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -118,8 +119,8 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
 
 
 def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """The methods for a large problem with many evident variables, without these."""
-    if not problem.is_mixed or problem.n <= factors.SMALL:
+    """Yield the methods for a large problem with many evident variables, which are left out."""
+    if not problem.is_mixed or problem.n <= factors.MOST_NUMPY_ROWS:
         return
     from lcpcli.model.standard_form import presolved
 
@@ -130,13 +131,13 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
 
 
 def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """The methods before milp in order, by name, each created when its turn comes."""
-    large_and_sparse = is_sparse(problem.M) and problem.n > factors.SMALL
+    """Yield the methods before milp in order, by name, each created when its turn comes."""
+    large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
     first = _first(problem) if large_and_sparse else ""
     if first == "linear":
         from lcpcli.methods.linear import linear
 
-        limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SECONDS)
+        limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SIMPLEX_SECONDS)
         yield first, linear(problem, min(limit, _remaining(deadline)))
     if first:
         yield "newton", _while_fast(problem, newton(problem, x0, problem.n))
@@ -153,8 +154,8 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     yield "newton", newton(problem, x0, problem.n) if sparse else dense_route(problem, x0)
     if is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if problem.n <= FEW:
-        yield "lemke", stages.limited(stages.begin("lemke", problem, x0), PIVOTS * problem.n)
+    if problem.n <= MOST_LEMKE_FIRST:
+        yield "lemke", stages.limited(stages.begin("lemke", problem, x0), SMALL_PIVOTS * problem.n)
     from lcpcli.linalg.krylov import is_semidefinite
     from lcpcli.methods.lemke import restarts
     from lcpcli.methods.linear import linear
@@ -168,7 +169,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
 
 
 def _while_fast(problem: Problem, stage: Stage) -> Stage:
-    """newton, until a step changes more than FASTER of the states that the one before has changed.
+    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
 
     Circuits need three steps, each with one factorization; most programs end it at the first one.
     """
@@ -179,13 +180,13 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
         yield step
         if changes > most:
             return Stalled("the active set settles too slowly")
-        most = FASTER * changes
+        most = NEWTON_SETTLING_FACTOR * changes
     return step
 
 
 def _first(problem: Problem) -> str:
-    """The method that programs are given to first, linear or interior, M sparse; "" for what has not the signs of the
-    conditions of a program, both of them, or is not monotone."""
+    """Return the method that programs are given to first, linear or interior, M sparse; "" if M is not monotone, or
+    has not both signs of the conditions of a program."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
     from lcpcli.linalg.krylov import is_semidefinite
@@ -198,7 +199,7 @@ def _first(problem: Problem) -> str:
 
 
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
-    """newton and lemke in units in which products of a few numbers neither over- nor underflow."""
+    """Yield newton and lemke in units in which products of a few numbers neither over- nor underflow."""
     units = scale(problem)
     start = units.start(x0)
     yield "newton", in_given_variables(units, newton(units.problem, start, LEAST_INDEX_STEPS))
@@ -207,5 +208,5 @@ def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str,
 
 
 def _remaining(deadline: float) -> float:
-    """The remaining seconds, at least a millisecond."""
+    """Return the remaining seconds, at least a millisecond."""
     return max(deadline - clock.seconds(), 1e-3)

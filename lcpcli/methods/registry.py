@@ -179,13 +179,13 @@ OPTIONS = {option.name: option for method in METHODS.values() for option in meth
 
 
 def meanings() -> dict[str, str]:
-    """The methods with their lines of help."""
+    """Return the methods with their lines of help."""
     return {name: method.meaning for name, method in METHODS.items()}
 
 
 def declared(name: str) -> Method:
-    """The declaration of the method of that name, in this package or another one, or an OptionError that suggests a
-    name."""
+    """Return the declaration of the method of that name, in this package or another one, or raise an OptionError that
+    suggests a name."""
     if name not in METHODS:
         from lcpcli.additions import addition
 
@@ -198,14 +198,14 @@ def declared(name: str) -> Method:
 
 
 def load(name: str) -> Any:
-    """The function of the method of that name, (problem, x0, **options) to a `Stage`."""
+    """Return the function of the method of that name, (problem, x0, **options) to a `Stage`."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
     place = module if "." in module else f"lcpcli.methods.{module}"
     return getattr(sys.modules.get(place) or import_module(place), function)
 
 
 def parameters_of(name: str) -> list[str]:
-    """All parameters of a method's function besides the problem and the start."""
+    """Return all parameters of a method's function besides the problem and the start."""
     method = declared(name)
     return [*method.vectors, *(option.name for option in method.options), *["time_limit"] * method.timed]
 
@@ -224,7 +224,7 @@ def check(name: str, chosen: Mapping[str, Any]) -> None:
 def options_in_force(
     name: str, problem: Problem, chosen: Mapping[str, Any], time_limit: float = math.inf
 ) -> dict[str, Any]:
-    """All of a method's parameters with their values: chosen, default, or derived from the problem.
+    """Return all of a method's parameters with their values: chosen, default, or derived from the problem.
 
     Raises OptionError as `check` does, whether or not the method will have anything to do.
     """

@@ -100,13 +100,14 @@ def shi(
 
 
 def default_p(problem: Problem) -> float:
-    """The p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the rounding error of q, eps |q|_inf."""
+    """Return the p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the rounding error of q, eps |q|_inf."""
     scale = float(np.max(np.abs(problem.q))) or 1.0
     return min(math.log(3) * (1 + matrices.norm_inf(problem.M)) / EPS / scale, 1e300)
 
 
 def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
-    """The ending at a zero of F~, if the smoothing error is all that is left and is above rounding."""
+    """Return the ending at a zero of F~, if the smoothing error is all that is left and is above rounding; else
+    None."""
     default, bound = default_p(problem), error(problem, p)
     if p >= default or np.max(np.abs(F)) > SMOOTHED * bound:
         return None
@@ -115,12 +116,12 @@ def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
 
 
 def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
-    """Steps 2.2 to 2.6: the step that applies at x_k, and its direction."""
+    """Take steps 2.2 to 2.6: return the step that applies at x_k, and its direction."""
     return (STEEPEST_AT_MULTIPLE, -g) if k % k_star == 0 else direction(F, v, y, g)
 
 
 def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
-    """Steps 2.3 to 2.6: the step that applies and its direction s, with <s, g> < 0 unless g = 0.
+    """Take steps 2.3 to 2.6: return the step that applies and its direction s, with <s, g> < 0 unless g = 0.
 
     Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1) or a positive multiple of it, y = F~(x_k) - F~(x_(k-1)) and
     g = grad f(x_k) = -d. v and y are overwritten.
@@ -145,7 +146,7 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
 
 
 def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> tuple[str, float, float]:
-    """Steps 2.4 to 2.6 for unit vectors F and v with that cosine: the step, and a, b of its direction s = a F + b v.
+    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step, and a, b of s = a F + b v.
 
     u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The largest
     cosine with d is that of its projection onto the plane of F and v, which is a candidate up to scaling if its

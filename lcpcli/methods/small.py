@@ -1,8 +1,8 @@
 """Few unknowns: pivoting, and where doubles leave the answer open, exact arithmetic, however large the numbers are.
 
-They do where a row has a term that rounding of another one hides, as in x_1 - x_2 = 3 with both near 1e16: a violation
-of the size of that term is then no more than rounding. An exact solution is sought near a point, and then by the tree
-over the states of all unknowns, which finds one or proves that there is none.
+Doubles leave it open where a row has a term that rounding of another term hides, as in x_1 - x_2 = 3 with both near
+1e16: a violation of the size of that term is then no more than rounding. An exact solution is sought near a point, and
+then by the tree over the states of all unknowns, which finds one or proves that there is none.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ from lcpcli.methods.newton import dense_route
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import SECONDS, Certificate, farkas_statement, proves_infeasible
+from lcpcli.verify.certificate import EXHAUSTION_SECONDS, Certificate, farkas_statement, proves_infeasible
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
-PIVOTS = 3  # of lemke, per unknown: enough for most small problems that it solves
-LONG = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
+SMALL_PIVOTS = 3  # of lemke, per unknown: enough for most small problems that it solves
+LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
-ROUNDED = "there is a solution, but rounded to doubles it is none"
-UNDECIDED = "exact arithmetic did not decide it in time"
-HIDDEN = 1e-8  # relative to the largest term of a row: a term of which rounding of the others leaves half of the digits
+LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
+UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
+HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
 
 
 def small(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """A problem of at most FEW unknowns; `search` has the methods for when exact arithmetic takes too long.
+    """Solve a problem of at most FEW_UNKNOWNS; `search` has the methods for when exact arithmetic takes too long.
 
-    What is found where rounding hides terms is replaced by an exact solution. What pivoting does not find is decided in
-    exact arithmetic, for at most MOST_DECIDED unknowns.
+    A solution that is found where rounding hides terms is replaced by an exact one. Where pivoting finds none, exact
+    arithmetic decides, for at most MOST_DECIDED unknowns.
     """
     decide, x, evaluations = problem.n <= MOST_DECIDED, x0, 0
     stage = stages.from_reference(problem, x0, _pivoting if decide else search)
@@ -61,12 +61,12 @@ def _is_doubtful(problem: Problem, z: Vector) -> bool:
     """Whether z solves the problem, but rounding hides a term of a row of M z + q, or integers may have been
     rounded."""
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
-    if max(problem.largest, largest_q) > LONG:
+    if max(problem.largest, largest_q) > LONG_NUMBER:
         return Point(Criterion(problem), z).solves()
-    if min(problem.largest * least_z, least_q) >= HIDDEN * max(problem.largest * largest_z, largest_q):
+    if min(problem.largest * least_z, least_q) >= HIDDEN_TERM * max(problem.largest * largest_z, largest_q):
         return False  # as far as one can tell without a look at M
     terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
-    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN * terms.max(axis=1)
+    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
     return bool(hidden.any()) and Point(Criterion(problem), z).solves()
 
 
@@ -75,21 +75,21 @@ def _pivoting(problem: Problem, turns: Turns) -> Stage:
     if isinstance(ending, Finished):
         return ending
     lemke = stages.begin("lemke", problem, turns.last.x)
-    return (yield from turns.take("lemke", stages.limited(lemke, PIVOTS * problem.n)))
+    return (yield from turns.take("lemke", stages.limited(lemke, SMALL_PIVOTS * problem.n)))
 
 
 def exactly(problem: Problem, turns: Turns, decide: bool) -> Stage:
-    """The turn of exact arithmetic, from the last iterate (see `_exact`)."""
+    """Give exact arithmetic its turn, from the last iterate (see `_exact`)."""
     return (yield from turns.take("exact", _exact(problem, problem.box.z_of(turns.last.x), decide)))
 
 
 def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
-    """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most `measure.FEW` unknowns.
+    """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most `measure.FEW_UNKNOWNS`.
 
-    z : where to look for it first, shape (n,). decide : whether to search all states if there is none.
+    z : where to look for the solution first, shape (n,). decide : whether to search all states if none is near z.
 
-    Finished : there is one. NoSolution : it is proved that there is none. Stalled : those that were found are out of
-    range, or none when they are rounded to doubles; or none was found in time.
+    Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
+    are out of range or do not solve the problem when rounded to doubles; or none was found in time.
     """
     from lcpcli.rational.numbers import rounded, rounded_direction
     from lcpcli.rational.problem import ExactProblem
@@ -97,7 +97,7 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
     from lcpcli.verify.exact_farkas import farkas_vector
     from lcpcli.verify.exact_solution import from_point
 
-    data, deadline, reason = ExactProblem.of_floats(problem), interrupts.deadline(SECONDS), UNDECIDED
+    data, deadline, reason = ExactProblem.of_floats(problem), interrupts.deadline(EXHAUSTION_SECONDS), UNDECIDED_IN_TIME
     near = partial(from_point, data, np.where(np.isfinite(z), z, 0.0), deadline)
     try:
         for search in (near, partial(first_solution, data, alarm(deadline)))[: 1 + decide]:
@@ -106,7 +106,7 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
                 continue
             z, w, reason = rounded(solution), rounded(data.w(solution)), OUT_OF_RANGE
             if is_finite(z) and is_finite(w):
-                x, reason = problem.box.x_of(z, w), ROUNDED
+                x, reason = problem.box.x_of(z, w), LOST_BY_ROUNDING
                 yield Iterate(x, None, "exact", 1)
                 z = problem.box.z_of(x)
                 if Point(Criterion(problem), z).solves() or is_rounded_solution(problem, z):

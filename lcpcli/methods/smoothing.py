@@ -36,31 +36,31 @@ from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-NOWHERE = np.empty(0, dtype=np.intp)
+NO_INDICES = np.empty(0, dtype=np.intp)
 WINDOW = 746.0  # e^-746 is zero in double precision, denormals included
-MAX_TRIALS = 200
+MAX_TRIALS = 200  # of one line search, which halves the bracket: far more than a double has digits
 SHORT_STEP = 1e-6  # relative to the first trial length: for shorter trials, whether x changes at all is checked
 
 
 def error(problem: Problem, p: float) -> float:
-    """The bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
+    """Return the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
     with np.errstate(over="ignore"):
         return math.log(3) / p * matrices.norm_inf(matrices.plus_diagonal(problem.M, -1.0))
 
 
 def p_within(problem: Problem, tol: float) -> float:
-    """The p for which that bound is tol |q|_inf."""
+    """Return the p for which the bound of `error` is tol |q|_inf."""
     return error(problem, 1.0) / tol / (float(np.max(np.abs(problem.q))) or 1.0)
 
 
 def excess(p: float, t: Vector) -> Vector:
-    """delta = phi - |x| at t = |x| >= 0, for p t <= WINDOW; between 0 and ln(3) / p."""
+    """Return delta = phi - |x| at t = |x| >= 0, for p t <= WINDOW; it lies between 0 and ln(3) / p."""
     a = np.exp(-p * t)
     return np.asarray(np.log1p(a + a * a) / p)
 
 
 def slope(p: float, x: Vector) -> Vector:
-    """phi'(x) = (e^(px) - e^(-px)) / (1 + e^(px) + e^(-px)) for p |x| <= WINDOW; between -1 and 1."""
+    """Return phi'(x) = (e^(px) - e^(-px)) / (1 + e^(px) + e^(-px)) for p |x| <= WINDOW; it lies between -1 and 1."""
     b = -np.expm1(-p * np.abs(x))  # 1 - a, without cancellation near 0
     return np.asarray(np.copysign(b * (2 - b) / (3 - (3 - b) * b), x))
 
@@ -84,14 +84,14 @@ class Smoothed:
         self._kinks = [(s, end) for s, end in zip((1.0, -1.0), self._ends, strict=True) if np.isfinite(end).any()]
 
     def split(self, x: Vector) -> tuple[Vector, Vector, Indices]:
-        """z~ and w~, each of shape (n,), and the indices for which p |x_i - l_i / 2| or p |x_i - u_i / 2| is at most
-        WINDOW."""
+        """Return z~ and w~, each of shape (n,), and the indices for which p |x_i - l_i / 2| or p |x_i - u_i / 2| is
+        at most WINDOW."""
         t, half_width = x + x, WINDOW / self._p
         z: Vector = self._problem.box.project(t)
         w = np.subtract(z, t, out=t)
         near = [np.abs(x - kink) for _, kink in self._kinks]
         distance = near[0] if len(near) == 1 else np.minimum.reduce(near, initial=np.inf)
-        window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NOWHERE
+        window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NO_INDICES
         if window.size:
             delta = sum(s * excess(self._p, t[window]) for (s, _), t in zip(self._kinks, near, strict=True))
             z[window] += delta
@@ -99,7 +99,7 @@ class Smoothed:
         return z, w, window
 
     def at(self, x: Vector) -> Point:
-        """F~ and f at x, with one product with M; f is infinite if it overflows."""
+        """Return F~ and f at x, with one product with M; f is infinite if it overflows."""
         z, w, window = self.split(x)
         F = matrices.product(self._problem.M, z)
         F -= w
@@ -109,7 +109,7 @@ class Smoothed:
         return Point(x, F, f, window)
 
     def gradient(self, point: Point) -> Vector:
-        """Gradient of f, J' F~ = 2 (F~ + h (y - F~)), y = M' F~, with one product with M'.
+        """Return the gradient of f, J' F~ = 2 (F~ + h (y - F~)), y = M' F~, with one product with M'.
 
         h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) - phi'(x - u/2)) / 2.
         """

@@ -30,15 +30,15 @@ from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 MEMORY = 10  # pairs for Anderson acceleration: more do not find the active set sooner (measured for 5 to 20)
 MODULUS_STEPS = 500  # ten times what it needs for the matrices that it is meant for
-GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
+MODULUS_GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
 REDUCTION = 0.1  # of the residual, by one inexact solve
-FINAL_REDUCTION = 1e-3  # the same once P is unchanged from the last step
-PATIENCE = 20  # products with M per digit: more indicate an ill-conditioned M
-PATIENCE_MULTILEVEL = 120  # even so they cost less than a factorization
+FINAL_REDUCTION = 1e-3  # of the residual, once P is unchanged from the last step
+PATIENCE_PRODUCTS = 20  # with M per digit: more indicate an ill-conditioned M
+PATIENCE_PRODUCTS_MULTILEVEL = 120  # even so many cost less than a factorization
 MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that count as cycling
 STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
 COARSE_TOLERANCE = 1e-3  # residual of the coarse solutions relative to |q|, unless COARSE_STEPS are reached first
-COARSE_STEPS = 12
+COARSE_STEPS = 12  # on each level: a coarse solution only has to give nearly the right active set
 NOT_POSITIVE = "a diagonal entry of M is not positive"
 
 
@@ -78,12 +78,12 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
 
 
 def _while_bounded(stage: Stage) -> Stage:
-    """The stage, until |F| has grown by a factor GROWTH over its minimum so far."""
+    """Pass on the stage until |F| has grown by a factor MODULUS_GROWTH over its minimum so far."""
     least = np.inf
     while isinstance(step := advance(stage), Iterate):
         if step.F is not None:
             size = float(np.abs(step.F).max())
-            if not size <= GROWTH * least:
+            if not size <= MODULUS_GROWTH * least:
                 return Breakdown("the modulus iteration diverges")
             least = min(size, least)
         yield step
@@ -91,7 +91,8 @@ def _while_bounded(stage: Stage) -> Stage:
 
 
 def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
-    """Diagonals R, C of shape (n,) that make the diagonal of R M C one if it is positive, and preserve symmetry."""
+    """Return diagonals R, C of shape (n,) that make the diagonal of R M C one if it is positive, and preserve
+    symmetry."""
     diagonal = M.diagonal()
     positive = bool(diagonal.min() > 0)
     if positive and is_symmetric(M):
@@ -110,17 +111,17 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
 
     Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
     Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
-    PATIENCE products per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
+    PATIENCE_PRODUCTS per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
     """
     return _steps(_Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0)))
 
 
 def multilevel(problem: Problem) -> Stage:
-    """The same for symmetric positive definite M of any condition number, with `multilevel.Hierarchy` used twice.
+    """Pivot as `krylov` for symmetric positive definite M of any condition, with `multilevel.Hierarchy` used twice.
 
-    It preconditions the conjugate gradients, and its coarse problems P'MP z + P'q, first solved roughly, give the
-    start: block pivoting moves the boundary of the active set by one ring of neighbours per step, so that it must start
-    close to it. Yields and returns as `krylov`.
+    The hierarchy preconditions the conjugate gradients, and its coarse problems P'MP z + P'q, first solved roughly,
+    give the start: block pivoting moves the boundary of the active set by one ring of neighbours per step, so that it
+    must start close to it. Yields and returns as `krylov`.
     """
     if not problem.M.diagonal().min() > 0:
         return Breakdown(NOT_POSITIVE)
@@ -134,7 +135,7 @@ def multilevel(problem: Problem) -> Stage:
 
 
 def _coarse_start(hierarchy: Hierarchy, problem: Problem) -> Vector | Ending:
-    """z on the finest level from solutions on the coarser ones, or how one of these failed."""
+    """Return z on the finest level from solutions on the coarser levels, or how one of these failed."""
     coarse = [(problem.q, problem.box)]
     for P, T in zip(hierarchy.prolongations, hierarchy.tentative, strict=True):
         q, box = coarse[-1]
@@ -155,7 +156,7 @@ def _coarse_start(hierarchy: Hierarchy, problem: Problem) -> Vector | Ending:
 
 
 def _steps(own: _Inexact) -> Stage:
-    """Block pivoting until the residual is zero or no longer falls."""
+    """Pivot by blocks until the residual is zero or no longer falls."""
     if not own.diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
     own.measure()
@@ -177,13 +178,13 @@ def _steps(own: _Inexact) -> Stage:
         return Breakdown(str(error))
     if least <= STAGNATION * norm(absolute_product(own.M, np.abs(own.z)) + np.abs(own.q)):
         return Stalled("the residual has stopped falling at rounding level")
-    return Breakdown("block principal pivoting has stopped making progress")
+    return Breakdown("block principal pivoting makes no further progress")
 
 
 class _Inexact:
     """A problem whose basic solutions are approximated by a Krylov method, preconditioned if there is a preconditioner.
 
-    z, w, basis : the last one; w = M z + q. size : |min(diag(M) z, w)|_2. products : those with M so far.
+    z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2. products : with M so far.
     """
 
     basis: Basis
@@ -194,7 +195,7 @@ class _Inexact:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
         symmetric = precondition is not None or is_symmetric(M)
         self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
-        self._patience = PATIENCE if precondition is None else PATIENCE_MULTILEVEL
+        self._patience = PATIENCE_PRODUCTS if precondition is None else PATIENCE_PRODUCTS_MULTILEVEL
         self._precondition = precondition or (lambda *_: identity)
         self._cycle: Solve = identity
         self._block: Matrix = None
@@ -215,8 +216,8 @@ class _Inexact:
         return Iterate(x, self.w - w if admissible else None, "", self.products, signs_final=admissible)
 
     def at(self, basis: Basis) -> BasicSolution:
-        """Approximate the basic solution of a basis, and judge its signs after a step of Jacobi's method, at the lower
-        bound as below it; SingularMatrix if that takes too long."""
+        """Approximate the basic solution of a basis, and judge its signs after a step of Jacobi's method, with a z
+        at the lower bound counted as below it; SingularMatrix if that takes too long."""
         indices = basis.basic.nonzero()[0]
         unchanged = self._block is not None and not basis.changes(self.basis)
         z = self.box.nonbasic(basis)
@@ -233,7 +234,8 @@ class _Inexact:
         return BasicSolution(basis, z, w, wrong, self.size == 0)
 
     def _solved(self, b: Vector, start: Vector, reduction: float) -> Vector:
-        """y with |b - A y|_2 at most so much of the residual, from a start; SingularMatrix if it falls far short."""
+        """Return y with |b - A y|_2 at most `reduction` times the residual, from a start; SingularMatrix if y falls
+        far short."""
         if not b.size:
             return b
         most = int(self._patience * -np.log10(reduction)) // self._cost

@@ -82,11 +82,11 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 """A running method: a generator of the iterates after the start, which returns how it ended."""
 
 
-SOLVED = 1e-6  # of the largest |q|: the size of F up to which an iterate may stand for a solution
-INEXACT = "no solution was found, and changing the variables has rounded, so that there is no proof either"
+NEARLY_SOLVED = 1e-6  # relative to the largest |q|: the size of F up to which an iterate may stand for a solution
+INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
 FAULTS = (FloatingPointError, MemoryError)
 """What a running method may raise when it cannot continue."""
-KINDS = {  # of FloatingPointError, by how numpy's message begins
+FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
     "overflow": "an overflow of double precision",
     "divide": "a division by zero",
     "invalid": "an operation on infinite numbers that has no result",
@@ -97,7 +97,7 @@ End = TypeVar("End")
 
 
 def advance(stage: Generator[Item, None, End]) -> Item | End:
-    """The next iterate of a stage or, after the last one, how it ended."""
+    """Return the next iterate of a stage or, after the last one, how the stage ended."""
     try:
         return next(stage)
     except StopIteration as end:
@@ -105,21 +105,21 @@ def advance(stage: Generator[Item, None, End]) -> Item | End:
         return ending
 
 
-def told(fault: FloatingPointError | MemoryError) -> str:
-    """One of FAULTS as a clause for the user."""
+def clause_on(fault: FloatingPointError | MemoryError) -> str:
+    """Return a clause for the user on one of FAULTS."""
     if isinstance(fault, MemoryError):
         return "there is not enough memory"
-    return next((kind for message, kind in KINDS.items() if str(fault).startswith(message)), str(fault))
+    return next((kind for message, kind in FAULT_KINDS.items() if str(fault).startswith(message)), str(fault))
 
 
 def ended(ending: Ending, *iterates: Iterate) -> Stage:
-    """A stage of these iterates, by default none, that ends so."""
+    """Return a stage of these iterates, by default none, that ends with `ending`."""
     yield from iterates
     return ending
 
 
 def limited(stage: Stage, max_iterations: int) -> Stage:
-    """The stage, stalled after max_iterations iterates."""
+    """Pass on the stage, stalled after max_iterations iterates."""
     for _ in range(max_iterations):
         step = advance(stage)
         if not isinstance(step, Iterate):
@@ -129,7 +129,7 @@ def limited(stage: Stage, max_iterations: int) -> Stage:
 
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
-    """A method on a problem, through its standard form if the method knows only z >= 0."""
+    """Start a method on a problem, through its standard form if the method knows only z >= 0."""
     function: Callable[..., Stage] = methods.load(method)
     if methods.declared(method).takes_bounds:
         return function(problem, x0, **options)
@@ -137,7 +137,7 @@ def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
 
 
 def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any) -> Stage:
-    """The stage of an LCP, for a mixed problem that of its standard form."""
+    """Return the stage of an LCP, or for a mixed problem the stage of its standard form."""
     if not problem.is_mixed:
         return function(problem, x0, **options)
     from lcpcli.model.standard_form import standard_form
@@ -150,19 +150,19 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
 
 
 def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
-    """The stage with x, F and the final proof, if any, of the given problem.
+    """Pass on the stage with x, F and the final proof, if any, of the original problem.
 
-    polishing : the basic solutions of a mixed problem, which replace those of its standard form, as that has more
-    numbers to round, and no F of the given problem.
+    polishing : the basic solutions of a mixed problem, which replace those of its standard form, as the standard form
+        has more numbers to round, and no F of the original problem.
     """
-    small = SOLVED * largest(change.problem.q)
+    small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):
         with np.errstate(over="ignore", invalid="ignore"):
             x, F = change.back(step.x), None
             if polishing is None:
                 F = None if step.F is None else change.residual(step.F)
             elif step.F is None or largest(step.F) <= small:
-                x = _polished(change.given, polishing, x)
+                x = _polished(change.original, polishing, x)
         yield step._replace(x=x, F=F)
     if not isinstance(step, NoSolution):
         return step
@@ -170,15 +170,15 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     if proof.kind == "exhaustion":
         return step if change.is_exact else Stalled(INEXACT)
     y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
-    if y is not None and not proves_infeasible(change.given, y):
+    if y is not None and not proves_infeasible(change.original, y):
         return Stalled(UNVERIFIED[proof.kind])
-    other_bounds = y is not None and change.given.box is not change.problem.box
-    statement = farkas_statement(change.given) if other_bounds else proof.statement
+    other_bounds = y is not None and change.original.box is not change.problem.box
+    statement = farkas_statement(change.original) if other_bounds else proof.statement
     return replace(step, certificate=replace(proof, statement=statement, vector=y))
 
 
 def _polished(problem: Problem, solutions: BasicSolutions, x: Vector) -> Vector:
-    """x of the basic solution of the states of x, if it is one; else x."""
+    """Return the x of the basic solution of the states of x, if it solves the problem; else x."""
     with suppress(SingularMatrix):
         found = solutions.at(problem.box.basis_of(x))
         if is_finite(found.w) and not solutions.violated(found).any():
@@ -193,13 +193,13 @@ class Turns:
         self.last = Iterate(x0, None, "", evaluations)
 
     def take(self, method: str, stage: Stage) -> Stage:
-        """One turn of a method, which may itself consist of named methods; FAULTS are breakdowns."""
+        """Give a method its turn, which may itself consist of named methods; FAULTS are breakdowns."""
         done = self.last.evaluations
         while True:
             try:
                 step = advance(stage)
             except FAULTS as fault:
-                return Breakdown(told(fault), method)
+                return Breakdown(clause_on(fault), method)
             if not isinstance(step, Iterate):
                 return replace(step, method=step.method or method)
             self.last = step._replace(evaluations=done + step.evaluations, method=step.method or method)
@@ -211,7 +211,7 @@ Search: TypeAlias = Callable[..., Stage]
 
 
 def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """A search in the variables in which the reference point of the problem is 0."""
+    """Search in the variables in which the reference point of the problem is 0."""
     if problem.reference_z is None:
         return search(problem, Turns(x0))
     from lcpcli.model.changes import shifted

@@ -11,12 +11,12 @@ from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-NOISE = 2.0**-36  # relative to the terms: what an update leaves below is zero, and ratios this close tie
-RECOMPUTED_NOISE = 2.0**-42  # the same for sums just computed from M and q
+UPDATE_NOISE = 2.0**-36  # relative to the terms: what an update leaves below is zero, and ratios this close tie
+RECOMPUTED_NOISE = 2.0**-42  # relative to the terms: sums just computed from M and q that are below are zero
 TIE = 2.0**-30  # relative difference up to which quotients of entries of the inverse are equal
-DOUBTFUL = 2.0**-26  # relative to its terms: a smaller pivot is recomputed before use, as cancellation spoils it
+DOUBTFUL_PIVOT = 2.0**-26  # relative to its terms: a smaller pivot is recomputed before use, as cancellation spoils it
 REFACTOR = 50  # minimum number of pivots between two inversions of the basis from scratch
-REFACTOR_AT_TIES = 5  # the same if rows tie: there rounding can lead off the path
+REFACTOR_AT_TIES = 5  # minimum number of pivots if rows tie: there rounding can lead off the path
 
 
 class Tableau:
@@ -46,44 +46,44 @@ class Tableau:
         self.age = 0
 
     def value_of(self, variable: int) -> float:
-        """The value of a basic variable."""
+        """Return the value of a basic variable."""
         return float(self.values[self.row_of[variable]])
 
     def x(self) -> Vector:
-        """(z - w) / 2 of the basic solution; 0 for the pair that is nonbasic."""
+        """Return (z - w) / 2 of the basic solution; 0 for the pair that is nonbasic."""
         x = np.zeros(2 * self.n + 1)
         x[self.basic] = self.values
         return 0.5 * (x[self.n : -1] - x[: self.n])
 
     def support(self, entering: int) -> Indices:
-        """The i for which z_i is basic after `entering` has entered."""
+        """Return the i for which z_i is basic after `entering` has entered."""
         support = self.row_of[self.n : -1] >= 0
         if entering >= self.n:
             support[entering - self.n] = True
         return np.flatnonzero(support)
 
     def direction(self, column: Vector, entering: int) -> Vector:
-        """The direction in z of the ray of an entering variable with this column."""
+        """Return the direction in z of the ray of an entering variable with this column."""
         ray = np.zeros(2 * self.n + 1)
         ray[self.basic] = np.maximum(-column, 0.0)
         ray[entering] = 1.0
         return ray[self.n : -1]
 
     def multipliers(self) -> Vector:
-        """The multipliers of the row of z_0, which is basic: that row of the inverse, negated."""
+        """Return the multipliers of the row of z_0, which is basic: that row of the inverse, negated."""
         multipliers = np.zeros(self.n)
         multipliers[self.nonbasic_w] = -self.inverse[: len(self.nonbasic_w), self.row_of[2 * self.n]]
         return multipliers
 
     def first_pivot(self) -> tuple[Vector, int, Indices]:
-        """The pivot that brings z_0 in, just large enough for all w = q + e z_0 to be nonnegative."""
+        """Return the pivot that brings z_0 in, just large enough for all w = q + e z_0 to be nonnegative."""
         tied = np.flatnonzero(self.values == self.values.min())
         return -np.ones(self.n), int(tied[-1]), tied  # the last one is the lexicographic minimum of [q | I]
 
     def next_pivot(self, entering: int) -> tuple[Vector, int, Indices]:
-        """The entering column, the row of the leaving variable (-1: there is none) and all rows that tie with it.
+        """Return the entering column, the row of the leaving variable (-1 if there is none) and all tied rows.
 
-        If z_0 is among them it leaves; else the lexicographic rule decides.
+        If z_0 is among the tied variables it leaves; else the lexicographic rule decides.
         """
         k = len(self.nonbasic_w)
         if self.age >= max(REFACTOR, k):
@@ -91,7 +91,7 @@ class Tableau:
         column, size = self._column(entering)
         row, tied = self._minimum_ratio(column)
         delicate = tied.size > 1 and self.age >= max(REFACTOR_AT_TIES, k**2 / self.n)
-        if self.age and (row < 0 or delicate or column[row] < DOUBTFUL * size[row]):
+        if self.age and (row < 0 or delicate or column[row] < DOUBTFUL_PIVOT * size[row]):
             self.invert()
             column, size = self._column(entering)
             row, tied = self._minimum_ratio(column)
@@ -104,7 +104,7 @@ class Tableau:
         step = self.values[row] / column[row]
         change = step * column
         self.values -= change
-        self.values[np.abs(self.values) <= NOISE * np.abs(change)] = 0.0
+        self.values[np.abs(self.values) <= UPDATE_NOISE * np.abs(change)] = 0.0
         self.values[tied] = 0.0
         self.values[row] = step
         if leaving < self.n:
@@ -116,7 +116,7 @@ class Tableau:
         np.multiply(quotients[:, np.newaxis], column, out=change)
         inverse -= change
         np.abs(change, out=change)
-        change *= NOISE
+        change *= UPDATE_NOISE
         cancelled = inverse <= change
         cancelled &= inverse >= np.negative(change, out=change)
         inverse[cancelled] = 0.0
@@ -158,7 +158,7 @@ class Tableau:
         self.age = 0
 
     def _column(self, entering: int) -> tuple[Vector, Vector]:
-        """The column of a variable in the tableau, and the size of the terms that its entries sum."""
+        """Return the column of a variable in the tableau, and the size of the terms that its entries sum."""
         k = len(self.nonbasic_w)
         if entering < self.n:
             column = self.inverse[self.nonbasic_w.index(entering)].copy()
@@ -170,7 +170,7 @@ class Tableau:
         rows = np.flatnonzero(self.basic < self.n)
         column[rows] += beside
         size[rows] += np.abs(beside)
-        column[np.abs(column) <= NOISE * size] = 0.0
+        column[np.abs(column) <= UPDATE_NOISE * size] = 0.0
         return column, size
 
     def _minimum_ratio(self, column: Vector) -> tuple[int, Indices]:
@@ -178,7 +178,7 @@ class Tableau:
         if not rows.size:
             return -1, rows
         ratios = np.maximum(self.values[rows], 0.0) / column[rows]
-        tied = rows[ratios <= ratios.min() * (1 + NOISE)]
+        tied = rows[ratios <= ratios.min() * (1 + UPDATE_NOISE)]
         if tied.size == 1:
             return int(tied[0]), tied
         auxiliary = int(self.row_of[2 * self.n])
@@ -187,7 +187,8 @@ class Tableau:
         return self._lexicographic_minimum(tied, column), tied
 
     def _lexicographic_minimum(self, rows: Indices, column: Vector) -> int:
-        """The tied row whose row of the inverse, divided by its entry in the column, is lexicographically least."""
+        """Return the tied row whose row of the inverse, divided by its entry in the column, is lexicographically
+        least."""
         positions = {i: position for position, i in enumerate(self.nonbasic_w)}
         units = [int(i) for i in self.basic[rows] if i < self.n]
         for i in sorted([*positions, *units]):

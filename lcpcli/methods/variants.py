@@ -26,18 +26,18 @@ class Variant:
 
     @property
     def options(self) -> dict[str, Any]:
-        """The values of the options that are set, by name."""
+        """Return the values of the options that are set, by name."""
         return {name: _value(name, text) for name, text in self.settings}
 
     def __str__(self) -> str:
-        """As it is written: shi:p=10,k-star=5."""
+        """Return the variant as it is written: shi:p=10,k-star=5."""
         alone = {(name, "true") for name in ADDITIONS}
         parts = [_dashed(each[0]) + ("" if each in alone else f"={each[1]}") for each in self.settings]
         return f"{self.method}:{','.join(parts)}" if parts else self.method
 
 
 def parse(text: str) -> Variant:
-    """The variant written METHOD or METHOD:OPTION=VALUE,...; an addition such as scale may stand alone.
+    """Return the variant written METHOD or METHOD:OPTION=VALUE,...; an addition such as scale may stand alone.
 
     Raises OptionError for an unknown method, for an option that it does not have, and for a value out of range.
     """
@@ -71,7 +71,7 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
 
 
 def labels(variants: Sequence[Variant]) -> list[str]:
-    """A name for each variant: its method, with the settings in which the variants of that method differ."""
+    """Return a name for each variant: its method, with the settings in which the variants of that method differ."""
     names = []
     for variant in variants:
         alike = [set(each.settings) for each in variants if each.method == variant.method]
@@ -86,7 +86,7 @@ def _dashed(name: str) -> str:
 
 
 def _named(part: str) -> tuple[str, str, str]:
-    """The name of an option as in Python, "=" if there is one, and what follows."""
+    """Return the name of an option as in Python, "=" if there is one, and the text after it."""
     name, equals, value = (word.strip() for word in part.partition("="))
     return name.replace("-", "_"), equals, value
 
@@ -101,13 +101,13 @@ def _setting(part: str) -> tuple[str, str]:
 
 
 def _known(method: str) -> list[str]:
-    """The options that a variant of the method may set."""
+    """Return the options that a variant of the method may set."""
     found = declared(method)
     return [*(option.name for option in found.options), *(ADDITIONS if found.iterates else ())]
 
 
 def _checked(variant: Variant) -> Variant:
-    """The variant, whose options are known, set once and in their ranges."""
+    """Return the variant if its options are known, set once and in their ranges; else raise OptionError."""
     known = _known(variant.method)
     for i, (name, _) in enumerate(variant.settings):
         if name not in known:
@@ -121,7 +121,7 @@ def _checked(variant: Variant) -> Variant:
 
 
 def _value(name: str, text: str) -> Any:
-    """The value of an option from its text: a number, auto, or true or false for an addition."""
+    """Return the value of an option from its text: a number, auto, or true or false for an addition."""
     if name in ADDITIONS:
         if text not in TRUTHS:
             raise OptionError(options.flag(name), f"{quoted(text)} is not a value of it", "write true or false")

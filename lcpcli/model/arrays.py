@@ -22,8 +22,9 @@ TEXTS = (str, bytes, bytearray)
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
-    """The array or the list of what numpy calls array-like, and of pandas, whose labels are not used; arrays of objects
-    as lists; anything else unchanged. ProblemError for what stands for a matrix without having its entries."""
+    """Return the array or the list of what numpy or pandas calls array-like, without labels, and an array of objects
+    as lists; return anything else unchanged. ProblemError for an operator that stands for a matrix without having
+    its entries."""
     if isinstance(values, np.ndarray):
         as_list = values.dtype == object and values.ndim and not isinstance(values, np.ma.MaskedArray)
         return values.tolist() if as_list else values
@@ -43,8 +44,8 @@ def plain(field: str, values: Any, expected: str) -> Any:
 
 
 def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
-    """Values as a float64 vector of `own` memory, one for each of n things of a kind (any number if None), or a
-    ProblemError. An array of a single row or column counts as a vector."""
+    """Return values as a float64 vector of `own` memory, one for each of n things of a kind (any number if None), or
+    raise ProblemError. An array of a single row or column counts as a vector."""
     values = plain(field, values, NUMBERS)
     if isinstance(values, (list, tuple)):
         refuse_other_than_numbers(field, values)
@@ -59,8 +60,8 @@ def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown"
 
 
 def own(array: Vector, given: Any = None) -> Vector:
-    """The array, made of what is given, in memory that nobody else changes, and read-only: a copy, unless lists were
-    given or it is read-only already."""
+    """Return the array, made of what is given, in read-only memory that nobody else changes: a copy, unless lists
+    were given or the array is read-only already."""
     if not isinstance(given, (list, tuple)) and _is_writeable(array):
         array = array.copy(order="K")
     array.setflags(write=False)
@@ -68,7 +69,8 @@ def own(array: Vector, given: Any = None) -> Vector:
 
 
 def own_matrix(M: Matrix, given: Any = None) -> Matrix:
-    """This does for a matrix what `own` does for an array; of a sparse matrix the values and the indices are copied."""
+    """Return a matrix in memory of its own, as `own` does for an array; of a sparse matrix the values and the
+    indices are copied."""
     if not is_sparse(M):
         return own(M, given)
     if _is_writeable(M.data):
@@ -86,7 +88,8 @@ def _is_writeable(array: Any) -> bool:
 
 
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
-    """Values as an array of shape (n, k) of real numbers of any type, one vector in each column, or a ProblemError."""
+    """Return values as an array of shape (n, k) of real numbers of any type, one vector in each column, or raise
+    ProblemError."""
     per_column = "give one vector in each column, shape (n, k)"
     values = plain(field, values, ROWS)
     if isinstance(values, (list, tuple)) and values:
@@ -106,7 +109,8 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
 
 
 def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, Vector]:
-    """As `as_matrix`, of shape (n, n) to fit the vector called `other`; and the largest |entry| of each row."""
+    """Return `as_matrix` of values, of shape (n, n) to fit the vector called `other`, and the largest |entry| of
+    each row."""
     M = _as_rows(field, values)
     if M.shape[0] != M.shape[1]:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
@@ -117,7 +121,7 @@ def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix
 
 
 def as_matrix(field: str, values: Any) -> Matrix:
-    """Values as a float64 matrix, dense or in compressed sparse rows, or a ProblemError."""
+    """Return values as a float64 matrix, dense or in compressed sparse rows, or raise ProblemError."""
     M = _as_rows(field, values)
     if not M.shape[1]:
         raise ProblemError(field, "has empty rows", f"give {ROWS}")
@@ -125,7 +129,7 @@ def as_matrix(field: str, values: Any) -> Matrix:
 
 
 def _as_rows(field: str, values: Any) -> Matrix:
-    """Values as a two-dimensional dense array, or unchanged if they are a sparse matrix."""
+    """Return values as a two-dimensional dense array, or unchanged if they are a sparse matrix."""
     values = plain(field, values, ROWS)
     if isinstance(values, (list, tuple)):
         values = _listed_rows(field, values)
@@ -138,7 +142,7 @@ def _as_rows(field: str, values: Any) -> Matrix:
 
 
 def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
-    """M, in compressed sparse rows if it is sparse, and the largest |entry| of each row."""
+    """Return M, in compressed sparse rows if it is sparse, and the largest |entry| of each row."""
     if is_sparse(M):
         M = _as_sparse(field, M)
     sizes = row_maxima(M)
@@ -162,12 +166,12 @@ def _as_sparse(field: str, M: Any) -> Matrix:
 
 
 def flat(v: Vector) -> Vector:
-    """A single row or column as a vector; anything else unchanged."""
+    """Return a single row or column as a vector, and anything else unchanged."""
     return v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
 
 
 def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
-    """The numbers of an array, or of a list that has been checked."""
+    """Return the numbers of an array, or of a list that has been checked, as float64."""
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         raise ProblemError(field, "has masked entries", "fill them, or leave them out")
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
@@ -195,7 +199,7 @@ def _refuse_other_types(field: str, values: Any) -> None:
 
 
 def _listed_rows(field: str, rows: Sequence[Any]) -> list[Any]:
-    """The rows, each a list or an array of as many numbers as the first."""
+    """Return the rows, each a list or an array of as many numbers as the first."""
     listed = [row if isinstance(row, (list, tuple)) else _row(f"{field}[{i}]", row) for i, row in enumerate(rows)]
     for i, row in enumerate(listed):
         if len(row) != len(listed[0]):
@@ -207,7 +211,8 @@ def _listed_rows(field: str, rows: Sequence[Any]) -> list[Any]:
 
 
 def _row(field: str, values: Any) -> Any:
-    """A list, or a vector, of what is no list; an array of one row counts as a vector, one of one column does not."""
+    """Return a list as it is, and of anything else a vector; an array of one row counts as a vector, one of one
+    column does not."""
     row = plain(field, values, ROW)
     if isinstance(row, (list, tuple)):
         return row
@@ -219,7 +224,7 @@ def _row(field: str, values: Any) -> Any:
 
 
 def is_number_in_array(value: Any) -> bool:
-    """Whether it is an array of no dimensions with a real number."""
+    """Whether a value is an array without dimensions that holds a real number."""
     return isinstance(value, np.ndarray) and not value.ndim and value.dtype.kind in "fiu"
 
 

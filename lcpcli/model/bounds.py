@@ -24,13 +24,14 @@ from lcpcli.typing import Vector
 
 
 def as_bounds(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, Vector] | None:
-    """l and u, each of shape (n,), or None if they are those of an LCP, 0 and infinity; else a ProblemError."""
+    """Return l and u, each of shape (n,), or None if they are the bounds 0 and infinity of an LCP; else raise
+    ProblemError."""
     low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
     return None if not low.any() and (high == math.inf).all() else (own(low, lower), own(high, upper))
 
 
 def has_columns(field: str, bound: Any) -> bool:
-    """Whether a bound has rows, and is no array of a single column, which counts as a vector."""
+    """Whether a bound has rows and is no array of a single column, which would count as a vector."""
     given = plain(field, bound, NUMBERS)
     if isinstance(given, (list, tuple)):
         return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in given)
@@ -40,7 +41,8 @@ def has_columns(field: str, bound: Any) -> bool:
 def as_intervals(
     fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown", infinity: float = math.inf
 ) -> tuple[Vector, Vector]:
-    """Lower and upper bounds, for each of n things of a kind, infinite for none; or a ProblemError for their fields.
+    """Return lower and upper bounds for each of n things of a kind, infinite for none, or raise ProblemError for their
+    fields.
 
     infinity : the size from which on a bound is infinite.
     """
@@ -64,7 +66,7 @@ def as_intervals(
 
 
 def with_infinity(bound: Vector, infinity: float) -> Vector:
-    """A bound with infinite entries in place of those of at least that size."""
+    """Return a bound with its entries of at least the size `infinity` made infinite."""
     if infinity == math.inf:
         return bound
     INFINITY.check(infinity)
@@ -72,7 +74,8 @@ def with_infinity(bound: Vector, infinity: float) -> Vector:
 
 
 def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
-    """A bound, of shape (n,): a number for all, or one each, possibly infinite; None stands for an absent one."""
+    """Return a bound of shape (n,) from a number for all or one for each, possibly infinite; None stands for the
+    absent bound."""
     if values is None:
         return np.full(n, absent)
     expected = "a number, or a list of numbers"

@@ -13,51 +13,48 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import LARGEST, largest
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, largest
 from lcpcli.typing import Indices, Mask, Vector
 
-NO_BOUND = 1e20  # the size from which on a bound is none, by the convention of MPS files and of OSQP
-LARGEST_X = LARGEST / 2  # |x| up to which z and w are finite
+NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
+LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 
 
 class Wording(NamedTuple):
-    """How the conditions read.
+    """The wording of the conditions in messages.
 
     solved, infeasible : what holds in rational arithmetic of an exact solution, and of a proof that there is none.
-    farkas, refuted : what a certificate shows, and what an accepted proof does. without : how a run ended with it.
+    farkas, refuted : what a certificate shows, and what an accepted proof shows.
     """
 
     solved: str
     infeasible: str
     farkas: str
     refuted: str
-    without: str
 
 
 OF_ORTHANT = Wording(
     "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic",
     "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0",
-    "M'y <= 0 and q'y < 0 for the y >= 0 of the certificate",
+    "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for the y >= 0 of the certificate",
     "y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0",
-    "proved to have no solution, not even z >= 0 with Mz + q >= 0",
 )
 OF_BOUNDS = Wording(
     "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic",
     "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic",
     "no z within the bounds has w with the signs that they ask for, by the y of the certificate",
     "by y, no z within the bounds has w with the signs that they ask for",
-    "proved to have no solution",
 )
 
 
 def in_range(x: Vector) -> bool:
-    """Whether z and w of x are finite."""
+    """Whether z and w of an x are finite."""
     return largest(x) <= LARGEST_X
 
 
 def moved(bound: Vector, given: Vector | float) -> Vector:
-    """A bound in other variables, kept finite where the given one is."""
-    return np.where(np.isfinite(given), np.clip(bound, -LARGEST, LARGEST), bound)
+    """Return a bound in other variables, kept finite where the given bound is finite."""
+    return np.where(np.isfinite(given), np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE), bound)
 
 
 class Basis(NamedTuple):
@@ -70,14 +67,14 @@ class Basis(NamedTuple):
     upper: Mask | None = None
 
     def changes(self, other: Basis) -> int:
-        """In how many states two differ."""
+        """Return the number of states in which two bases differ."""
         differ = self.basic != other.basic
         if self.upper is not None:
             differ |= self.upper != other.upper
         return int(np.count_nonzero(differ))
 
     def part(self, rows: Indices) -> Basis:
-        """Some rows, of states of shape (m, n)."""
+        """Return some rows of states of shape (m, n)."""
         return Basis(self.basic[rows], None if self.upper is None else self.upper[rows])
 
 
@@ -93,12 +90,12 @@ class Box:
 
     @cached_property
     def is_orthant(self) -> bool:
-        """Whether they are the bounds of a linear complementarity problem."""
+        """Whether the bounds are 0 and infinity, those of a linear complementarity problem."""
         return not self.lower.ndim
 
     @property
     def wording(self) -> Wording:
-        """How the conditions read."""
+        """Return the wording of the conditions."""
         return OF_ORTHANT if self.is_orthant else OF_BOUNDS
 
     @cached_property
@@ -112,23 +109,23 @@ class Box:
         return any(((np.abs(ends) >= NO_BOUND) & np.isfinite(ends)).any() for ends in (self.lower, self.upper))
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
-        """The box with other bounds; those of a linear complementarity problem stay."""
+        """Return the box with changed bounds; the bounds of a linear complementarity problem stay."""
         return self if self.is_orthant else Box(change(self.lower), change(self.upper))
 
     def vectors(self, n: int) -> tuple[Vector, Vector]:
-        """Both bounds of n variables as vectors."""
+        """Return both bounds of n variables as vectors."""
         return np.broadcast_to(self.lower, n), np.broadcast_to(self.upper, n)
 
     def z_of(self, x: Vector) -> Vector:
-        """z = mid(l, u, 2x); for an LCP |x| + x."""
+        """Return z = mid(l, u, 2x), for an LCP |x| + x."""
         return self.project(x + x)
 
     def reflected(self, x: Vector) -> Vector:
-        """z - x; for an LCP |x|."""
+        """Return z - x, for an LCP |x|."""
         return self.z_of(x) - x
 
     def x_of(self, z: Vector, w: Vector) -> Vector:
-        """The x with z = mid(l, u, 2x) and w = z - 2x, for an LCP x = (z - w) / 2.
+        """Return the x with z = mid(l, u, 2x) and w = z - 2x, for an LCP x = (z - w) / 2.
 
         If rounding leaves both of a pair nonzero, the smaller one is dropped: z and w of a solution are then recovered
         unchanged, not each with the other's error.
@@ -140,22 +137,22 @@ class Box:
         return x / 2
 
     def x_within(self, z: Vector, w: Vector, basis: Basis) -> Vector:
-        """The x of a basic solution, with basic z moved within their bounds and w of the wrong sign set to 0."""
+        """Return the x of a basic solution, with basic z moved within their bounds and w of the wrong sign set to 0."""
         signed = np.maximum(w, 0.0)
         if basis.upper is not None:
             signed = np.where(self.fixed, w, np.where(basis.upper, np.minimum(w, 0.0), signed))
         return 0.5 * np.where(basis.basic, self.project(z), self.nonbasic(basis) - signed)
 
     def gaps(self, z: Vector, w: Vector, factor: Vector | float = 1.0) -> Vector:
-        """z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation: the natural residual.
+        """Return the natural residual z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation.
 
-        With z in other units, max(factor (z - u), min(factor (z - l), w)).
+        With z in other units it is max(factor (z - u), min(factor (z - l), w)).
         """
         gaps: Vector = np.minimum(factor * (z - self.lower), w)
         return np.maximum(factor * (z - self.upper), gaps) if self._has_upper else gaps
 
     def basis_of(self, x: Vector) -> Basis:
-        """The states that x stands for: at the lower bound where 2x <= l, at the upper one where 2x >= u."""
+        """Return the states that x stands for: at the lower bound where 2x <= l, at the upper bound where 2x >= u."""
         t = x + x
         above = t > self.lower
         if not self._has_upper:
@@ -163,12 +160,13 @@ class Box:
         return Basis(above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper))
 
     def nonbasic(self, basis: Basis) -> Vector:
-        """z where it is not basic, 0 elsewhere."""
+        """Return z where it is not basic, and 0 elsewhere."""
         bound = self.lower if basis.upper is None else np.where(basis.upper, self.upper, self.lower)
         return np.where(basis.basic, 0.0, bound)
 
     def violations(self, z: Vector, w: Vector, basis: Basis) -> Vector:
-        """How far each component is from what its state asks for; negative or 0 where it has that."""
+        """Return how far each component is from satisfying the condition of its state; negative or 0 where it
+        satisfies it."""
         if basis.upper is None:
             least: Vector = np.minimum(z - self.lower, w)
             return np.negative(least, out=least)
@@ -177,17 +175,18 @@ class Box:
         return np.where(basis.basic, beyond, np.where(self.fixed, 0.0, signed))
 
     def wrong(self, z: Vector, w: Vector, basis: Basis) -> Mask:
-        """Where a component has not what its state asks for."""
+        """Where a component violates the condition of its state."""
         return self.violations(z, w, basis) > 0.0
 
     def excess(self, z: Vector, w: Vector) -> Vector:
-        """By how much w has another sign than an admissible z asks for; minus infinity where that is any."""
+        """Return by how much w has another sign than an admissible z asks for; minus infinity where w may have any
+        sign."""
         if not self._has_upper:
             return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
 
     def exchanged(self, basis: Basis, violated: Mask, z: Vector) -> Basis:
-        """The states with those of the violated components exchanged: a basic one goes to the bound that it violates,
+        """Return the states with the violated components exchanged: a basic one goes to the bound that it violates,
         one at a bound becomes basic."""
         if basis.upper is None:
             return Basis(basis.basic ^ violated)
@@ -195,25 +194,26 @@ class Box:
         return Basis(basis.basic ^ violated, (basis.upper & ~violated) | leaving)
 
     def project(self, z: Vector) -> Vector:
-        """The nearest admissible z."""
+        """Return the nearest admissible z."""
         nearest: Vector = np.maximum(z, self.lower)
         return np.minimum(nearest, self.upper, out=nearest) if self._has_upper else nearest
 
     def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> Vector:
-        """The nearest admissible z, but at a bound where factor times the distance from it is less than the size of a w
-        that has the sign for it."""
+        """Return the nearest admissible z, but at a bound where factor times the distance from it is less than the
+        size of a w that has the sign for it."""
         at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
         return np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
 
     def corrections(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
-        """sigma and rho for which z - rho is `on_bounds` and w - sigma has the signs that it asks for there."""
+        """Return sigma and rho for which z - rho is `on_bounds` and w - sigma has the signs that z - rho asks for."""
         at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
         sigma = np.where(at_lower, np.minimum(w, 0.0), np.where(at_upper, np.maximum(w, 0.0), w))
         return np.where(self.fixed, 0.0, sigma), z - self.on_bounds(z, w, factor)
 
     @property
     def corner(self) -> Vector:
-        """The z at the lower bounds, at upper ones where there are no others, and 0 where there are none."""
+        """Return the z at the lower bounds, at upper bounds where there are no lower ones, and 0 where there are
+        neither."""
         return np.where(np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper, 0.0))
 
     @cached_property
@@ -228,8 +228,8 @@ class Box:
 
     @cached_property
     def kinds(self) -> dict[str, int]:
-        """How many variables are free, have one bound or both, or are fixed; kinds without any are left out, and the
-        bounds of an LCP are no kind."""
+        """Return how many variables are free, have one bound or both, or are fixed; kinds without variables are left
+        out, and so are the bounds of an LCP."""
         low, high = np.isfinite(self.lower), np.isfinite(self.upper)
         masks = {
             "free": ~low & ~high,
@@ -242,7 +242,7 @@ class Box:
         return {} if self.is_orthant else counts
 
     def in_units(self, C: Vector) -> Box:
-        """The bounds of z / C."""
+        """Return the bounds of z / C."""
         return self.mapped(lambda bound: bound / C)
 
 

@@ -14,16 +14,16 @@ from lcpcli.model.box import LARGEST_X, moved
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-MODERATE = 300  # the power of two up to which R q is left unchanged
+MODERATE_POWER = 300  # the power of two up to which R q is left unchanged
 
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A problem in other variables than a given one, with the way there and back; where nothing else is said, x, F and
-    Farkas' y stay as they are."""
+    """A problem in other variables than an original one, with the way there and back; unless a subclass says
+    otherwise, x, F and Farkas' y stay as they are."""
 
     problem: Problem
-    given: Problem
+    original: Problem
 
     @property
     def is_exact(self) -> bool:
@@ -31,25 +31,25 @@ class Change:
         return False
 
     def start(self, x: Vector) -> Vector:
-        """Return x of the problem in other variables."""
+        """Return the x of the problem in other variables for an x of the original problem."""
         return x
 
     def back(self, x: Vector) -> Vector:
-        """Return x of the given problem."""
+        """Return the x of the original problem for an x of the problem in other variables."""
         return x
 
     def residual(self, F: Vector) -> Vector:
-        """Return F of the given problem."""
+        """Return F of the original problem."""
         return F
 
     def multipliers(self, y: Vector) -> Vector:
-        """Farkas' y for the given problem, if it is one there."""
+        """Return Farkas' y for the original problem, if y proves that one infeasible too."""
         return self.residual(y)
 
 
 @dataclass(frozen=True, eq=False)
 class Scaled(Change):
-    """The problem of R M C, R q, l / C and u / C for a given one, with the way back: z = C z', w = w' / R, F = F' / R.
+    """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' / R, F = F' / R.
 
     If R and C are powers of two, neither direction rounds.
     """
@@ -58,18 +58,18 @@ class Scaled(Change):
     C: Vector
 
     def start(self, x: Vector) -> Vector:
-        z = self.given.box.z_of(x)
+        z = self.original.box.z_of(x)
         return 0.5 * (z / self.C - self.R * (z - 2 * x))
 
     @property
     def is_exact(self) -> bool:
         """Whether nothing over- or underflows, where R and C are powers of two."""
         with np.errstate(all="ignore"):
-            back = matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C) - self.given.M
-            return bool(abs(back).max() == 0 and np.array_equal(self.problem.q / self.R, self.given.q))
+            back = matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C) - self.original.M
+            return bool(abs(back).max() == 0 and np.array_equal(self.problem.q / self.R, self.original.q))
 
     def multipliers(self, y: Vector) -> Vector:
-        """R y, with its largest entry between 1 and 2."""
+        """Return R y times a power of two that puts its largest entry between 1 and 2."""
         with np.errstate(all="ignore"):
             y = self.R * y
             return np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1]))
@@ -79,7 +79,7 @@ class Scaled(Change):
 
     @np.errstate(over="ignore")
     def back(self, x: Vector) -> Vector:
-        """x in the given units.
+        """Return x in the original units.
 
         Where z overflows, x is infinite; where w does, x is the most negative number admitted.
         """
@@ -89,9 +89,9 @@ class Scaled(Change):
 
 
 def scale(problem: Problem) -> Scaled:
-    """The equilibrated problem; M is copied once. If R q would be extremely large or small, it is scaled to size one.
+    """Return the equilibrated problem; M is copied once. An extremely large or small R q is scaled to size one.
 
-    The problem unchanged if no powers of two in range achieve that.
+    The problem is returned unchanged if no powers of two in range achieve that.
     """
     R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
     t = np.exp2(_common_power(problem.q, R, C))
@@ -104,7 +104,7 @@ def scale(problem: Problem) -> Scaled:
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
-    """The problem in the units of these positive diagonals, each of shape (n,)."""
+    """Return the problem in the units of these positive diagonals, each of shape (n,)."""
     M, q = matrices.scaled(problem.M, R, C), R * problem.q
     (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
     with np.errstate(over="ignore"):
@@ -118,12 +118,12 @@ def is_far_from_one(problem: Problem) -> bool:
 
 
 def _common_power(q: Vector, R: Vector, C: Vector) -> float:
-    """The power of two for R, and its inverse for C, that brings R q into range as far as R and C allow."""
+    """Return the power of two for R, and its inverse for C, that brings R q into range as far as R and C allow."""
     if not q.any():
         return 0.0
     rows, columns = np.log2(R), np.log2(C)
     size = float((np.frexp(q)[1] + rows).max(where=q != 0, initial=-np.inf))
-    if abs(size) <= MODERATE:
+    if abs(size) <= MODERATE_POWER:
         return 0.0
     low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
     high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)
@@ -134,26 +134,26 @@ class Shifted(Change):
     """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z, with the way back."""
 
     def start(self, x: Vector) -> Vector:
-        return x if self.given.reference_z is None else x - self.given.reference_z / 2
+        return x if self.original.reference_z is None else x - self.original.reference_z / 2
 
     def back(self, x: Vector) -> Vector:
-        """x of the given problem; what is at a bound stays there."""
-        box, given, there = self.problem.box, self.given, self.given.reference_z
-        assert there is not None
+        """Return the x of the original problem; a z at a bound stays at that bound."""
+        box, given, reference_z = self.problem.box, self.original, self.original.reference_z
+        assert reference_z is not None
         z = box.z_of(x)
-        inside = np.where(z == self.problem.upper, given.upper, z + there)
+        inside = np.where(z == self.problem.upper, given.upper, z + reference_z)
         at = np.where(z == self.problem.lower, given.lower, inside)
         return np.clip(0.5 * (at - (z - 2 * x)), -LARGEST_X, LARGEST_X)
 
     @property
     def is_exact(self) -> bool:
-        return self.given.has_small_integers
+        return self.original.has_small_integers
 
 
 def shifted(given: Problem) -> Shifted:
-    """The problem, where the reference point is not 0; M is shared."""
-    there = given.reference_z
-    assert there is not None
+    """Return the problem with its reference point, which is not 0, moved to 0; M is shared."""
+    reference_z = given.reference_z
+    assert reference_z is not None
     with np.errstate(over="ignore"):
-        bounds = [moved(bound - there, bound) for bound in (given.lower, given.upper)]
+        bounds = [moved(bound - reference_z, bound) for bound in (given.lower, given.upper)]
     return Shifted(Problem(given.M, given.q_ref, lower=bounds[0], upper=bounds[1]), given)

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import FAR, are_moderate, is_finite
-from lcpcli.linalg.factors import SMALL, well_conditioned_inverse
+from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model.arrays import FROM_0, as_columns, own
 from lcpcli.model.bounds import as_bound, as_intervals, has_columns, with_infinity
@@ -38,7 +38,7 @@ class Columns:
             self._bounds = _bounds_of_columns(lower, upper, n, self.k, infinity)
             lower, upper = 0.0, math.inf
         self.like = _problem(M, self.Q, lower, upper, infinity)
-        self.M = dense(self.like.M) if n <= SMALL else self.like.M
+        self.M = dense(self.like.M) if n <= MOST_NUMPY_ROWS else self.like.M
 
     @property
     def n(self) -> int:
@@ -46,12 +46,13 @@ class Columns:
 
     @cached_property
     def inverse(self) -> Matrix | None:
-        """That of M, if it pays: if M is small and well-conditioned, and there are more columns than unknowns."""
-        return well_conditioned_inverse(self.M) if self.n < min(self.k, SMALL + 1) else None
+        """Return the inverse of M, if M is small and well-conditioned and there are more columns than unknowns, so
+        that it pays."""
+        return well_conditioned_inverse(self.M) if self.n < min(self.k, MOST_NUMPY_ROWS + 1) else None
 
     def block(self, first: int, last: int) -> Block:
-        """The problems of columns first to last - 1, copied and checked as they are now, as the arrays may have changed
-        since the call. Raises ProblemError."""
+        """Return the problems of columns first to last - 1, copied and checked as they are now, as the arrays may
+        have changed since the call. Raises ProblemError."""
         q = _copy(self.Q[:, first:last])
         if not is_finite(q.reshape(-1)):
             j, i = (int(place) for place in np.argwhere(~np.isfinite(q))[0])
@@ -64,18 +65,18 @@ class Columns:
         return Block(self, q, self.like.box.mapped(lambda bound: np.broadcast_to(bound, q.shape)))
 
     def problems(self) -> Iterator[Problem]:
-        """One problem after another."""
+        """Yield one problem after another."""
         for j in range(self.k):
             yield self.block(j, j + 1).problem(0)
 
 
 def _copy(columns: Vector) -> Vector:
-    """Some columns, each in a row of a new array, which is read-only."""
+    """Return some columns, each in a row of a new array, which is read-only."""
     return own(np.array(columns.T, dtype=np.float64, order="C"), [])
 
 
 def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Problem:
-    """The problem with q = 0, or a ProblemError in the words of Q."""
+    """Return the problem with q = 0, or raise ProblemError in the words of Q."""
     n, shape = Q.shape[0], tuple[int, ...](getattr(M, "shape", ()))
     if isinstance(M, (list, tuple)):
         shape = len(M), *{len(row) for row in M if isinstance(row, (list, tuple))}
@@ -91,7 +92,7 @@ def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Prob
 def _bounds_of_columns(
     lower: Any, upper: Any, n: int, k: int, infinity: float = math.inf
 ) -> tuple[Vector, Vector] | None:
-    """Both bounds of shape (n, k); None if they are those of an LCP."""
+    """Return both bounds of shape (n, k); None if they are 0 and infinity, the bounds of an LCP."""
     given = []
     for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
         if not has_columns(field, bound):
@@ -119,7 +120,7 @@ def _refuse_crossed(low: Vector, high: Vector, first: int = 0) -> None:
 class Block:
     """m problems that share M, one in each row of the arrays.
 
-    columns : where they are from. like : a problem with that M. M : the same, dense if it is small.
+    columns : all columns of Q. like : a problem with the same M. M : this matrix, dense if it is small.
     q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
     """
 
@@ -131,62 +132,62 @@ class Block:
         self._fields.update(reference_z=None, q_error=0.0)
 
     def part(self, rows: Indices) -> Block:
-        """Some of the problems."""
+        """Return the block of some of the problems."""
         some = Block(self.columns, self.q[rows], self.box.mapped(lambda bound: bound[rows]))
         vars(some)["references"] = self.references.part(rows)
         return some
 
     def times_M(self, z: Vector) -> Vector:
-        """M z for each row z."""
+        """Return M z for each row z."""
         rows: Vector = product(self.M, z.T).T
         return rows
 
     def sizes(self, z: Vector) -> Vector:
-        """|M| |z| for each row z."""
+        """Return |M| |z| for each row z."""
         rows: Vector = absolute_product(self.M, np.abs(z).T).T
         return rows
 
     def w(self, z: Vector) -> Vector:
-        """w = M z + q for each row z, computed from the reference point."""
+        """Return w = M z + q for each row z, computed from the reference point."""
         w = self.times_M(self.references.moved(z))
         w += self.references.q
         return w
 
     @cached_property
     def _sizes_of_q(self) -> tuple[Vector, Vector]:
-        """The least |q_i| but 0 and the largest, of each problem."""
+        """Return the least nonzero |q_i| and the largest |q_i| of each problem."""
         sizes = np.abs(self.q)
         return sizes.min(axis=1, where=sizes > 0, initial=np.inf), sizes.max(axis=1)
 
     @cached_property
     def are_moderate(self) -> Mask:
-        """Which of the problems have moderate numbers, as `Problem.is_moderate`; shape (m,)."""
+        """Which of the problems have moderate numbers, as by `Problem.is_moderate`; shape (m,)."""
         least, largest = self._sizes_of_q
-        return np.asarray((largest <= FAR) & (least >= 1 / FAR) & are_moderate(self.like.row_maxima))
+        return np.asarray((largest <= FAR_FROM_ONE) & (least >= 1 / FAR_FROM_ONE) & are_moderate(self.like.row_maxima))
 
     @cached_property
     def _fields_of_q(self) -> list[tuple[tuple[float, float], bool]]:
-        """sizes_of_q and is_moderate of each problem."""
+        """Return sizes_of_q and is_moderate of each problem."""
         least, largest = self._sizes_of_q
         return list(zip(zip(least.tolist(), largest.tolist(), strict=True), self.are_moderate.tolist(), strict=True))
 
     @property
     def reference_z(self) -> Vector | None:
-        """The reference points of all problems, shape (m, n); None for LCPs."""
+        """Return the reference points of all problems, shape (m, n); None for LCPs."""
         return self.references.z
 
     @property
     def q_ref(self) -> Vector:
-        """M z + q there, shape (m, n)."""
+        """Return M z + q at the reference points, shape (m, n)."""
         return self.references.q
 
     @property
     def q_error(self) -> Vector | float:
-        """How far rounding may have taken it."""
+        """Return bounds on the rounding errors in q_ref."""
         return self.references.error
 
     def problem(self, i: int) -> Problem:
-        """That of row i; it costs about a microsecond, as nothing is computed or validated."""
+        """Return the problem of row i, in about a microsecond, as nothing is computed or validated."""
         problem, q = Problem.__new__(Problem), self.q[i]
         fields = vars(problem)  # as it is frozen
         fields.update(self._fields)
@@ -204,5 +205,5 @@ class Block:
 
     @cached_property
     def references(self) -> Reference:
-        """Those of all problems."""
+        """Return the reference points of all problems."""
         return reference(self.M, self.q, self.box)

@@ -23,9 +23,9 @@ Sides = tuple[Mask, Mask, Mask]
 
 
 def with_infinity(problem: Problem, infinity: float) -> Problem:
-    """The problem without bounds of at least that size and, if it comes from a program, without such sides of rows.
+    """Return the problem without bounds of at least that size and, for a program, without such sides of rows.
 
-    Raises ProblemError where a lower bound is that large, or an upper one minus that.
+    Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of at most minus that.
     """
     origin, before, kept = problem.origin, conditions_of(problem), np.arange(problem.n)
     if isinstance(origin, Program):
@@ -46,8 +46,8 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
 
 def remark(problem: Problem) -> str:
-    """This line says that the problem has bounds of 1e20 or more and what to do if they stand for none; it is "" where
-    the problem has no such bounds."""
+    """Return a line that says how many bounds of 1e20 or more the problem has and what to do if they stand for none;
+    "" if it has none."""
     sides = _far_sides(problem)
     if sides is None:
         return ""
@@ -56,8 +56,8 @@ def remark(problem: Problem) -> str:
 
 
 def _far_sides(problem: Problem) -> Sides | None:
-    """Where z has such a lower bound, such an upper one, and where it is the multiplier of a row with such a bound as
-    its only one; None if there is nothing of these."""
+    """Return where z has a far lower bound, where it has a far upper bound, and where it is the multiplier of a row
+    whose only bound is far; None if there are no far bounds."""
     origin = problem.origin if isinstance(problem.origin, Program) else None
     ends = [problem.box.lower, problem.box.upper]
     numbers = [*ends, problem.q] if origin else ends
@@ -75,8 +75,8 @@ def _far_sides(problem: Problem) -> Sides | None:
 
 @dataclass(frozen=True, eq=False)
 class Relaxed(Change):
-    """A problem without far bounds, in the variables of the given one, with the multipliers of rows without any fixed
-    at 0; `rows` says which. The two have in common only the solutions within the bounds."""
+    """A problem without far bounds, in the variables of the original one, where the multipliers of `rows` without
+    any other bound are fixed at 0. The two have in common only the solutions within the bounds."""
 
     rows: Mask
 
@@ -84,11 +84,11 @@ class Relaxed(Change):
         return np.where(self.rows, 0.0, x)
 
     def back(self, x: Vector) -> Vector:
-        return np.where(self.rows, x - self.given.q / 2, x)
+        return np.where(self.rows, x - self.original.q / 2, x)
 
 
 def relaxed(problem: Problem) -> Relaxed | None:
-    """The problem without far bounds; None if it has none."""
+    """Return the problem without far bounds; None if it has no far bounds."""
     sides = _far_sides(problem)
     if sides is None:
         return None

@@ -12,8 +12,8 @@ UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 
 
 def by_label(table: Any, /, of: str = "the columns of M", **fields: Any) -> list[Any]:
-    """The values of fields with their rows in the order of the columns, or the rows, of a table, if these have labels;
-    else as they are."""
+    """Return the values of fields with their rows in the order of the columns, or the rows, of a table, if both have
+    labels; else as they are."""
     if not _is_table(table):
         return list(fields.values())
     labels = list(table.index if of.startswith("the rows") else table.columns)
@@ -23,8 +23,8 @@ def by_label(table: Any, /, of: str = "the columns of M", **fields: Any) -> list
 def program_by_label(
     Q: Any, c: Any, A: Any, b: Any, row_lower: Any, row_upper: Any, lower: Any, upper: Any
 ) -> tuple[Any, ...]:
-    """The arguments of `from_qp` with variables in the order of the columns of Q, or else of A, and what belongs to
-    rows in the order of those of A, where these have labels."""
+    """Return the arguments of `from_qp` with variables in the order of the columns of Q, or else of A, and what
+    belongs to rows in the order of the rows of A, where these have labels."""
     ends = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
     name, table = ("Q", Q) if hasattr(Q, "columns") else ("A", A)
     of = f"the columns of {name}"
@@ -35,7 +35,7 @@ def program_by_label(
 
 
 def payoffs_by_label(A: Any, B: Any) -> Any:
-    """B with its strategies in the order of those of A, where both have labels."""
+    """Return B with its strategies in the order of those of A, where both have labels."""
     if not (_is_table(A) and _is_table(B)):
         return B
     columns = _places("B", list(B.columns), list(A.columns), "the columns of A")
@@ -44,20 +44,21 @@ def payoffs_by_label(A: Any, B: Any) -> Any:
 
 
 def texts(labels: Any) -> tuple[str, ...]:
-    """Labels that are all texts, and all different; else none."""
+    """Return the labels if all of them are texts and all are different; else none."""
     own = list(labels)
     return tuple(own) if all(isinstance(label, str) for label in own) and len(set(own)) == len(own) else ()
 
 
 def _in_order(field: str, values: Any, labels: list[Any], of: str, axis: str = "index") -> Any:
-    """Values with rows, or columns, in the order of these labels, as `_places` has it."""
+    """Return values with rows, or columns, in the order of these labels, as `_places` finds it."""
     places = _places(field, list(getattr(values, axis)), labels, of) if _has_index(values) else None
     return values if places is None else np.take(values.to_numpy(), places, axis=("index", "columns").index(axis))
 
 
 def _places(field: str, own: list[Any], labels: list[Any], of: str) -> list[int] | None:
-    """The places of labels among the own ones of a field if they are the same, in another order; None, for by position,
-    if they are in the same one, or others and one of the two only counts from 0; else a ProblemError."""
+    """Return the places of labels among a field's own labels if they are the same in another order. Return None, so
+    that positions count, if the order is the same, or if the labels differ and one of the two only counts from 0;
+    else raise ProblemError."""
     if own == labels:
         return None
     if len(own) == len(labels) == len(set(own)) and set(own) == set(labels):

@@ -21,10 +21,10 @@ from lcpcli.model.arrays import as_matrix, own
 from lcpcli.model.program import Conditions, Program, names_of
 from lcpcli.typing import Vector
 
-KEYS = ("kind", "A", "B", "rows", "columns")
-RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}\s*")
+GAME_KEYS = ("kind", "A", "B", "rows", "columns")
+PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}\s*")
 
-EXACT = Context(prec=1000)  # digits enough for sums and differences of any doubles, which have 650 at most
+EXACT_CONTEXT = Context(prec=1000)  # digits: enough for sums and differences of any doubles, which have 650 at most
 
 Payoffs = list[list[Fraction]]
 
@@ -47,8 +47,8 @@ class Game:
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Game:
-        """The game described in a file, or a ProblemError."""
-        refuse_unknown("", data, KEYS)
+        """Return the game described in a file, or raise ProblemError."""
+        refuse_unknown("", data, GAME_KEYS)
         for key in ("A", "B"):
             if key not in data:
                 raise ProblemError(key, "is missing", f"add the key {key}")
@@ -56,7 +56,7 @@ class Game:
 
     @classmethod
     def of(cls, A: Any, B: Any, rows: Any, columns: Any) -> Game:
-        """The game with these payoffs, fractions like "1/3" among them, and names, or a ProblemError."""
+        """Return the game with these payoffs, fractions like "1/3" among them, and names, or raise ProblemError."""
         (one, exact_one), (other, exact_other) = _payoffs("A", A), _payoffs("B", B)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
@@ -82,43 +82,43 @@ class Game:
         return not M[:m, :m].any() and not M[m:, m:].any() and all(_complement(*each) for each in costs)
 
     def conditions(self) -> tuple[Vector, Vector]:
-        """M and q."""
+        """Return M and q."""
         m, k = self.A.shape
         M = np.zeros((m + k, m + k))
-        with localcontext(EXACT):
+        with localcontext(EXACT_CONTEXT):
             M[:m, m:], M[m:, :m] = _costs("A", self._numbers(0)), _costs("B", self._numbers(1)).T
         return M, -np.ones(m + k)
 
     def payoffs(self) -> tuple[Payoffs, Payoffs]:
-        """A and B as exact numbers."""
+        """Return A and B as exact numbers."""
         A, B = ([[Fraction(value) for value in row] for row in self._numbers(player)] for player in (0, 1))
         return A, B
 
     def cost_constants(self) -> tuple[Fraction, Fraction]:
-        """The numbers from which the payoffs of the row and of the column player are subtracted."""
-        with localcontext(EXACT):
+        """Return the numbers from which the payoffs of the row and of the column player are subtracted."""
+        with localcontext(EXACT_CONTEXT):
             r, c = (Fraction(_constant(self._numbers(player))) for player in (0, 1))
         return r, c
 
     def _numbers(self, player: int) -> Any:
-        """The payoffs of the row player (0) or the column player (1), as fractions or decimals."""
+        """Return the payoffs of the row player (0) or the column player (1), as fractions or decimals."""
         if self.written is not None:
             return self.written[player]
         return [[Decimal(repr(value)) for value in row] for row in (self.A, self.B)[player].tolist()]
 
     def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
-        """The names of the strategies, "" where they have none."""
+        """Return the names of the strategies, "" where they have none."""
         m, k = self.A.shape
         return [*(self.rows or [""] * m), *(self.columns or [""] * k)]
 
     def parts(self, z: Any) -> tuple[Any, Any]:
-        """The parts of a z that belong to the row and to the column player."""
+        """Return the parts of a z that belong to the row and to the column player."""
         m = self.A.shape[0]
         return z[:m], z[m:]
 
 
 def _costs(field: str, payoffs: Any) -> Vector:
-    """Positive costs, a constant minus the payoffs, rounded once."""
+    """Return positive costs, a constant minus the payoffs, rounded once."""
     constant = _constant(payoffs)
     try:
         costs = np.array([[float(constant - value) for value in row] for row in payoffs])
@@ -130,15 +130,16 @@ def _costs(field: str, payoffs: Any) -> Vector:
 
 
 def _constant(payoffs: Any) -> Any:
-    """The largest payoff plus their range, or 1 if that is 0."""
+    """Return the largest payoff plus their range, or plus 1 if all payoffs are equal."""
     largest, least = max(map(max, payoffs)), min(map(min, payoffs))
     return largest + ((largest - least) or 1)
 
 
 def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
-    """Payoffs rounded, and before if some are fractions or are written as such, "1/3"."""
+    """Return payoffs rounded to doubles and, if some are fractions or are written as such, "1/3", also as they were
+    before."""
     if isinstance(values, (list, tuple)) and all(isinstance(row, (list, tuple)) for row in values):
-        rows = [[Fraction(v) if isinstance(v, str) and RATIO.fullmatch(v) else v for v in row] for row in values]
+        rows = [[Fraction(v) if isinstance(v, str) and PAYOFF_RATIO.fullmatch(v) else v for v in row] for row in values]
         if any(isinstance(v, Fraction) for row in rows for v in row):
             rounded = _payoffs(field, [[_double(v) for v in row] for row in rows])[0]
             return rounded, [[v if isinstance(v, Fraction) else Fraction(repr(float(v))) for v in row] for row in rows]
@@ -146,7 +147,7 @@ def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
 
 
 def _decimals(payoffs: Vector) -> Payoffs:
-    """The shortest decimals of payoffs, as fractions."""
+    """Return the shortest decimals of payoffs, as fractions."""
     return [[Fraction(repr(value)) for value in row] for row in payoffs.tolist()]
 
 
@@ -165,7 +166,8 @@ def _complement(costs: Vector, payoffs: Vector) -> bool:
 
 
 def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
-    """Rows of numbers, whole ones as integers, which JSON shows without a point, fractions as texts."""
+    """Return rows of numbers for JSON, whole ones as integers, which are written without a point, and fractions as
+    texts."""
     rows: list[list[float | str]] = [
         [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row] for row in payoffs.tolist()
     ]
@@ -195,11 +197,11 @@ class OwnNames:
 
 
 Origin: TypeAlias = Program | Game | OwnNames
-KINDS: dict[str, type[Program | Game]] = {"qp": Program, "game": Game}
+ORIGIN_KINDS: dict[str, type[Program | Game]] = {"qp": Program, "game": Game}
 
 
 def as_origin(given: Any, problem: Conditions) -> Origin:
-    """The origin of a problem, given as such or as the object in a file, or a ProblemError."""
+    """Return the origin of a problem, given as such or as the object in a file, or raise ProblemError."""
     origin: Origin = given if isinstance(given, (Program, Game, OwnNames)) else _parsed(given)
     if not origin.fits(problem):
         raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")
@@ -210,19 +212,19 @@ def _parsed(given: Any) -> Program | Game:
     if not isinstance(given, Mapping):
         raise ProblemError("origin", f"is {kind(given)}", "give an object with the key kind")
     if "kind" not in given:
-        raise ProblemError("origin.kind", "is missing", f"add one of {', '.join(KINDS)}")
+        raise ProblemError("origin.kind", "is missing", f"add one of {', '.join(ORIGIN_KINDS)}")
     name = given["kind"]
-    if not isinstance(name, str) or name not in KINDS:
+    if not isinstance(name, str) or name not in ORIGIN_KINDS:
         shown = quoted(name) if isinstance(name, str) else kind(name)
-        raise ProblemError("origin.kind", f"is {shown}", f"use one of {', '.join(KINDS)}")
+        raise ProblemError("origin.kind", f"is {shown}", f"use one of {', '.join(ORIGIN_KINDS)}")
     try:
-        return KINDS[name].parse(given)
+        return ORIGIN_KINDS[name].parse(given)
     except ProblemError as error:
         raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None
 
 
 def own_names(given: Sequence[str], n: int, origin: Any) -> OwnNames:
-    """The names of n unknowns that come from no program or game, or a ProblemError."""
+    """Return the names of n unknowns that come from no program or game, or raise ProblemError."""
     if origin is not None:
         raise ProblemError("names", "is given beside origin, which has names", "leave one out")
     return OwnNames(names_of("names", given, n, "unknown"))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, kind, quoted
-from lcpcli.linalg.doubles import FAR, size, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, size, sizes
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.linalg.units import Units, units
 from lcpcli.model.arrays import as_square, as_vector, own_matrix, plain
@@ -141,7 +141,7 @@ class Problem:
             row_maxima=row_maxima,
             largest=largest_entry,
             sizes_of_q=(least_q, largest_q),
-            is_moderate=min(least_row, least_q) >= 1 / FAR and max(largest_entry, largest_q) <= FAR,
+            is_moderate=min(least_row, least_q) >= 1 / FAR_FROM_ONE and max(largest_entry, largest_q) <= FAR_FROM_ONE,
             lower=0.0 if bounds is None else bounds[0],
             upper=math.inf if bounds is None else bounds[1],
             box=ORTHANT if bounds is None else Box(*bounds),
@@ -169,23 +169,23 @@ class Problem:
 
     @property
     def bounds(self) -> dict[str, Vector]:
-        """The bounds by their names, if it is mixed."""
+        """Return the bounds by their names, if the problem is mixed; else none."""
         return {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
 
     def named(self, name: str) -> Problem:
-        """The same problem by that name."""
+        """Return the same problem with another name."""
         other = copy(self)
         other.__dict__["name"] = name  # as it is frozen, and has been validated
         return other
 
     @cached_property
     def names(self) -> Sequence[str]:
-        """The names that the components have from where the problem comes from, "" where there is none."""
+        """Return the names that the origin of the problem gives to the components, "" where there is none."""
         return self.origin.names(self.n) if self.origin is not None else [""] * self.n
 
     @cached_property
     def signs(self) -> Vector | None:
-        """S = +-1 with S M symmetric, as for the conditions of programs; None if there is none, or M is dense."""
+        """Return S = +-1 with S M symmetric, as for programs; None if there is none, or M is dense."""
         if not is_sparse(self.M):
             return None
         from lcpcli.linalg.patterns import signs
@@ -194,12 +194,12 @@ class Problem:
 
     @property
     def start(self) -> Vector:
-        """Where a run starts unless it is told to start elsewhere."""
+        """Return the x from which a run starts by default."""
         return np.zeros(self.n) if self.x0 is None else self.x0
 
     @property
     def may_have_far_bounds(self) -> bool:
-        """Whether `far_bounds` is to be asked."""
+        """Whether `far_bounds` has to look for bounds that may stand for none."""
         return self.box.is_far or self.origin is not None
 
     @property
@@ -211,7 +211,7 @@ class Problem:
 
     @cached_property
     def units(self) -> Units:
-        """The units of rows and columns that M suggests."""
+        """Return the units of rows and columns that M suggests."""
         return units(self.M)
 
     @cached_property
@@ -222,53 +222,53 @@ class Problem:
 
     @cached_property
     def reference_z(self) -> Vector | None:
-        """The reference point, as by `reference_point.reference`; None if that is 0, as it is for an LCP."""
+        """Return the reference point, as by `reference_point.reference`; None if it is 0, as for an LCP."""
         return self._reference.z
 
     @property
     def reference_point(self) -> Vector:
-        """The same, 0 included."""
+        """Return the reference point as a vector, even if it is 0."""
         return np.zeros(self.n) if self.reference_z is None else self.reference_z
 
     @cached_property
     def q_ref(self) -> Vector:
-        """w = M z + q at the reference point: the scale of the rows, whatever the bounds are shifted by."""
+        """Return w = M z + q at the reference point: the scale of the rows, however bounds are shifted."""
         return self._reference.q
 
     @cached_property
     def q_error(self) -> Vector | float:
-        """How far rounding may have taken q_ref, shape (n,); 0 for an LCP, and at most 1e-11 of it for the others."""
+        """Return bounds on the rounding errors in q_ref: 0 for an LCP, else of shape (n,), at most 1e-11 of q_ref."""
         return self._reference.error
 
     def error(self, z: Vector) -> float | None:
-        """|z - z*|_inf to the nearest of the known solutions, infinite if z is not finite; None if none is known."""
+        """Return |z - z*|_inf to the nearest known solution, infinite if z is not finite; None if none is known."""
         return min((size(z - solution) for solution in self.solutions), default=None)
 
     @cached_property
     def size_of_solutions(self) -> float:
-        """The largest component of the known solutions, 1 if all are 0: the unit of errors."""
+        """Return the largest component of the known solutions, 1 if all are 0: the unit of errors."""
         return max((size(solution) for solution in self.solutions), default=0.0) or 1.0
 
     def from_reference(self, z: Vector) -> Vector:
-        """z minus the reference point."""
+        """Return z minus the reference point."""
         return z if self.reference_z is None else z - self.reference_z
 
     def w(self, z: Vector) -> Vector:
-        """w = M z + q for z of shape (n,), computed from the reference point."""
+        """Return w = M z + q for z of shape (n,), computed from the reference point."""
         w = product(self.M, z if self.reference_z is None else z - self.reference_z)
         w += self.q_ref
         return w
 
 
 def as_problem(given: Any) -> Problem:
-    """A Problem as it is; ProblemError for anything else, such as M alone or the name of a file."""
+    """Return a Problem as it is; ProblemError for anything else, such as M alone or the name of a file."""
     if not isinstance(given, Problem):
         raise ProblemError("problem", f"is {kind(given)}", "make it by Problem(M, q), or by read(path) from a file")
     return given
 
 
 def _bounds(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tuple[Vector, Vector] | None:
-    """As by `bounds.as_bounds`, which those of an LCP do not need."""
+    """Return the bounds as `as_bounds` does, without importing it for the bounds of an LCP."""
     if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
         return None
     from lcpcli.model.bounds import as_bounds
@@ -292,7 +292,7 @@ def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None
 
 
 def conditions_of(problem: Problem) -> Conditions:
-    """The problem with every bound in a vector."""
+    """Return the problem with both bounds as vectors."""
     from lcpcli.model.program import Conditions
 
     bounds = (np.full(problem.n, bound, dtype=float) for bound in (problem.lower, problem.upper))

@@ -18,7 +18,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.bounds import as_intervals
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
+PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
 SENSES = {"min": 1.0, "max": -1.0}
 
 
@@ -48,18 +48,18 @@ class ProgramData(NamedTuple):
 
     @property
     def ranges(self) -> Mask:
-        """The rows between two different finite bounds."""
+        """Where rows lie between two different finite bounds."""
         return np.isfinite(self.row_lower) & np.isfinite(self.row_upper) & (self.row_lower < self.row_upper)
 
     def with_infinity(self, infinity: float) -> ProgramData:
-        """The program without bounds, and sides of rows, of at least that size; or a ProblemError."""
+        """Return the program without bounds, and sides of rows, of at least that size, or raise ProblemError."""
         row_ends, ends = (self.row_lower, self.row_upper), (self.lower, self.upper)
         row_ends = as_intervals(("row_lower", "row_upper"), *row_ends, self.row_lower.size, "row", infinity)
         ends = as_intervals(("lower", "upper"), *ends, self.c.size, "variable", infinity)
         return ProgramData(self.Q, self.c, self.A, *row_ends, *ends)
 
     def conditions(self) -> Conditions:
-        """The first-order conditions in z = (x, y, s).
+        """Return the first-order conditions in z = (x, y, s).
 
         y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row with only a lower or an upper
         bound, 0 for one with none; w is then Ax minus the bound. For a row i between two bounds, y_i is free and
@@ -95,8 +95,8 @@ class Program:
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Program:
-        """The program described in a file, or a ProblemError."""
-        refuse_unknown("", data, KEYS)
+        """Return the program described in a file, or raise ProblemError."""
+        refuse_unknown("", data, PROGRAM_KEYS)
         names = {key: names_of(key, data.get(key, ())) for key in ("rows", "columns")}
         return cls(
             _number_of("variables", data.get("variables"), 1),
@@ -124,7 +124,8 @@ class Program:
         return _equal(made.M, given.M) and all(map(np.array_equal, made[1:], given[1:]))
 
     def program(self, given: Conditions) -> ProgramData | None:
-        """The program, to be minimized, that these are the conditions of; None if they are not."""
+        """Return the program, to be minimized, whose conditions these are; None if they are the conditions of no
+        program."""
         k, n = self.variables, given.q.size
         M, q, rows = given.M, given.q, slice(k, n - self.ranges)
         low, high = -q[rows] + 0.0, -q[rows] + 0.0
@@ -136,24 +137,24 @@ class Program:
         return ProgramData(M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k])
 
     def parts(self, z: Any) -> tuple[Any, Any]:
-        """x and y of a z, a sequence of any numbers."""
+        """Return x and y of a z, a sequence of any numbers."""
         return z[: self.variables], z[self.variables : len(z) - self.ranges]
 
     def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:
-        """z of x and the multipliers y of the program to be minimized."""
+        """Return z for x and the multipliers y of the program to be minimized."""
         ranges = program.ranges
         s = np.clip((program.A @ x)[ranges], program.row_lower[ranges], program.row_upper[ranges])
         return np.concatenate((x, y, s))
 
     def names(self, n: int) -> Sequence[str]:
-        """The names of the components of z, "" where there is none."""
+        """Return the names of the components of z, "" where there is none."""
         m = n - self.variables - self.ranges
         return [*(self.columns or [""] * self.variables), *(self.rows or [""] * m), *[""] * self.ranges]
 
 
 def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bool = False) -> Matrix:
-    """[Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E the columns of the identity that
-    `ranges`, of shape (m,), selects; as a sparse or a dense matrix."""
+    """Return [Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E the columns of the identity
+    that `ranges`, of shape (m,), selects; as a sparse or a dense matrix."""
     m, k = A.shape
     selected = np.zeros(0, dtype=np.intp) if ranges is None else np.flatnonzero(ranges)
     n = k + m + selected.size
@@ -176,7 +177,7 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
 
 
 def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
-    """Columns of the identity of order n, as a sparse or a dense matrix."""
+    """Return columns of the identity of order n, as a sparse or a dense matrix."""
     shape, places = (n, selected.size), (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32))
     if sparse:
         from scipy.sparse import csr_array
@@ -188,7 +189,7 @@ def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
 
 
 def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> tuple[str, ...]:
-    """A list of names, as many as there are things of a kind unless it is empty; or a ProblemError."""
+    """Return a list of names, as many as there are things of a kind unless it is empty; or raise ProblemError."""
     if not isinstance(given, (list, tuple)):
         raise ProblemError(field, f"is {kind(given)}", "give a list of names")
     for i, name in enumerate(given):
@@ -200,7 +201,7 @@ def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> t
 
 
 def sense_of(given: Any) -> str:
-    """ "min" or "max", or a ProblemError."""
+    """Return the sense, min or max, or raise ProblemError."""
     if not isinstance(given, str) or given not in SENSES:
         shown = quoted(given) if isinstance(given, str) else kind(given)
         raise ProblemError("sense", f"is {shown}", "give min or max")
@@ -208,7 +209,7 @@ def sense_of(given: Any) -> str:
 
 
 def constant_of(given: Any) -> float:
-    """A finite number, or a ProblemError."""
+    """Return a finite number, or raise ProblemError."""
     if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, float, np.integer, np.floating)):
         raise ProblemError("constant", f"is {kind(given)}", "give a number")
     if not math.isfinite(given):

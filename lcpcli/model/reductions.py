@@ -21,7 +21,7 @@ from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
 
-LARGEST_DENSE = 1000  # variables for which a program without any matrix is kept as a dense problem
+MOST_DENSE_VARIABLES = 1000  # variables for which a program without any matrix is kept as a dense problem
 
 
 def from_qp(
@@ -42,7 +42,7 @@ def from_qp(
     infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
-    """The conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <= row_upper and lower <= x <= upper.
+    """Return the conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <= row_upper and lower <= x <= upper.
 
     Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program. If it is positive
         semidefinite, the solutions of the conditions are the minimizers, else the first-order stationary points.
@@ -94,7 +94,7 @@ def from_qpsolvers(
     infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
-    """The conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the names of qpsolvers.
+    """Return the conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the names of qpsolvers.
 
     P : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program.
     q : shape (k,).
@@ -122,7 +122,7 @@ def from_osqp(
     u: BoundLike = None,
     **texts: str,
 ) -> Problem:
-    """The conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the names of OSQP.
+    """Return the conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the names of OSQP.
 
     P : shape (k, k), symmetric, or the upper triangle of that; dense, nested sequences or scipy sparse; None for a
         linear program.
@@ -149,7 +149,7 @@ def from_osqp(
 def qpsolvers_program(
     P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any, infinity: float = math.inf
 ) -> ProgramData:
-    """The program with the arguments of `from_qpsolvers`."""
+    """Return the program with the arguments of `from_qpsolvers`."""
     quadratic, linear = _objective("P", P, "q", q)
     k = linear.size
     bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
@@ -163,7 +163,7 @@ def qpsolvers_program(
 
 
 def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:
-    """The bounds of k variables, none of the free ones."""
+    """Return the bounds of k variables; the free ones have none."""
     low, high = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
     if not isinstance(free, (list, tuple, range, np.ndarray)):
         raise ProblemError("free", f"is {kind(free)}", "give a list of indices")
@@ -186,7 +186,7 @@ def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Inter
 def _objective(
     field: str, quadratic: Any, other: str, linear: Any, may_be_triangle: bool = False
 ) -> tuple[Matrix | None, Vector]:
-    """The matrix of the objective, symmetric and of shape (k, k), or None, and its vector, of shape (k,).
+    """Return the matrix of the objective, symmetric and of shape (k, k), or None, and its vector, of shape (k,).
 
     may_be_triangle : whether an upper triangle stands for a symmetric matrix.
     """
@@ -212,7 +212,7 @@ def _objective(
 
 
 def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
-    """The matrix of the rows, of shape (m, k), with m = 0 if neither it nor its bounds are given."""
+    """Return the matrix of the rows, of shape (m, k), with m = 0 if neither it nor its bounds are given."""
     present = [name for name, bound in bounds.items() if bound is not None]
     if given is None and not present:
         return np.zeros((0, k))
@@ -230,9 +230,10 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
 def _program(
     Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, sign: float = 1.0
 ) -> ProgramData:
-    """The program to be minimized, both matrices sparse if one is; a large one without any is sparse too."""
+    """Return the program to be minimized, with both matrices sparse if one is; a large one without any matrix is
+    sparse too."""
     k = c.size
-    sparse = is_sparse(A) or is_sparse(Q) or (Q is None and k > LARGEST_DENSE)
+    sparse = is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES)
     if Q is None:
         Q = compressed((k, k)) if sparse else np.zeros((k, k))
     if sparse:
@@ -241,7 +242,7 @@ def _program(
 
 
 def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Problem:
-    """The problem of a program, whose sense, constant and names are as given."""
+    """Return the problem of a program with this sense, constant and names."""
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them
@@ -259,7 +260,7 @@ def from_game(
     source: str = "",
     note: str = "",
 ) -> Problem:
-    """The LCP whose solutions are the equilibria of a game in which both players maximize.
+    """Return the LCP whose solutions are the equilibria of a game in which both players maximize.
 
     A, B : payoffs of the row and of the column player, both of shape (m, k); in lists also fractions, "1/3".
     rows, columns : names of the strategies, or nothing; by default the labels of A, if it has texts as labels.

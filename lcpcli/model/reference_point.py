@@ -12,24 +12,25 @@ from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_spars
 from lcpcli.model.box import Box
 from lcpcli.typing import Indices, Matrix, Vector
 
-CANCELLATION = 1000  # of the terms of a row of M z + q at the reference point: if more is lost, it is summed exactly
+# The factor by which the terms of a row of M z + q may exceed their sum: beyond it, the row is summed exactly.
+CANCELLATION = 1000
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The reference points z of one problem, shape (n,), or of m, shape (m, n), with M z + q there as q and how far
-    rounding may have taken it. Where all reference points are 0, as for LCPs, z is None and the error 0."""
+    """The reference points z of one problem, shape (n,), or of m problems, shape (m, n), with q = M z + q at them
+    and bounds on its rounding errors. Where all reference points are 0, as for LCPs, z is None and the error 0."""
 
     z: Vector | None
     q: Vector
     error: Vector | float
 
     def moved(self, z: Vector) -> Vector:
-        """Each z minus its reference point."""
+        """Return each z minus its reference point."""
         return z if self.z is None else z - self.z
 
     def part(self, rows: Indices | int) -> Reference:
-        """Those of some of m problems, or of one."""
+        """Return the reference points of some of m problems, or of one of them."""
         if self.z is None or isinstance(self.error, float) or not self.z[rows].any():
             return Reference(None, self.q[rows], 0.0)
         return Reference(self.z[rows], self.q[rows], self.error[rows])
@@ -37,8 +38,8 @@ class Reference:
 
 @np.errstate(over="ignore", invalid="ignore")
 def reference(M: Matrix, q: Vector, box: Box) -> Reference:
-    """The z within the bounds nearest to 0, or with every z_i at a finite bound, whichever leaves the smaller residual;
-    0 if w overflows at both. Rows of w that cancel there are summed exactly. q : shape (n,), or (m, n)."""
+    """Return the z within the bounds nearest to 0, or with every z_i at a finite bound, whichever leaves the smaller
+    residual; 0 if w overflows at both. Rows of w that cancel there are summed exactly. q : shape (n,), or (m, n)."""
     z, corner = box.project(np.zeros(q.shape)), box.corner
     differ = np.count_nonzero(z != corner)
     if not differ and not np.count_nonzero(z):
@@ -64,6 +65,6 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
 
 
 def _largest(gaps: Vector) -> Vector:
-    """The largest size in each row, infinite where there are other than finite numbers; shape (m, 1), or (1,)."""
+    """Return the largest size in each row, infinite where a number is not finite; shape (m, 1), or (1,)."""
     sizes: Vector = np.abs(gaps).max(axis=-1, keepdims=True)
     return np.where(np.isfinite(sizes), sizes, np.inf)

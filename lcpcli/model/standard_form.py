@@ -25,14 +25,14 @@ from lcpcli.model.program import unit_columns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 WORTHWHILE = 0.4  # of the variables: if fewer are evident, leaving them out costs about what it saves
-ROUNDS = 5
+PRESOLVE_ROUNDS = 5  # each costs a product with M; what they leave, the methods solve as well
 
 
 @dataclass(frozen=True, eq=False)
 class StandardForm(Change):
     """An LCP whose solutions are those of a mixed problem, with the way back.
 
-    given : the mixed problem, n unknowns z.
+    original : the mixed problem, n unknowns z.
     problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are free, then v for those `boxed`:
         z = corner + sign p - t on the free ones; w' = sign w + v, -sum of the free w, and upper - lower - p.
     kept, boxed : indices of variables; the boxed ones are among the kept. sign : shape (n,).
@@ -47,27 +47,27 @@ class StandardForm(Change):
 
     @property
     def is_exact(self) -> bool:
-        return self.given.has_small_integers
+        return self.original.has_small_integers
 
     def back(self, x: Vector) -> Vector:
         unknowns, own = self.problem.box.z_of(x), self.problem.box.reflected(x) - x
-        w = np.zeros(self.given.n)
+        w = np.zeros(self.original.n)
         w[self.kept] = own[: self.kept.size]
         w[self.boxed] -= unknowns[unknowns.size - self.boxed.size :]
-        z = self.given.box.project(self.given.box.corner + self.multipliers(unknowns))
-        return self.given.box.x_of(z, self.sign * w)
+        z = self.original.box.project(self.original.box.corner + self.multipliers(unknowns))
+        return self.original.box.x_of(z, self.sign * w)
 
     def multipliers(self, y: Vector) -> Vector:
         """Return Farkas' y for the mixed problem from one for the LCP; z - corner changes likewise."""
-        own = np.zeros(self.given.n)
+        own = np.zeros(self.original.n)
         own[self.kept] = self.sign[self.kept] * y[: self.kept.size]
-        if self.given.box.free.any():
-            own[self.given.box.free] -= y[self.kept.size]
+        if self.original.box.free.any():
+            own[self.original.box.free] -= y[self.kept.size]
         return own
 
 
 def standard_form(given: Problem) -> StandardForm:
-    """The LCP of a mixed problem; M is copied once. If all variables are fixed, they count as boxed."""
+    """Return the LCP of a mixed problem; M is copied once. If all variables are fixed, they count as boxed."""
     box = given.box
     kept = np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(given.n)
     low, high = np.isfinite(box.lower), np.isfinite(box.upper)
@@ -84,7 +84,7 @@ def standard_form(given: Problem) -> StandardForm:
 
 
 def _with_common_column(M: Matrix, q: Vector, free: Mask) -> tuple[Matrix, Vector]:
-    """E'ME and E'q for E = [I, -e_F]."""
+    """Return E'ME and E'q for E = [I, -e_F]."""
     column, row = -(M @ free.astype(float)), -(free.astype(float) @ M)
     corner = np.array([[-float(column[free].sum())]])
     return matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]]), np.append(q, -q[free].sum())
@@ -103,19 +103,19 @@ class Presolved(Change):
     def back(self, x: Vector) -> Vector:
         z = self.z.copy()
         z[self.kept] = self.problem.box.z_of(x)
-        whole = self.given.box.x_of(z, self.given.w(z))
+        whole = self.original.box.x_of(z, self.original.w(z))
         whole[self.kept] = x
         return whole
 
     def residual(self, F: Vector) -> Vector:
-        """Return F, or Farkas' y, of the given problem: 0 for the rows that are left out."""
-        whole = np.zeros(self.given.n)
+        """Return F, or Farkas' y, of the original problem: 0 for the rows that are left out."""
+        whole = np.zeros(self.original.n)
         whole[self.kept] = F
         return whole
 
 
 def presolved(given: Problem) -> Presolved | None:
-    """The problem without evident variables; None if they are too few, or all."""
+    """Return the problem without its evident variables; None if they are too few, or all."""
     box = given.box
     known, z = box.fixed.copy(), np.where(box.fixed, box.lower, 0.0)
     if is_sparse(given.M):
@@ -134,7 +134,7 @@ def _find_by_rows(given: Problem, box: Box, known: Mask, z: Vector) -> None:
     diagonal = given.M.diagonal()
     pattern = given.M.copy()
     pattern.data = (pattern.data != 0).astype(float)
-    for _ in range(ROUNDS):
+    for _ in range(PRESOLVE_ROUNDS):
         others = pattern @ (~known).astype(float) - (diagonal != 0) * ~known
         alone = ~known & (others == 0) & (diagonal >= 0)
         w = given.w(z)  # with z_i = 0 there

@@ -18,7 +18,7 @@ STATES = ("lower", "basic", "upper")
 def starting_point(
     problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Sequence[str] | None = None
 ) -> Vector:
-    """The given one of x0, of the x of z0 and w = M z0 + q, and of that of states."""
+    """Return the start x that is given: x0, the x of z0 and w = M z0 + q, or an x of the states of a basis."""
     given = [name for name, value in (("basis", basis), ("z0", z0), ("x0", x0)) if value is not None]
     if len(given) > 1:
         raise ParameterError(given[0], f"gives the starting point, and so does {given[-1]}", "leave one out")
@@ -32,7 +32,7 @@ def starting_point(
 
 @np.errstate(over="ignore", invalid="ignore")
 def states_of(problem: Problem, z: Vector, w: Vector) -> list[str]:
-    """The state of each variable of a solution z, one of STATES; of fixed ones "lower"."""
+    """Return the state of each variable of a solution z, one of STATES; fixed variables are "lower"."""
     basis = problem.box.basis_of(problem.box.x_of(z, w))
     upper = np.False_ if basis.upper is None else basis.upper
     named: list[str] = np.where(basis.basic, "basic", np.where(upper, "upper", "lower")).tolist()
@@ -40,7 +40,8 @@ def states_of(problem: Problem, z: Vector, w: Vector) -> list[str]:
 
 
 def x_of_states(problem: Problem, basis: Sequence[str]) -> Vector:
-    """An x with these states, one of STATES for each variable: a bound and w of size one, or z inside the bounds."""
+    """Return an x with these states, one of STATES for each variable: at a bound with w of size one, or inside the
+    bounds."""
     n = problem.n
     if not isinstance(basis, (list, tuple, np.ndarray)):
         raise ProblemError("basis", f"is {kind(basis)}", f"give a list of {', '.join(STATES)}")

@@ -14,16 +14,16 @@ from collections.abc import Callable, Iterable
 from lcpcli.rational.linear import clear, library
 from lcpcli.rational.numbers import primitive
 
-LONG = 200  # bits that numbers may reach from which on FLINT's are faster, where it is installed
+LONG_BITS = 200  # that numbers may reach, from which on those of FLINT are faster, where it is installed
 
 
 class Dictionary:
     """The point where all cobasic forms are 0, in the polyhedron where all signed forms are at least 0.
 
     rows : for each basic form its constant and its coefficients of the cobasic forms, all times `divisor` > 0.
-    cobasic : the form of each column, the constant's apart. Forms in neither are 0 throughout.
+    cobasic : the form of each column but the constant. Forms that are neither basic nor cobasic are 0 throughout.
     signed : the forms that are required to be nonnegative; others may have any sign.
-    loose : forms that are known to be not 0 somewhere, as bits, though they may be at the point.
+    loose : forms that are known to be nonzero somewhere, as bits, though they may be 0 at the point.
     check : called before each pivot; it may raise.
     """
 
@@ -34,27 +34,27 @@ class Dictionary:
     ) -> None:
         self.rows, self.cobasic, self.signed, self.divisor, self.check = rows, cobasic, set(signed), 1, check
         longest = max((abs(value).bit_length() for row in rows.values() for value in row), default=0)
-        if longest * len(cobasic) > LONG and (flint := library()):
+        if longest * len(cobasic) > LONG_BITS and (flint := library()):
             self.rows = {form: [flint.fmpz(value) for value in row] for form, row in rows.items()}
 
     def copy(self) -> Dictionary:
-        """A copy to be pivoted on its own."""
+        """Return a copy to be pivoted on its own."""
         other = Dictionary.__new__(Dictionary)
         other.__dict__.update(self.__dict__)
         other.rows, other.cobasic, other.signed = dict(self.rows), list(self.cobasic), set(self.signed)
         return other
 
     def value(self, form: int) -> int:
-        """The value of a form at the point, times `divisor`."""
+        """Return the value of a form at the point, times `divisor`."""
         row = self.rows.get(form)
         return int(row[0]) if row is not None else 0
 
     def nonzero(self) -> int:
-        """The forms that are not 0 at the point, as bits."""
+        """Return the forms that are not 0 at the point, as bits."""
         return sum(1 << form for form, row in self.rows.items() if row[0])
 
     def absent(self) -> int:
-        """Forms whose row is the proof that they do not vanish anywhere, as bits."""
+        """Return the forms whose row is the proof that they do not vanish anywhere, as bits."""
         signless = [k for k, form in enumerate(self.cobasic, 1) if form not in self.signed]
         return sum(
             1 << form
@@ -123,7 +123,7 @@ class Dictionary:
             self.pivot(leaving, move[0])
 
     def nearest(self, k: int, direction: int = 1) -> list[int]:
-        """The signed forms that reach 0 first as column k, counted from 1, changes."""
+        """Return the signed forms that reach 0 first as column k, counted from 1, changes."""
         tied: list[int] = []
         value, fall = 0, 1
         for form, row in self.rows.items():
@@ -137,12 +137,12 @@ class Dictionary:
         return tied
 
     def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
-        """The first of these forms, and its value; None if there is none."""
+        """Return the first of the nearest forms, and its value; None if there is none."""
         form = min(self.nearest(k, direction), default=None)
         return form, 0 if form is None else self.rows[form][0]
 
     def lexicographic(self, tied: list[int], k: int, order: Iterable[int]) -> int | None:
-        """The one of the nearest forms that reaches 0 first if those in order were relaxed a little, the first ones
+        """Return the nearest form that would reach 0 first if the forms in order were relaxed a little, earlier ones
         incomparably more; None if there is none."""
         if len(tied) > 1:
             columns = {form: j for j, form in enumerate(self.cobasic, 1)}
@@ -156,7 +156,7 @@ class Dictionary:
         return tied[0] if tied else None
 
     def direction(self, k: int, forms: Iterable[int]) -> list[int]:
-        """How forms change as column k grows, in integers without a common divisor."""
+        """Return how forms change as column k grows, in integers without a common divisor."""
         column = {form: row[k] for form, row in self.rows.items()} | {self.cobasic[k - 1]: self.divisor}
         return primitive([column.get(form, 0) for form in forms])
 
@@ -181,7 +181,7 @@ class Dictionary:
         self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
 
     def _least(self, tied: list[int], relaxed: int, k: int) -> list[int]:
-        """The forms whose ratio changes least as that of a column is relaxed."""
+        """Return the forms whose ratio changes least as the form of a column is relaxed."""
         best: list[int] = []
         rise, fall = 0, 1
         for form in tied:
@@ -214,7 +214,7 @@ class Dictionary:
         return True
 
     def _entering(self, row: list[int], sign: int, bland: bool) -> tuple[int, int] | None:
-        """A column and the direction in which it moves a form's value by that sign; None if none does."""
+        """Return a column and the direction in which it moves a form's value by that sign; None if there is none."""
         moves = []
         for k, form in enumerate(self.cobasic, 1):
             slope = sign * row[k]

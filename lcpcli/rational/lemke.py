@@ -17,7 +17,7 @@ from lcpcli.rational.numbers import primitive, rounded_direction
 from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 
-MOST_UNKNOWNS = 60  # n up to which `solve` is tried: seconds at worst
+MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
 
 
 class IntegerTableau:
@@ -51,27 +51,27 @@ class IntegerTableau:
         return self._here.cobasic.index(form) + 1
 
     def value_of(self, form: int) -> Fraction:
-        """The value of a form."""
+        """Return the value of a form."""
         return Fraction(self._here.value(form), int(self._here.divisor))
 
     def x(self) -> Vector:
-        """(z - w) / 2, rounded; 0 for a pair of which neither is basic."""
+        """Return (z - w) / 2, rounded; 0 for a pair of which neither is basic."""
         return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
 
     def direction(self) -> Vector:
-        """How z changes along the ray, of shape (n,), in integers as far as doubles hold them."""
+        """Return how z changes along the ray, of shape (n,), in integers as far as doubles hold them."""
         assert self.ray is not None
         return rounded_direction(self._here.direction(self._column(self.ray), range(self.n, 2 * self.n)))
 
     def multipliers(self) -> Vector:
-        """The coefficients of w in the row of z_0, which is basic, the same way."""
+        """Return the coefficients of w in the row of z_0, which is basic, in integers as far as doubles hold them."""
         entries = dict(zip(self._here.cobasic, self._here.rows[2 * self.n][1:], strict=True))
         return rounded_direction(primitive([entries.get(i, 0) for i in range(self.n)]))
 
 
 def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
-    """The solution at the end of the path; None on a ray, for large n, with bounds, or after the deadline."""
-    if data.n > MOST_UNKNOWNS or not data.problem.box.is_orthant:
+    """Return the solution at the end of the path; None on a ray, for large n, with bounds, or after the deadline."""
+    if data.n > MOST_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
     if min(data.constants) < 0:

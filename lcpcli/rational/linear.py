@@ -23,10 +23,10 @@ from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, check, remaining
 from lcpcli.rational.numbers import dot, over_one_denominator
 
-SMALL = 16  # rows up to which FLINT is not faster
-SECONDS = 1e-9  # that a nonsingular system takes by FLINT, for each bit of its entries and n^3
+MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
+SECONDS_PER_BIT = 1e-9  # times n^3: the time by FLINT for a nonsingular system, for each bit of its longest entry
 PRIME = 2**61 - 1  # below the largest integer of a word
-LONG = 0.5  # seconds of a call that is made in another process
+LONG_CALL_SECONDS = 0.5  # from which on a call is made in another process, which takes 0.2 s to start
 CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.linear import serve; serve()"
 
 Rows = Sequence[Sequence[int]]
@@ -41,7 +41,7 @@ class Solutions(NamedTuple):
 
 
 def require() -> Any:
-    """The module flint, or a ParameterError that says how to install it."""
+    """Return the module flint, or raise a ParameterError that says how to install it."""
     flint = library()
     if flint is None:
         raise ParameterError("exact", "needs python-flint", "pip install 'linear-complementarity[exact]'")
@@ -49,7 +49,8 @@ def require() -> Any:
 
 
 def library() -> Any:
-    """The module flint, which is faster where systems are large or integers are long; None if it is not installed."""
+    """Return the module flint, which is faster where systems are large or integers are long; None if it is not
+    installed."""
     try:
         import flint
     except ModuleNotFoundError:
@@ -58,9 +59,9 @@ def library() -> Any:
 
 
 def solve(A: Rows, b: Sequence[int]) -> Solutions:
-    """The solutions of A x = b, for integers A of shape (m, n) and b of length m."""
+    """Return the solutions of A x = b, for integers A of shape (m, n) and b of length m."""
     m, n = len(A), len(A[0]) if A else 0
-    if m == n > SMALL and library():
+    if m == n > MOST_PLAIN_ROWS and library():
         found = call(solved, duration(A), A, list(b))
         if found is not None:
             return Solutions([Fraction(*value) for value in found], [])
@@ -76,22 +77,22 @@ def solve(A: Rows, b: Sequence[int]) -> Solutions:
 
 
 def bits(A: Rows) -> int:
-    """The bits of the longest number of A."""
+    """Return the number of bits of the longest number of A."""
     return max((abs(value).bit_length() for row in A for value in row), default=0)
 
 
 def duration(A: Rows) -> float:
-    """About how many seconds `solve` takes for a nonsingular A of many rows."""
-    return SECONDS * bits(A) * float(len(A)) ** 3
+    """Return about how many seconds `solve` takes for a nonsingular A of many rows."""
+    return SECONDS_PER_BIT * bits(A) * float(len(A)) ** 3
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
-    """A solution x of A x = b as by `solve`; None if none is found.
+    """Return a solution x of A x = b, as by `solve`; None if none is found.
 
     By FLINT, a large system is solved as a nonsingular part of it that has its rank modulo a prime. The other equations
     are not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
     """
-    flint = library() if A and min(len(A), len(A[0])) > SMALL else None
+    flint = library() if A and min(len(A), len(A[0])) > MOST_PLAIN_ROWS else None
     if flint is None:
         return solve(A, b).x
     columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))
@@ -107,22 +108,23 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
 
 
 def null_vector(A: Rows, y: Sequence[Fraction]) -> list[Fraction] | None:
-    """A vector near y, with A times it 0: y changed by a `particular` solution; None if none is found."""
+    """Return a vector near y that A maps to 0: y changed by a `particular` solution; None if none is found."""
     multiple, divisor = over_one_denominator(y)
     changes = particular(A, [-dot(row, multiple) for row in A])
     return None if changes is None else [value + change / divisor for value, change in zip(y, changes, strict=True)]
 
 
 def inverse(A: Rows) -> list[list[Fraction]] | None:
-    """The inverse of a square A of integers; None if it is singular."""
+    """Return the inverse of a square A of integers; None if it is singular."""
     n = len(A)
     rows, pivots, divisor = _reduced([[*row, *(int(i == j) for j in range(n))] for i, row in enumerate(A)], n)
     return [[Fraction(value, divisor) for value in row[n:]] for row in rows] if len(pivots) == n else None
 
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
-    """The reduced row echelon form of the first n columns times a divisor, its pivot columns, and that divisor."""
-    if len(rows) > SMALL and library():
+    """Return the reduced row echelon form of the first n columns times a divisor, its pivot columns, and that
+    divisor."""
+    if len(rows) > MOST_PLAIN_ROWS and library():
         whole, divisor, rank = call(reduced, duration(rows), rows)
         leading = [next(j for j, value in enumerate(row) if value) for row in whole[:rank]]
         return whole, [j for j in leading if j < n], divisor
@@ -143,7 +145,7 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
 
 
 def _pivots(A: Any) -> list[int]:
-    """The pivot columns of a matrix of FLINT modulo a prime."""
+    """Return the pivot columns of a matrix of FLINT modulo a prime."""
     reduced, rank = A.rref()
     return [next(j for j in range(A.ncols()) if reduced[i, j]) for i in range(rank)]
 
@@ -157,19 +159,19 @@ class Definiteness(NamedTuple):
 
 
 def clear(row: Sequence[int], top: Sequence[int], k: int, previous: int) -> list[int]:
-    """A row after the pivot top[k], with a zero in its column; previous : the preceding pivot."""
+    """Return a row after the pivot top[k], with a zero in its column; previous : the preceding pivot."""
     pivot, factor = top[k], row[k]
     return [(pivot * a - factor * b) // previous for a, b in zip(row, top, strict=True)]
 
 
 def eliminated(A: Rows, previous: int) -> Rows:
-    """The matrix after the pivot A[0][0], which is not 0, without its row and column."""
+    """Return the matrix after the pivot A[0][0], which is not 0, without its row and column."""
     return [clear(row, A[0], 0, previous)[1:] for row in A[1:]]
 
 
 def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
-    """Whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by pivot, each
-    after a call of `check`, which may raise."""
+    """Decide whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by
+    pivot, each after a call of `check`, which may raise."""
     labels, previous = list(range(len(A))), 1
     chosen: list[int] = []
     zero: tuple[int, ...] | None = None
@@ -191,7 +193,7 @@ def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
 
 
 def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Every principal minor with its index set, by Schur complements with shared elimination steps.
+    """Yield every principal minor with its index set, by Schur complements with shared elimination steps.
 
     M. J. Tsatsomeros and L. Li, A recursive test for P-matrices, BIT Numerical Mathematics 40 (2000) 410-414. There are
     2^n - 1. `check` is called before each and may raise.
@@ -215,7 +217,7 @@ def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple
 
 
 def determinant(A: Rows) -> int:
-    """The determinant of a square integer A."""
+    """Return the determinant of a square integer A."""
     sign, previous = 1, 1
     while len(A) > 1:
         k = next((i for i, row in enumerate(A) if row[0]), None)
@@ -230,7 +232,7 @@ def determinant(A: Rows) -> int:
 
 
 def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
-    """The numerators and denominators of the x with A x = b, for square A; None if A is singular."""
+    """Return the numerators and denominators of the x with A x = b, for square A; None if A is singular."""
     import flint
 
     try:
@@ -241,7 +243,7 @@ def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
 
 
 def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
-    """The reduced row echelon form of A times a divisor, that divisor, and the rank."""
+    """Return the reduced row echelon form of A times a divisor, that divisor, and the rank."""
     import flint
 
     rows, divisor, rank = flint.fmpz_mat(A).rref()
@@ -249,8 +251,9 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
 
 
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
-    """What one of these returns, which takes about so many seconds. Raises TimeIsUp at the end of `within`."""
-    if seconds > LONG and sys.executable:
+    """Return what one of these functions returns, which takes about so many seconds. Raises TimeIsUp at the end of
+    `within`."""
+    if seconds > LONG_CALL_SECONDS and sys.executable:
         import subprocess
 
         command, left = [sys.executable, "-c", CODE, *sys.path], remaining()

@@ -20,22 +20,23 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import LARGEST, SMALLEST_NORMAL
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL
 from lcpcli.typing import Vector
 
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
-LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded
-MOST_DIGITS = 25  # digits of a fraction in a line of text
-MANTISSA = 53
+LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded: integers of more digits slow everything down
+MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
+MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive number is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
-SHORTEST = 15  # digits that every double has
+SURE_DIGITS = 15  # decimal ones that every double has
 
 T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
-    """The rational number of a decimal text; ProblemError if it is none, or its exponent is too large; TimeIsUp too."""
+    """Return the rational number of a decimal text; ProblemError if the text is none, or if its exponent is too
+    large. May raise TimeIsUp."""
     check()
     try:
         if "_" in text:
@@ -55,7 +56,7 @@ def fraction(text: str) -> Fraction:
 
 
 def ratio(text: str) -> Fraction:
-    """The rational number of a decimal text, or of two integers with a slash between them."""
+    """Return the rational number of a decimal text, or of two integers with a slash between them."""
     if "/" not in text:
         return fraction(text)
     numerator, _, denominator = text.strip().partition("/")
@@ -65,13 +66,13 @@ def ratio(text: str) -> Fraction:
 
 
 def text(value: Fraction) -> str:
-    """A rational number with all its digits, as `ratio` reads it."""
+    """Return a rational number with all its digits, as `ratio` reads it."""
     numerator = str(Decimal(value.numerator))
     return numerator if value.denominator == 1 else f"{numerator}/{Decimal(value.denominator)}"
 
 
 def places(value: Fraction) -> int | None:
-    """How many decimals a rational number has; None if it has infinitely many."""
+    """Return how many decimals a rational number has; None if it has infinitely many."""
     twos = (value.denominator & -value.denominator).bit_length() - 1
     rest, fives = value.denominator >> twos, 0
     while rest % 5 == 0:
@@ -80,7 +81,7 @@ def places(value: Fraction) -> int | None:
 
 
 def decimal(value: Fraction) -> str:
-    """A rational number with all its decimals, or a ProblemError if it has infinitely many."""
+    """Return a rational number with all its decimals, or raise ProblemError if it has infinitely many."""
     count = places(value)
     if count is None:
         raise ProblemError("", f"has {text(value)}, which is no decimal", "write it where fractions are read")
@@ -89,19 +90,19 @@ def decimal(value: Fraction) -> str:
 
 
 def brief(value: Fraction) -> str:
-    """A rational number for a line of text: with more than MOST_DIGITS digits, rounded and marked by ~."""
+    """Return a rational number for a line of text; one of more than MOST_SHOWN_DIGITS is rounded and marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
-    return text(value) if length * math.log10(2) <= MOST_DIGITS else f"~{_rounded(value):.7g}"
+    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{_rounded(value):.7g}"
 
 
 def rounded(values: Iterable[Fraction | int]) -> Vector:
-    """The nearest doubles; infinities beyond their range."""
+    """Return the nearest doubles; infinities beyond their range."""
     return np.array([_rounded(value) for value in values])
 
 
 def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
-    """A positive multiple in doubles: the numbers themselves if they are integers that doubles represent, else rounded
-    after division by the largest."""
+    """Return a positive multiple in doubles: the numbers themselves if they are integers that doubles represent,
+    else the numbers divided by the largest and rounded."""
     largest = max(abs(Fraction(value)) for value in values) or 1
     if largest <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
         return rounded(values)
@@ -116,12 +117,12 @@ def _rounded(value: Fraction | int) -> float:
 
 
 def sign_of_product(a: Vector, y: Vector) -> int:
-    """An integer with the sign of a'y, for finite floats a and y of shape (n,)."""
+    """Return an integer with the sign of a'y, for finite floats a and y of shape (n,)."""
     return dot(in_integers(a)[0], in_integers(y)[0])
 
 
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
-    """a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
+    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
 
     A subnormal result is rounded away from 0, so that only 0 becomes 0.
     """
@@ -134,31 +135,33 @@ def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
 
 
 def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
-    """a'y for finite floats a and rational y, both of length n; fastest for integers y."""
+    """Return a'y for finite floats a and rational y, both of length n; fastest for integers y."""
     A, power = in_integers(a)
     return Fraction(2) ** power * sum(i * j for i, j in zip(A, y, strict=True) if i)
 
 
 def sign_of_form(M: Vector, v: Vector) -> int:
-    """An integer with the sign of v'Mv, for finite floats M of shape (n, n) and v of shape (n,)."""
+    """Return an integer with the sign of v'Mv, for finite floats M of shape (n, n) and v of shape (n,)."""
     x, _ = in_integers(v)
     return dot(x, [dot(row, x) for row in integers(M)])
 
 
 def integers(A: Vector) -> list[list[int]]:
-    """The rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them integers."""
+    """Return the rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them
+    integers."""
     whole, _ = in_integers(A.ravel())
     width = A.shape[1]
     return [whole[top : top + width] for top in range(0, len(whole), width)]
 
 
 def row_integers(A: Vector) -> list[list[int]]:
-    """The rows of A, finite floats of shape (m, n), each times the power of two that makes its entries integers."""
+    """Return the rows of A, finite floats of shape (m, n), each times the power of two that makes its entries
+    integers."""
     return [in_integers(row)[0] for row in A]
 
 
 def in_integers(values: Vector) -> tuple[list[int], int]:
-    """Integers V and an exponent e with values = V 2^e, for finite floats of shape (n,)."""
+    """Return integers V and an exponent e with values = V 2^e, for finite floats of shape (n,)."""
     fraction, exponent = np.frexp(values)
     whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64).tolist(), (exponent - MANTISSA).tolist()
     least = min((power for value, power in zip(whole, powers, strict=True) if value), default=0)
@@ -166,43 +169,43 @@ def in_integers(values: Vector) -> tuple[list[int], int]:
 
 
 def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:
-    """Integers V and d > 0 with values = V / d."""
+    """Return integers V and d > 0 with values = V / d."""
     d = math.lcm(*(value.denominator for value in values))
     return [value.numerator * (d // value.denominator) for value in values], d
 
 
 def whole_multiple(values: Sequence[Fraction]) -> list[int]:
-    """The smallest integers that are a positive multiple of some numbers."""
+    """Return the smallest integers that are a positive multiple of some numbers."""
     return primitive(over_one_denominator(values)[0])
 
 
 def primitive(values: Sequence[int]) -> list[int]:
-    """Integers divided by what they have in common."""
+    """Return integers divided by their greatest common divisor."""
     common = math.gcd(*values)
     return [int(value) // common for value in values] if common else list(values)
 
 
 def dot(a: Sequence[int], b: Sequence[int]) -> int:
-    """a'b for integers."""
+    """Return a'b for integers."""
     return sum(i * j for i, j in zip(a, b, strict=True) if i and j)
 
 
 def shortest_decimal(value: float) -> Fraction:
-    """The shortest decimal that is rounded to a double."""
+    """Return the shortest decimal that is rounded to a double."""
     return Fraction(repr(value))
 
 
 @dataclass(frozen=True)
 class Written(Generic[T]):
-    """What was read: rounded to the nearest doubles; with a double of its own for each number; and what those of these
-    doubles stand for that do not stand for their shortest decimals."""
+    """The content of a text: rounded to the nearest doubles; with a double of its own for each number; and the
+    numbers for which those of these doubles stand that do not stand for their shortest decimals."""
 
     rounded: T
     own: T
     exact: Mapping[float, Fraction]
 
     def number(self, double: float) -> Fraction:
-        """The number that a double of `own` stands for."""
+        """Return the number for which a double of `own` stands."""
         return self.exact[double] if double in self.exact else shortest_decimal(double)
 
 
@@ -215,17 +218,17 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None  # the doubles of all sizes; None when read at first
 
     def __call__(self, text: str) -> float:
-        """The double of a decimal text; of one that is not finite that."""
+        """Return the double of a decimal text; infinities and NaN stay what they are."""
         double = float(text)
-        is_short = len(text) <= SHORTEST and "e" not in text.casefold()
+        is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(None if is_short or repr(double) == text else fraction(text), double)
 
     def of(self, value: Fraction) -> float:
-        """The double of a number."""
+        """Return the double of a number."""
         return self._of(value, float(rounded([value])[0]))
 
     def _of(self, value: Fraction | None, nearest: float) -> float:
-        """The double of a number, None for the shortest decimal of the nearest one."""
+        """Return the double of a number, None for the shortest decimal of the nearest double."""
         if not math.isfinite(nearest):
             return nearest
         if self._places is not None:
@@ -237,7 +240,8 @@ class Doubles:
         return nearest
 
     def settled(self) -> Mapping[float, Fraction] | None:
-        """What the doubles stand for from now on; None if the nearest ones already stand for one number each."""
+        """Return the numbers for which the doubles stand from now on; None if the nearest doubles already stand for
+        one number each."""
         if not self._others:
             return None
         sizes = sorted({*self._others, *map(shortest_decimal, self._sizes)})
@@ -247,13 +251,14 @@ class Doubles:
 
 
 def _places(sizes: list[Fraction]) -> list[float]:
-    """A double for each of some different numbers, in the same order; integers, which may be indices, are kept."""
+    """Return a double for each of some different numbers, in the same order; integers, which may be indices, are
+    kept."""
     found: list[float] = []
     for size in sizes:
         nearest = float(size)
         is_kept = size.denominator == 1 and size <= LARGEST_INTEGER
         above = math.nextafter(found[-1] if found else 0.0, math.inf)
-        found.append(nearest if is_kept else min(max(nearest, above), LARGEST))
+        found.append(nearest if is_kept else min(max(nearest, above), LARGEST_DOUBLE))
         i = len(found) - 1
         while i and found[i - 1] >= found[i]:
             found[i - 1] = math.nextafter(found[i], 0.0)
@@ -262,7 +267,7 @@ def _places(sizes: list[Fraction]) -> list[float]:
 
 
 def written(parse: Callable[[Doubles], T]) -> Written[T]:
-    """What parse makes of a text, given what makes doubles of its numbers."""
+    """Return what `parse` makes of a text, given the function that makes doubles of its numbers."""
     doubles = Doubles()
     nearest = parse(doubles)
     exact = doubles.settled()
@@ -270,6 +275,6 @@ def written(parse: Callable[[Doubles], T]) -> Written[T]:
 
 
 def exact_vector(parse: Callable[[Doubles], Vector]) -> list[Fraction]:
-    """A vector with the numbers as they are written."""
+    """Return a vector with the numbers as they are written."""
     found = written(parse)
     return [found.number(value) for value in found.own.tolist()]

@@ -23,7 +23,7 @@ Direction = tuple[int, ...]
 
 
 class Vertex(Point):
-    """A point whose hash is taken once: that of a fraction takes long."""
+    """A point whose hash is computed once, as the hash of a fraction takes long."""
 
     _hash: int | None = None
 
@@ -36,8 +36,8 @@ class Vertex(Point):
 class Generators(NamedTuple):
     """The polyhedron of all convex combinations of vertices, plus nonnegative combinations of rays, plus lines.
 
-    Each is given by the values of some forms, in integers without a common divisor; those of a vertex are divided by
-    the number before them. Where there are lines, there is a point of each smallest face in place of the vertices.
+    Each is given by the values of some forms, in integers without a common divisor; the values of a vertex are divided
+    by the number before them. Where there are lines, there is a point of each smallest face in place of the vertices.
     """
 
     vertices: list[Direction]
@@ -46,8 +46,9 @@ class Generators(NamedTuple):
 
 
 def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) -> Generators | None:
-    """The generators of a polyhedron from a feasible dictionary, as values of the forms, which tell points apart; None
-    if they take more than so many bases. The polyhedron is the product of those of independent parts."""
+    """Return the generators of a polyhedron from a feasible dictionary, as values of the forms, which distinguish
+    points; None if they take more than `most` bases. The polyhedron is the product of the polyhedra of independent
+    parts."""
     start = start.copy()
     lines = _without_lines(start, forms)
     place = {form: i for i, form in enumerate(forms, 1)}
@@ -84,12 +85,12 @@ def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) 
 
 
 def _values(here: Dictionary, forms: Iterable[int]) -> Direction:
-    """The values of forms at the point, after the number by which they are divided."""
+    """Return the values of forms at the point, after the number by which they are divided."""
     return tuple(primitive([here.divisor, *(here.value(form) for form in forms)]))
 
 
 def _parts(whole: Dictionary) -> Iterator[Dictionary]:
-    """The parts of a dictionary whose rows have no column in common."""
+    """Yield the parts of a dictionary whose rows have no column in common."""
     rows = list(whole.rows.items())
     first = len(whole.cobasic)
     edges = ((k, first + i) for i, (_, row) in enumerate(rows) for k in range(first) if row[k + 1])
@@ -106,8 +107,8 @@ def _parts(whole: Dictionary) -> Iterator[Dictionary]:
 
 
 def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
-    """The bases at all vertices, each vertex at least once, with the columns of unbounded edges, counted from 1: those
-    of a feasible dictionary with signed cobasic forms, which is pivoted from basis to basis and back."""
+    """Yield the bases at all vertices, each vertex at least once, with the columns of unbounded edges, counted from
+    1. The dictionary is feasible with signed cobasic forms, and is pivoted from basis to basis and back."""
     order = [form for form in here.rows if form in here.signed]
     basis = sum(1 << form for form in here.cobasic)
     seen = {basis}
@@ -136,7 +137,8 @@ def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
 
 
 def _without_lines(start: Dictionary, forms: Sequence[int]) -> list[Direction]:
-    """The lines in the polyhedron, whose columns are taken out of the dictionary; all other columns become signed."""
+    """Return the lines in the polyhedron, whose columns are taken out of the dictionary; all other columns become
+    signed."""
     lines = []
     for form in [form for form in start.cobasic if form not in start.signed]:
         k = start.cobasic.index(form) + 1
@@ -152,7 +154,7 @@ def _without_lines(start: Dictionary, forms: Sequence[int]) -> list[Direction]:
 
 
 def connected(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """The connected parts of the graph with the nodes 0, ..., n - 1, each in order, by their least nodes."""
+    """Return the connected parts of the graph with the nodes 0, ..., n - 1, each in order, by their least nodes."""
     part = list(range(n))
 
     def root(i: int) -> int:

@@ -38,7 +38,8 @@ CHECKED_EVERY = 16  # rows, or entries, of which each takes a few milliseconds a
 
 
 class ExactParts(NamedTuple):
-    """What a file holds, with all decimals: M and, if it has them, q and the bounds, by default those of an LCP."""
+    """The numbers in a file, with all decimals: M and, if the file has them, q and the bounds, by default those of
+    an LCP."""
 
     M: Rows
     q: list[Fraction] | None = None
@@ -49,7 +50,7 @@ class ExactParts(NamedTuple):
 class ExactProblem:
     """A problem with exact data.
 
-    problem : the same, rounded to doubles.
+    problem : the problem rounded to doubles.
     lower, upper : the bounds of z; None for those of an LCP.
     rows, constants, scales : integers with rows[i][j] / scales[i] = M_ij, constants[i] / scales[i] = q_i; scales > 0.
     """
@@ -73,23 +74,23 @@ class ExactProblem:
 
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:
-        """The problem with its doubles as exact rational numbers."""
+        """Return the problem with its doubles as exact rational numbers."""
         return cls(problem, *parts_of(problem))
 
     @classmethod
     def of_rows(cls, problem: Problem, kept: Indices, number: Callable[[Any], Fraction]) -> ExactProblem:
-        """The problem with those rows of M and q as these numbers, and zeros in place of the others."""
+        """Return the problem with some rows of M and q as exact numbers, and zeros in place of the others."""
         own = dict(zip(kept.tolist(), rows_of(problem.M[kept], number), strict=True))
         q = [number(value) if i in own else Fraction(0) for i, value in enumerate(problem.q.tolist())]
         return cls(problem, [own.get(i, {}) for i in range(problem.n)], q, *_bounds_of(problem, number))
 
     @classmethod
     def of_decimals(cls, problem: Problem) -> ExactProblem:
-        """The problem with the shortest decimal of each double: as written, up to 15 digits."""
+        """Return the problem with the shortest decimal of each double: as written, up to 15 digits."""
         return cls(problem, *decimal_parts_of(problem))
 
     def w(self, z: Sequence[Fraction]) -> list[Fraction]:
-        """w = M z + q."""
+        """Return w = M z + q."""
         Z, d = over_one_denominator(z)
         return [
             Fraction(sum(a * Z[j] for j, a in row.items()) + constant * d, scale * d)
@@ -97,7 +98,7 @@ class ExactProblem:
         ]
 
     def sizes(self, z: Sequence[Fraction]) -> list[Fraction]:
-        """|M| |z| + |q|."""
+        """Return |M| |z| + |q|."""
         sizes = copy(self)
         sizes.rows = [{j: abs(a) for j, a in row.items()} for row in self.rows]
         sizes.constants = list(map(abs, self.constants))
@@ -108,11 +109,11 @@ class ExactProblem:
         return not any(self.gaps(z, self.w(z)))
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
-        """min(z, w); with bounds, z - mid(l, u, z - w)."""
+        """Return min(z, w); with bounds, z - mid(l, u, z - w)."""
         return [gap(*each) for each in zip(z, w, self.lower, self.upper, strict=True)]
 
     def with_transpose(self, y: Sequence[Fraction]) -> tuple[list[Fraction], Fraction]:
-        """M'y and q'y."""
+        """Return M'y and q'y."""
         V, d = over_one_denominator([value / scale for value, scale in zip(y, self.scales, strict=True)])
         sums = [0] * self.n
         for row, factor in zip(_in_time(self.rows), V, strict=True):
@@ -144,7 +145,8 @@ class ExactProblem:
         return all(getattr(own, name) == getattr(self, name) for name in names)
 
     def in_integers(self) -> Problem | None:
-        """The problem with its rows times `scales`, with the same solutions z; None if doubles cannot represent it."""
+        """Return the problem with its rows times `scales`, with the same solutions z; None if doubles cannot
+        represent it."""
         numbers = chain(self.constants, *(row.values() for row in self.rows))
         if any(abs(value) > LARGEST_INTEGER for value in numbers):
             return None
@@ -155,14 +157,14 @@ class ExactProblem:
 
 
 def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int, int], int, int]:
-    """The row and the constant times the least integer that makes them whole, and that."""
+    """Return the row and the constant times the least integer that makes them whole, and that integer."""
     scale = math.lcm(constant.denominator, *(entry.denominator for entry in row.values()))
     whole = {j: entry.numerator * (scale // entry.denominator) for j, entry in row.items()}
     return whole, constant.numerator * (scale // constant.denominator), scale
 
 
 def _in_time(items: Iterable[Item]) -> Iterator[Item]:
-    """The rows, or the entries, one after another until the time is up: work on all of many takes seconds."""
+    """Yield the rows, or the entries, one after another until the time is up, as work on many takes seconds."""
     for k, item in enumerate(items):
         if k % CHECKED_EVERY == 0:
             check()
@@ -170,12 +172,12 @@ def _in_time(items: Iterable[Item]) -> Iterator[Item]:
 
 
 def number_of(value: Any) -> Fraction:
-    """A finite number of any type as it is."""
+    """Return a finite number of any type as a fraction."""
     return Fraction(*value.as_integer_ratio())
 
 
 def rows_of(M: Matrix, number: Callable[[Any], Fraction] = number_of) -> Rows:
-    """The rows of a dense or sparse matrix as rational numbers: by default exactly its own."""
+    """Return the rows of a dense or sparse matrix as rational numbers: by default exactly its own."""
     if not is_sparse(M):
         return [{j: number(a) for j, a in enumerate(row) if a} for row in _in_time(M.tolist())]
     rows: Rows = [{} for _ in range(M.shape[0])]
@@ -187,7 +189,7 @@ def rows_of(M: Matrix, number: Callable[[Any], Fraction] = number_of) -> Rows:
 
 
 def parts_of(held: Problem | Matrix, number: Callable[[Any], Fraction] = number_of) -> ExactParts:
-    """M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
+    """Return M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
     if not isinstance(held, Problem):
         return ExactParts(rows_of(held, number))
     q = [number(value) for value in held.q.tolist()]
@@ -195,24 +197,25 @@ def parts_of(held: Problem | Matrix, number: Callable[[Any], Fraction] = number_
 
 
 def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
-    """The lower and the upper bounds of a problem."""
+    """Return the lower and the upper bounds of a problem."""
     return [bounds_of(bound, number) for bound in problem.box.vectors(problem.n)]
 
 
 def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> Bounds:
-    """The entries of a bound as rational numbers, None for infinite ones."""
+    """Return the entries of a bound as rational numbers, None for infinite ones."""
     return [number(value) if math.isfinite(value) else None for value in bound.tolist()]
 
 
 def decimal_parts_of(problem: Problem) -> ExactParts:
-    """The same with the shortest decimal of each double: as written, up to 15 digits; of a game, from its payoffs."""
+    """Return the parts of a problem with the shortest decimal of each double: as written, up to 15 digits; of a
+    game, from its payoffs."""
     if isinstance(problem.origin, Game):
         return parts_of_game(problem.origin)
     return parts_of(problem, shortest_decimal)
 
 
 def parts_of_game(game: Game) -> ExactParts:
-    """The costs of a game."""
+    """Return the costs of a game as exact parts."""
     (A, B), (r, c) = game.payoffs(), game.cost_constants()
     m, k = game.A.shape
     rows: Rows = [{m + j: r - value for j, value in enumerate(row)} for row in A]
@@ -221,18 +224,18 @@ def parts_of_game(game: Game) -> ExactParts:
 
 
 def gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
-    """max(z - high, min(z - low, w))."""
+    """Return max(z - high, min(z - low, w))."""
     above = w if low is None else min(z - low, w)
     return above if high is None else max(z - high, above)
 
 
 def fractions_of(values: Vector) -> list[Fraction]:
-    """The numbers of an array as they are."""
+    """Return the numbers of an array as fractions."""
     return [number_of(value) for value in values.tolist()]
 
 
 def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
-    """The matrix of these rows, sparse if M is."""
+    """Return the matrix of these rows, sparse if M is sparse."""
     if not is_sparse(M):
         return np.array([[row.get(j, 0) for j in range(len(rows))] for row in rows], dtype=float)
     from scipy.sparse import csr_array
@@ -243,7 +246,7 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
 
 
 def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
-    """The problem, or M alone, with the numbers as they are written; of a game, which keeps its payoffs as they are
+    """Return the problem, or M alone, with the numbers as they are written; of a game, which keeps its payoffs as
     written, the shortest decimals."""
     found = written(parse)
     if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
@@ -254,7 +257,7 @@ def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
 
 
 def of_game(problem: Problem, game: Game) -> Written[Problem] | None:
-    """The problem of a game with its costs as the payoffs are written; None if some are no decimals."""
+    """Return the problem of a game with its costs as the payoffs are written; None if some are no decimals."""
     costs = parts_of_game(game).M
     if any(places(cost) is None for row in costs for cost in row.values()):
         return None

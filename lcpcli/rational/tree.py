@@ -23,8 +23,8 @@ LOWER, BASIC, UPPER = STATES = range(3)  # z_i = l_i and w_i >= 0, w_i = 0, z_i 
 class Unknowns:
     """The unknowns of a problem, z = base + side y; those with two bounds are `boxes`.
 
-    choices : the states that each may have; none if it is fixed. bits, masks, meaning : these as bits, all and of each
-    unknown, and what each bit stands for. check : called before each node and pivot; it may raise.
+    choices : the states that each unknown may have; none if it is fixed. bits, masks, meaning : all choices as bits,
+    those of each unknown, and what each bit stands for. check : called before each node and pivot; it may raise.
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
@@ -37,32 +37,32 @@ class Unknowns:
         self.allow([_states(low, high) for low, high in bounds])
 
     def restricted(self, bits: int) -> Unknowns:
-        """The same unknowns with these choices alone."""
+        """Return the same unknowns with these choices alone."""
         other = copy(self)
         other.allow([[state for state in own if bits & self.bit(k, state)] for k, own in enumerate(self.choices)])
         return other
 
     def allow(self, choices: Sequence[Sequence[int]]) -> None:
-        """Take other choices, those that are tried first in front."""
+        """Take other choices; those that come first are tried first."""
         self.choices = choices
         self.meaning = {self.bit(k, state): (k, state) for k, states in enumerate(choices) for state in states}
         self.bits = sum(self.meaning)
         self.masks = [sum(self.bit(k, state) for state in states) for k, states in enumerate(choices)]
 
     def w(self, k: int) -> int:
-        """The number of the form w_k; that of y_k is k."""
+        """Return the number of the form w_k; the number of y_k is k."""
         return self.n + k
 
     def zero(self, k: int, state: int) -> int:
-        """The number of the form that is 0 in a state."""
+        """Return the number of the form that is 0 in a state."""
         return k if state == UPPER and k not in self.boxes else k + state * self.n
 
     def bit(self, k: int, state: int) -> int:
-        """The bit of a state where several are in one number: that of the form that is 0."""
+        """Return the bit of a state where several states are in one number: the bit of the form that is 0."""
         return 1 << self.zero(k, state)
 
     def vertex(self, values: Direction) -> Point:
-        """A point in terms of z, from its y times the number before them."""
+        """Return a point in terms of z, from its y times the number before them."""
         divisor, *y = values
         if self._is_moved:
             moved = zip(self.base, self.side, y, strict=True)
@@ -70,11 +70,12 @@ class Unknowns:
         return Vertex(Fraction(value, divisor) for value in y)
 
     def direction(self, y: Direction) -> Point:
-        """A ray or a line in terms of z, from that in terms of y."""
+        """Return a ray or a line in terms of z, from its direction in terms of y."""
         return tuple(Fraction(side * value) for side, value in zip(self.side, y, strict=True))
 
     def root(self) -> Node | None:
-        """The node where nothing has been chosen; None if the equations and signs that always hold have no solution."""
+        """Return the node where nothing has been chosen; None if the equations and signs that always hold have no
+        solution."""
         rows, _, kept = self.forms()
         bounded = [k for k in kept if len(self.choices[k]) > 1]
         widths = [self.zero(k, UPPER) for k in self.boxes]
@@ -84,7 +85,7 @@ class Unknowns:
         return node if all(free) and all(signed) else None
 
     def choose(self, node: Node, k: int, state: int) -> bool:
-        """Choose a state in a node; False if that is proved to leave nothing of it."""
+        """Choose a state in a node; return False if that is proved to leave nothing of the node."""
         here, w = node.dictionary, self.w(k)
         node.states[k] = state
         node.certain |= self.bit(k, state)
@@ -94,8 +95,8 @@ class Unknowns:
             here.negate(w)
         return here.vanish(self.zero(k, state)) and here.require(w)
 
-    def satisfied(self, node: Node) -> int:
-        """The states that hold at the node's point, as bits."""
+    def states_at_point(self, node: Node) -> int:
+        """Return the states that hold at the node's point, as bits."""
         here = node.dictionary
         bits = self.bits & ~here.nonzero()
         for k in self.boxes:
@@ -103,9 +104,9 @@ class Unknowns:
                 bits &= ~self.bit(k, UPPER if value > 0 else LOWER)
         return bits
 
-    def held(self, node: Node) -> int:
-        """The states that hold on all of a node, as bits."""
-        bits = self.satisfied(node)
+    def common_states(self, node: Node) -> int:
+        """Return the states that hold on all of a node, as bits."""
+        bits = self.states_at_point(node)
         if node.dictionary.cobasic:
             for bit in self.meaning:
                 if bits & bit and not self.holds(node, bit):
@@ -113,8 +114,8 @@ class Unknowns:
         return bits
 
     def narrow(self, node: Node) -> bool | None:
-        """Choose the states of unknowns that have only one left, the forms of the others having a row that shows that
-        they do not vanish: False if that is proved to leave nothing of the node, None if there are none."""
+        """Choose the states of unknowns that have only one left, where a row shows that the forms of the others do
+        not vanish. Return False if that is proved to leave nothing of the node, None if there are no such unknowns."""
         node.absent |= node.dictionary.absent()
         some = None
         for k, states in enumerate(self.choices):
@@ -127,7 +128,7 @@ class Unknowns:
         return some
 
     def violation(self, node: Node, k: int) -> int:
-        """How far an unknown is from any state at the node's point, up to factors of its own."""
+        """Return how far an unknown is from any state at the node's point, up to factors of its own."""
         w = node.dictionary.value(self.w(k))
         return abs(w) * node.dictionary.value(self.zero(k, UPPER) if w < 0 else k)
 
@@ -145,8 +146,8 @@ class Unknowns:
         return True
 
     def forms(self) -> tuple[dict[int, list[int]], dict[int, Fraction], list[int]]:
-        """The forms w_k, and u_k - z_k of boxes, in integers, in terms of y without what is fixed; the numbers by which
-        the w_k are multiplied; and the unknowns that are not fixed."""
+        """Return the forms w_k, and u_k - z_k of boxes, in integers, in terms of y without fixed unknowns; the
+        numbers by which the w_k are multiplied; and the unknowns that are not fixed."""
         kept = [k for k in range(self.n) if self.choices[k]]
         rows, factors = dict[int, list[int]](), dict[int, Fraction]()
         for k in kept:
@@ -165,8 +166,8 @@ class Unknowns:
 
 @dataclass
 class Node:
-    """The polyhedron for some chosen states, None where none is chosen yet, with the states that are known to hold on
-    all of it, and on no point of it, as bits."""
+    """The polyhedron for some chosen states, None where none is chosen yet, with the states, as bits, that are known
+    to hold on all of it and at no point of it."""
 
     dictionary: Dictionary
     states: list[int | None]
@@ -174,7 +175,7 @@ class Node:
     absent: int = 0
 
     def copy(self) -> Node:
-        """A copy to go on with."""
+        """Return a copy to go on with."""
         return Node(self.dictionary.copy(), list(self.states), self.certain, self.absent)
 
 
@@ -187,7 +188,7 @@ def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
 
 
 class Cover:
-    """Pieces as bits, one for each state that holds on all of the piece."""
+    """Pieces of the solution set, each as bits, one bit for each state that holds on all of the piece."""
 
     def __init__(self, *pieces: int) -> None:
         self.pieces: list[int] = []
@@ -205,7 +206,7 @@ class Cover:
         self.pieces.append(piece)
 
     def within(self, bits: int) -> int:
-        """The numbers of the pieces all of whose states are among some, as bits."""
+        """Return the numbers of the pieces all of whose states are among some states, as bits."""
         numbers = (1 << len(self.pieces)) - 1
         for bit, having in self.having.items():
             if not bits & bit:
@@ -214,7 +215,8 @@ class Cover:
 
 
 def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
-    """A solution of a problem; None if it is proved to have none. `check` is called before each step and may raise."""
+    """Return a solution of a problem; None if it is proved to have none. `check` is called before each step and may
+    raise."""
     unknowns = Unknowns(data, check)
     start = unknowns.root()
     leaf = None if start is None else next(leaves(unknowns, start, Cover()), None)
@@ -225,13 +227,13 @@ def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fracti
 
 
 def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
-    """The nodes below a node all of whose points are solutions, but for those that lie in pieces of the cover, which
-    may grow in the meantime. A node's states are chosen but for those that hold on all of it."""
+    """Yield the nodes below a node all of whose points are solutions, but for those that lie in pieces of the cover,
+    which may grow in the meantime. A node's states are chosen, except states that hold on all of it."""
     pending = [start]
     while pending:
         unknowns.check()
         node = pending.pop()
-        bits = unknowns.satisfied(node)
+        bits = unknowns.states_at_point(node)
         if _lies_in_one(unknowns, node, bits, cover):
             continue
         open_ = [k for k, states in enumerate(unknowns.choices) if states and node.states[k] is None]
@@ -252,7 +254,7 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
 
 
 def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
-    """A node with each state of an unknown, but for those that are empty or lie in another one of them."""
+    """Return a node with each state of an unknown, but for nodes that are empty or lie in another one of them."""
     children: dict[int, Node] = {}
     for state in reversed(unknowns.choices[k]):
         bit = unknowns.bit(k, state)
@@ -267,7 +269,8 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
 
 
 def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> bool:
-    """Whether the states of a piece hold on all of a node, those at its point being known; each is asked for once."""
+    """Whether the states of a piece hold on all of a node, the states at its point being known; each state is tested
+    once."""
     numbers = cover.within(bits)
     while numbers:
         open_ = cover.pieces[numbers.bit_length() - 1] & ~node.certain
@@ -280,6 +283,6 @@ def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> boo
 
 
 def _is_settled(unknowns: Unknowns, node: Node, k: int) -> bool:
-    """Whether a state of an unknown holds on all of a node; then it is chosen."""
+    """Whether a state of an unknown holds on all of a node; if so, choose it."""
     state = next((state for state in unknowns.choices[k] if unknowns.holds(node, unknowns.bit(k, state))), None)
     return state is not None and unknowns.choose(node, k, state)

@@ -30,12 +30,19 @@ WIDE = 2.0  # the spread of times from which on it is told
 
 
 def verdict(result: Result) -> str:
-    """One line: how the run ended, and by which methods."""
+    """One line: how the run ended, and by which methods, unless the problem is proved to have no solution."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
         others = UNSOLVABLE if result.exactly_solvable is False else OTHERS[result.others]
         return f"{result.status.word} {by}: {_work(result)}{others}"
+    if result.status.word in SETTLED:
+        return result.message
     return f"{name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
+
+
+def remark(result: Result) -> str:
+    """How a run ended that did not solve the problem, by the name of the run."""
+    return f"{name(result)}{':' * (result.status.word in SETTLED)} {result.message}"
 
 
 def _work(result: Result) -> str:
@@ -48,9 +55,9 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     bounds also the basis."""
     parts = {"set-up": result.setup_seconds, "iterations": result.solve_seconds, "verification": result.verify_seconds}
     times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
-    lines = [times] if result.solved else [_work(result), times]
     if result.status.word in SETTLED:
-        return lines
+        return [f"by {', '.join(result.route)}: {_work(result)}", times]
+    lines = [times] if result.solved else [_work(result), times]
     measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"

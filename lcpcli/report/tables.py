@@ -160,7 +160,7 @@ def _disproof(results: Sequence[Result]) -> list[str]:
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[str]:
-    remarks = [f"{wording.name(result)} {result.message}" for result in results if compared and not result.solved]
+    remarks = [outcome.remark(result) for result in results if compared and not result.solved]
     for result in results:
         by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
         texts = (wording.advice(result), by, outcome.doubt(result), outcome.spread(result), outcome.bound(result))

@@ -19,7 +19,7 @@ one of the two."""
 
 
 def word_of(status: str, proved: str | None) -> str:
-    """How a run ended, in a word: of a program that has no optimum why it has none, else the status."""
+    """Return one word for how a run ended: for a program without an optimum why it has none, else the status."""
     return proved if proved in (INFEASIBLE, UNBOUNDED, NONE) else status
 
 
@@ -28,13 +28,13 @@ class Minimum:
     """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and
     bounds.
 
-    x : the point, shape (k,), if the conditions are not solved the best iterate; None, as are the next three, if it is
-        proved that they have no solution.
-    y, bound_multipliers : those of the m rows and of the bounds of the k variables: the derivative of the optimal
-        objective with respect to the bound that holds with equality, 0 where none does.
+    x : the point, shape (k,), or the best iterate if the conditions are not solved; None, as are the next three, if it
+        is proved that the conditions have no solution.
+    y, bound_multipliers : the multipliers of the m rows and of the bounds of the k variables: the derivative of the
+        optimal objective with respect to the bound that holds with equality, 0 where none does.
     objective : the value at x, in the program's own sense and with its constant.
     statement : what x is, or what it means that there is no solution.
-    proved : the same in a word of PROVED; None if nothing is proved.
+    proved : what is proved, a word of PROVED; None if nothing is.
     exact : x and y as fractions if they are proved, else None.
     ray : a direction of shape (k,) in which the objective improves for ever within rows and bounds; else None.
     certificate : of shape (m,): multipliers of the rows, positive for lower and negative for upper bounds, whose
@@ -57,8 +57,8 @@ class Minimum:
 class Equilibrium:
     """What a solution of the LCP says about the game.
 
-    row, column : the mixed strategies, probabilities in the order of the game's rows and columns; None, as
-        are the others, if the LCP is not solved.
+    row, column : the mixed strategies, probabilities in the order of the game's rows and columns; None, as are payoffs
+        and gains, if the LCP is not solved.
     payoffs : the expected payoffs of the row and the column player, in the game's units.
     gains : how much each of them would gain by a best response to the other, computed from A and B; 0 if that is
         only rounding.
@@ -79,23 +79,23 @@ Answer: TypeAlias = Minimum | Equilibrium
 
 Options: TypeAlias = Mapping[str, Any]  # names as in Python
 
-LARGE = 1e6  # from here on a number is written with an exponent
+EXPONENT_FROM = 1e6  # from here on a number is written with an exponent, as its digits are hard to count
 EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 
 
 @dataclass(frozen=True)
 class Suggestions:
-    """Options to add to those of a run, or to replace those it has.
+    """Options that a run should add to its own, or put in place of them.
 
     ways : what to try, the surest first; none if nothing is known to help, or nothing is needed.
-    more : what each of them needs in addition.
+    more : options that each of the ways needs in addition.
     """
 
     ways: tuple[Options, ...] = ()
     more: Options = field(default_factory=dict)
 
     def line(self, written: Callable[[Options], str]) -> str:
-        """One line of advice in which options are written that way; "" if there is nothing to suggest."""
+        """Return one line of advice, with options as `written` writes them; "" if there is nothing to suggest."""
         if not self.ways:
             return ""
         return f"try {', or '.join(map(written, self.ways))}{f', with {written(self.more)}' if self.more else ''}"
@@ -105,16 +105,16 @@ NO_SUGGESTIONS = Suggestions()
 
 
 def in_python(options: Options) -> str:
-    """Options as keywords, or the function for a proof."""
+    """Return options as keywords, or the function that proves a result."""
     if options == EXACT:
         return "lcpcli.exact(problem)"
     return ", ".join(f"{name}={value_text(value, quotes=True)}" for name, value in options.items())
 
 
 def value_text(value: Any, quotes: bool) -> str:
-    """A value as it is written in Python, or on the command line, where words have no quotes."""
+    """Return a value as it is written in Python, or on the command line, where words have no quotes."""
     if isinstance(value, str):
         return f'"{value}"' if quotes else value
     if isinstance(value, int):
         return str(value)
-    return f"{value:.0f}" if 1 <= value < LARGE else f"{value:.0e}"
+    return f"{value:.0f}" if 1 <= value < EXPONENT_FROM else f"{value:.0e}"

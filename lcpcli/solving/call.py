@@ -56,7 +56,7 @@ def solve(
         Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988); sources are in their modules.
     x0, z0, basis : at most one start: x = (z - w) / 2, or z, from which w = M z + q, or a `Result.basis`, which "auto"
         and "newton" try before anything else. By default x0 = 0.
-    tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
+    tol : the largest relative residual with which z counts as a solution, 1e-10 by default.
     max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
@@ -158,7 +158,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def unless_interrupted(result: Result, interrupts: str) -> Result:
-    """The result, unless Ctrl-C has ended it and is to raise Interrupted."""
+    """Return the result, or raise Interrupted if Ctrl-C has ended the run and is to raise."""
     if result.interrupted and interrupts == RAISE:
         raise Interrupted(result)
     return result
@@ -181,8 +181,8 @@ def _run(problem: Problem, method: str, began: float, given: dict[str, Any]) -> 
 
 
 def refuse_unknown_options(method: str, given: Mapping[str, Any]) -> None:
-    """Raise OptionError for a name that is not an option of any method, with those that this method has, or for
-    something else that Ctrl-C is to do."""
+    """Raise OptionError for a name that is not an option of any method, with the options that this method has, or
+    for a value of `interrupts` that is unknown."""
     if given.get("interrupts", RAISE) not in INTERRUPTS:
         raise ParameterError("interrupts", f"{given['interrupts']!r} is unknown", 'give "raise" or "return"')
     names = [name for name in given if name not in COMMON_OPTIONS]

@@ -28,9 +28,9 @@ from lcpcli.verify import equilibrium, exact_solution
 from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
 from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
 
-MOST_SECONDS = 60.0  # for exact multipliers
-LARGEST_TOL = 1e-4  # that is proposed for an answer whose digits were rounded
-LEAST_GAIN = 1e-8  # of the terms of the objective, that shows that x is no optimum
+MOST_SECONDS = 60.0  # for exact multipliers: the time limit of exact proofs
+LARGEST_TOL = 1e-4  # the largest one that is proposed for an answer whose digits were rounded
+LEAST_GAIN = 1e-8  # relative to the terms of the objective: a larger gain shows that x is no optimum
 BESIDE = {"min": "above the minimum", "max": "below the maximum"}
 
 
@@ -94,7 +94,7 @@ def check(
 
 
 def _fractions(values: Any) -> list[Fraction]:
-    """The numbers of a list, or an array, in which one is a Fraction; else none."""
+    """Return the numbers of a list, or an array, in which one is a Fraction; else none."""
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(listed, (list, tuple)) or not any(isinstance(value, Fraction) for value in listed):
         return []
@@ -102,7 +102,7 @@ def _fractions(values: Any) -> list[Fraction]:
 
 
 def lengths(problem: Problem) -> dict[int, str]:
-    """What may be given to be verified, by its length: of a program x, x and y, or z, of a game also strategies."""
+    """Return what may be verified, by its length: of a program x, x and y, or z, of a game also strategies."""
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
@@ -112,25 +112,25 @@ def lengths(problem: Problem) -> dict[int, str]:
 
 
 def verified(problem: Problem, values: Vector, tol: float, own: bool = False) -> Verification:
-    """Verify z or, for a program, x, or x and y: what has one of `lengths`.
+    """Verify z or, for a program, x, or x and y: values of one of the `lengths`.
 
-    own : whether y is known to have the sign of the program's own sense; else it may have that of z too.
+    own : whether y is known to have the signs of the program's own sense; else it may also have the signs of z.
     """
     origin = problem.origin
     if not isinstance(origin, Program):
         return equilibrium.verified(problem, values, partial(verify, problem, tol=tol), tol=tol)
-    given = _Given(origin, problem, values)
-    if given.needs_multipliers:
-        readings = iter([given.with_step()])
+    proposal = _Proposal(origin, problem, values)
+    if proposal.needs_multipliers:
+        readings = iter([proposal.with_step()])
     else:
-        readings = _readings(given, values, own, lambda x, y: origin.z_of(x, y, given.data))
+        readings = _readings(proposal, values, own, lambda x, y: origin.z_of(x, y, proposal.data))
     found = _first_accepted(verify(problem, z, tol) for z in readings)
-    return given.told(found, tol)
+    return proposal.with_statement(found, tol)
 
 
 def accepting(problem: Problem, values: Vector, found: Verification, own: bool = False) -> float | None:
-    """The least power of ten, at most LARGEST_TOL, that accepts values that were not, as they may have been rounded;
-    None if none does, or if they were."""
+    """Return the least power of ten, at most LARGEST_TOL, with which rejected values would be accepted, as they may
+    have been rounded; None if there is none, or if the values were accepted."""
     relative = found.relative_residual
     if found.accepted or relative is None or not relative <= LARGEST_TOL:
         return None
@@ -142,20 +142,20 @@ def accepting(problem: Problem, values: Vector, found: Verification, own: bool =
 def verified_exactly(
     data: ExactProblem, values: list[Fraction], w: list[Fraction] | None = None, own: bool = False
 ) -> Verification:
-    """The same in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
+    """Verify z, x, or x and y in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
     origin = data.problem.origin
     if not isinstance(origin, Program):
         return equilibrium.verified(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
-    given, exact = _Given(origin, data.problem, rounded(values)), np.array(values, dtype=object)
-    if given.needs_multipliers:
-        near = given.with_step()
+    proposal, exact = _Proposal(origin, data.problem, rounded(values)), np.array(values, dtype=object)
+    if proposal.needs_multipliers:
+        near = proposal.with_step()
         z = exact_solution.from_point(data, near, clock.seconds() + MOST_SECONDS)
-        y = (fractions_of(near) if z is None else z)[given.k : data.n - origin.ranges]
-        readings = iter([_completed(data, given, exact, np.array(y, dtype=object))])
+        y = (fractions_of(near) if z is None else z)[proposal.k : data.n - origin.ranges]
+        readings = iter([_completed(data, proposal, exact, np.array(y, dtype=object))])
     else:
-        readings = _readings(given, exact, own, lambda x, y: _completed(data, given, x, y))
+        readings = _readings(proposal, exact, own, lambda x, y: _completed(data, proposal, x, y))
     found = _first_accepted(verify_exactly(data, list(z), w if len(values) == data.n else None) for z in readings)
-    return given.told(found, TOL.value)
+    return proposal.with_statement(found, TOL.value)
 
 
 def verified_proof(
@@ -163,7 +163,7 @@ def verified_proof(
 ) -> Verification:
     """Verify a proof y that there is no solution; of a program also what it proves: that it is infeasible, say.
 
-    data : in exact arithmetic, for these. is_rounded : whether y is known to be rounded.
+    data : exact data for which the proof is to hold. is_rounded : whether y is known to be rounded.
     """
     found = verify_farkas(problem, y, data, is_rounded)
     origin = problem.origin
@@ -178,8 +178,8 @@ def verified_proof(
     return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
 
-class _Given:
-    """What is given of a program: x, and whether y."""
+class _Proposal:
+    """A proposed point of a program: its x, and whether multipliers y came with it."""
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
         self.origin, self.problem, self.k = origin, problem, origin.variables
@@ -193,17 +193,17 @@ class _Given:
         return step_from(self.data, self.x)
 
     def with_step(self) -> Vector:
-        """z of x with the multipliers that are found for it."""
+        """Return the z of x with the multipliers of the step from it."""
         y = np.zeros(self.data.row_lower.size) if self.step is None else self.step.y
         return self.origin.z_of(self.x, y, self.data)
 
-    def told(self, found: Verification, tol: float) -> Verification:
-        """The verification with what x is, and the multipliers that were found."""
+    def with_statement(self, found: Verification, tol: float) -> Verification:
+        """Return the verification with a statement on x, and with the multipliers if they had to be sought."""
         if not found.accepted:
             return replace(found, statement=self._fault(tol))
         y = self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges] + 0.0
-        told = kind_of_point(self.data, self.origin).statement
-        return replace(found, statement=told, multipliers=y if self.needs_multipliers else None)
+        statement = kind_of_point(self.data, self.origin).statement
+        return replace(found, statement=statement, multipliers=y if self.needs_multipliers else None)
 
     def _fault(self, tol: float) -> str:
         if violated := _violated(self.origin, self.data, self.x, tol):
@@ -220,43 +220,44 @@ class _Given:
         return f"{feasible}, but not shown to be a {word}"
 
 
-def _readings(given: _Given, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:
-    """What z the values may stand for: of a maximum, with y of either sign."""
-    ranges, n = given.origin.ranges, given.problem.n
-    x, y = values[: given.k], values[given.k : n - ranges]
+def _readings(proposal: _Proposal, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:
+    """Yield each z for which the values may stand: for a maximum, with y of either sign."""
+    ranges, n = proposal.origin.ranges, proposal.problem.n
+    x, y = values[: proposal.k], values[proposal.k : n - ranges]
     if values.size == n and not own:
         yield values
     if values.size < n or own:
-        yield completed(x, -y if given.sign < 0 else y)
-    if given.sign < 0 and not own and y.size and (values.size < n or not ranges):
+        yield completed(x, -y if proposal.sign < 0 else y)
+    if proposal.sign < 0 and not own and y.size and (values.size < n or not ranges):
         yield completed(x, y if values.size < n else -y)
 
 
-def _completed(data: ExactProblem, given: _Given, x: Any, y: Any) -> Any:
-    """z of exact x and y, with s = Ax within its bounds."""
-    zeros = np.array([Fraction(0)] * given.origin.ranges, dtype=object)
-    w, first = data.w(list(np.concatenate((x, y, zeros)))), data.n - given.origin.ranges
-    rows = given.k + np.flatnonzero(given.data.ranges)
+def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
+    """Return the z of exact x and y, with s = Ax moved within its bounds."""
+    zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
+    w, first = data.w(list(np.concatenate((x, y, zeros)))), data.n - proposal.origin.ranges
+    rows = proposal.k + np.flatnonzero(proposal.data.ranges)
     ends = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
     s = [w[i] if low is None or high is None else min(max(w[i], low), high) for i, low, high in ends]
     return np.concatenate((x, y, np.array(s, dtype=object)))
 
 
 def _first_accepted(found: Iterator[Verification]) -> Verification:
-    """The first that is accepted, else the first."""
+    """Return the first verification that is accepted, or else the first of all."""
     first = next(found)
     return first if first.accepted else next((other for other in found if other.accepted), first)
 
 
 @np.errstate(all="ignore")
 def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
-    """The row or the bound that x violates most relative to its terms, and by how much; "" if none by more than tol."""
+    """Return the row or the bound that x violates most relative to its terms, and by how much; "" if x violates none
+    by more than tol."""
     values = np.concatenate((product(data.A, x), x))
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
     names = [f"row {name or i}" for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)]
     names += [name or f"x{j}" for j, name in enumerate(origin.columns or [""] * origin.variables, 1)]
     sides = ("below", "lower", data.row_lower, data.lower, 1.0), ("above", "upper", data.row_upper, data.upper, -1.0)
-    worst, told, number = 0.0, "", 0
+    worst, sentence, number = 0.0, "", 0
     for side, bound, of_rows, of_x, sign in sides:
         ends = np.concatenate((of_rows, of_x))
         beyond = np.where(np.isfinite(ends), sign * (ends - values), 0.0)
@@ -264,5 +265,5 @@ def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
         number, i = number + int(np.count_nonzero(relative)), int(np.argmax(relative))
         if relative[i] > worst:
             worst = relative[i]
-            told = f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} bound {ends[i]:.7g}"
-    return f"{told}; {count(number - 1, 'other bound')} violated" if number > 1 else told
+            sentence = f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} bound {ends[i]:.7g}"
+    return f"{sentence}; {count(number - 1, 'other bound')} violated" if number > 1 else sentence

@@ -57,10 +57,10 @@ def run(
     or if exact arithmetic shows that z is the solution up to its last digits.
     `scale` makes an iterative method work on the equilibrated problem, `finish` makes it stop as soon as its active set
     yields the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace` and
-    `curve` keep iterates, each as it was set up to. `conclude` is whether to add what the result means: its `advice`,
-    and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals with the
-    progress, as in `observer.Observer`, `callback` as by `call.solve`. `began` is when the run began by the `clock`, by
-    default now; the time limit counts everything from then on but imports. `threads` is as for `call.solve`.
+    `curve` keep iterates, each as it is set up. `conclude` is whether to add the conclusions from the result: its
+    `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals
+    with the progress, as in `trace.Observer`, `callback` as by `call.solve`. `began` is when the run began by the
+    `clock`, by default now; the time limit counts everything from then on but imports. `threads` as by `call.solve`.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
@@ -104,7 +104,7 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Vector:
 
 
 def _additions(method: str, **wanted: bool) -> dict[str, bool]:
-    """The additions that are requested; OptionError if the method takes none."""
+    """Return the additions that are requested; raise OptionError if the method takes none."""
     additions = {name: True for name, yes in wanted.items() if yes}
     for name in additions:
         if not methods.declared(method).iterates:
@@ -113,7 +113,7 @@ def _additions(method: str, **wanted: bool) -> dict[str, bool]:
 
 
 def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Change]:
-    """Those to make before a method runs, one after another."""
+    """Return the changes of variables to make before a method runs, one after another."""
     changes: list[Change] = []
     if problem.reference_z is not None and method != "auto":  # which does so itself
         changes.append(shifted(problem))
@@ -129,7 +129,7 @@ def _stage(
     in_force: dict[str, Any],
     finishing_clock: Callable[[], float] | None,
 ) -> Stage:
-    """The method, set up: in these variables, with the finish on its active set if there is a clock."""
+    """Set up the method in these variables, with the finish on its active set if there is a clock for it."""
     for change in changes:
         problem, start = change.problem, change.start(start)
         in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
@@ -144,8 +144,8 @@ def _stage(
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
-    """The results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin; as they are
-    but `interrupted` if Ctrl-C comes before that."""
+    """Return the results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin;
+    without either and `interrupted` if Ctrl-C comes before that."""
     try:
         return _concluded(results)
     except KeyboardInterrupt:
@@ -153,7 +153,7 @@ def concluded(results: Sequence[Result]) -> list[Result]:
 
 
 def interrupted(results: Sequence[Result]) -> list[Result]:
-    """The results after Ctrl-C, from which nothing more is to be concluded."""
+    """Return the results as interrupted by Ctrl-C, without further conclusions."""
     return [replace(result, interrupted=True) for result in results]
 
 
@@ -172,7 +172,7 @@ def _concluded(results: Sequence[Result]) -> list[Result]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def verified(result: Result) -> Result:
-    """The result with `verified`: by the relative residual of z, recomputed, or else by exact arithmetic."""
+    """Return the result with `verified`: by the relative residual of z, recomputed, or else by exact arithmetic."""
     if not result.solved:
         return result
     from lcpcli.verify.refinement import is_rounding

@@ -21,7 +21,7 @@ from lcpcli.methods.stages import (
     OutOfTime,
     Stage,
     advance,
-    told,
+    clause_on,
 )
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
@@ -29,7 +29,7 @@ from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Observer, PendingRow, Trace
 from lcpcli.typing import Vector
-from lcpcli.verify.measure import FEW
+from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -41,14 +41,14 @@ BY_CALLBACK = "by the callback"
 ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
-FINISHED = "the method takes its equation for solved, but z does not solve the problem"
-WITHOUT_SOLUTION = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
+FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
+STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
 
 
 class Loop:
     """The state of one run.
 
-    The residual bound of an iterate is a bound on its relative residual that F gives for free, or else that residual.
+    The residual bound of an iterate is a bound on its relative residual that F gives for free, or else the residual.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Loop:
         self._newest: tuple[Vector | None, Point | None] = None, None
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
-        """Take the start, then the iterates of the method that `begin` sets up; returns how that ended, and why."""
+        """Take the start, then the iterates of the method that `begin` sets up; return how the run ended, and why."""
         count = self.stopwatch.count
         try:
             if stop := self._take(self.start):
@@ -105,7 +105,7 @@ class Loop:
                     count("verify")
             return self._ended(step)
         except FAULTS as fault:
-            return Status.BREAKDOWN, f"{told(fault)} after {max(self.k, 0)} iterations"
+            return Status.BREAKDOWN, f"{clause_on(fault)} after {max(self.k, 0)} iterations"
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
@@ -113,7 +113,7 @@ class Loop:
             return Status.INTERRUPTED, ""
 
     def _take(self, iterate: Iterate) -> tuple[Status, str] | None:
-        """Record an iterate; returns how the run ends and why, if it ends with it."""
+        """Record an iterate; return how the run ends and why, if it ends with this iterate."""
         self.k += 1
         self.evaluations = iterate.evaluations
         finite = in_range(iterate.x)
@@ -139,11 +139,11 @@ class Loop:
         return self._stopping_rule(iterate, bound)
 
     def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
-        """A bound on the relative residual, infinite if none is known, and the point if it is worth a closer look.
+        """Return a bound on the relative residual, infinite if unknown, and the point if it deserves a closer look.
 
-        That costs two products with M. Without F it is taken at iterates that may be the last, and every few
-        iterations. With F it is if the bound is near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound
-        never decreases although the residual does.
+        A closer look costs two products with M. Without F it is taken at iterates that may be the last, and every few
+        iterations. With F it is taken if the bound is near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the
+        bound never decreases although the residual does.
         """
         if iterate.F is not None:
             bound = self.criterion.bound(iterate.F)
@@ -155,15 +155,15 @@ class Loop:
         return point.size if self.k and not point.solves() else math.inf, point
 
     def _solution(self, iterate: Iterate, point: Point) -> Point | None:
-        """The point if it solves the problem, or else one near it that does: of many unknowns, as there is exact
-        arithmetic for few, and not in an iteration, which goes on anyway."""
-        if iterate.F is None and self.k and self.problem.n > FEW:
+        """Return the point if it solves the problem, or else one near it that does. The latter is sought only for
+        many unknowns, as there is exact arithmetic for few, and not within an iteration, which goes on anyway."""
+        if iterate.F is None and self.k and self.problem.n > FEW_UNKNOWNS:
             return point.solution()
         return point if point.solves() else None
 
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
-        """The first stopping rule that holds after an iterate with this residual bound, other than that it solves the
-        problem: its status and the reason, "" where the status says it all."""
+        """Return the first stopping rule that holds after an iterate with this residual bound, apart from a
+        solution: the status and the reason, "" where the status says it all."""
         grows = METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound
         if grows and self._diverges(iterate.x):
             return Status.DIVERGED, ""
@@ -181,7 +181,7 @@ class Loop:
         return not sizes[1] <= GROWTH_LIMIT * sizes[0]
 
     def _ended(self, ending: Ending) -> tuple[Status, str]:
-        """The status and the reason when the method itself ends."""
+        """Return the status and the reason when the method itself ends."""
         self._note_method(ending.method)
         if isinstance(ending, NoSolution):
             return self._without_solution(ending.certificate)
@@ -193,27 +193,27 @@ class Loop:
         return (Status.TIME_LIMIT if time_is_up else Status.STALLED), ending.reason
 
     def _without_solution(self, claim: Certificate) -> tuple[Status, str]:
-        """The status that a certificate justifies, once it is verified on M and q."""
+        """Return the status that a certificate justifies, once it is verified on M and q."""
         from lcpcli.verify.certificate import UNVERIFIED, confirm
 
         certificate = confirm(self.problem, claim, METHODS[self.method].excludes_exactly)
         if certificate is None:
             return Status.STALLED, UNVERIFIED[claim.kind]
         self.certificate = certificate
-        return WITHOUT_SOLUTION[certificate.kind], certificate.statement
+        return STATUS_OF_CERTIFICATE[certificate.kind], certificate.statement
 
     def _note_method(self, method: str) -> None:
-        """Add a method to the route; "" is the one that was asked for."""
+        """Add a method to the route; "" is the method that was asked for."""
         method = method or self.method
         if method not in self.route:
             self.route.append(method)
 
     def _time_is_up(self) -> bool:
-        """Whether the time is up; measuring the iterates counts too, as the user waits for that as well."""
+        """Whether the time is up; measuring the iterates counts too, as the user waits for it as well."""
         return self.limits.time_limit < math.inf and self.stopwatch.elapsed() >= self.limits.time_limit
 
     def _at(self, x: Vector) -> Point:
-        """The z of x with its measures; the last one is cached."""
+        """Return the point of x with its measures; the last one is cached."""
         measured, point = self._newest
         if point is None or x is not measured:
             point = Point(self.criterion, self.problem.box.z_of(x))
@@ -221,7 +221,7 @@ class Loop:
         return point
 
     def _keep(self, iterate: Iterate) -> None:
-        """Add an iterate to the traces, whose own time does not count."""
+        """Add an iterate to the traces; the time that this takes does not count."""
         row = self._row(iterate)
         for trace in self.traces:
             trace.add(row, self.criterion)
@@ -233,7 +233,7 @@ class Loop:
         return PendingRow(max(self.k, 0), iterate.x, self.stopwatch.total, iterate.step, method)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
-        """Whether the callback wants the run to end after this iterate; its time does not count."""
+        """Whether the callback wants the run to end after this iterate; the time of the callback does not count."""
         if not in_range(iterate.x):
             return False
         own = Trace()
@@ -248,8 +248,8 @@ class Loop:
             self.stopwatch.skip()
 
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
-        """The result at the last iterate, or at the best. "Solved" is decided here, however the run ended: by the
-        relative residual, or by exact arithmetic where z is as close to the solution as doubles allow."""
+        """Return the result at the last iterate, or at the best. "Solved" is decided here, however the run ended: by
+        the relative residual, or by exact arithmetic where z is as close to the solution as doubles allow."""
         point, reason, status = self._verified(status, reason)
         self.stopwatch.count("verify")
         if self.k < 0 and self.traces:  # interrupted before anything was kept
@@ -260,7 +260,7 @@ class Loop:
             problem=self.problem,
             method=self.method,
             status=status,
-            message=status.told(self.problem, reason),
+            message=status.sentence(reason),
             point=point,
             iterations=max(self.k, 0),
             evaluations=self.evaluations,
@@ -276,8 +276,8 @@ class Loop:
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
-        """The point to report, with the reason and the status that its residual justifies. A proof that there is no
-        solution, which is exact, counts more than a small residual."""
+        """Return the point to report, with the reason and the status that its residual justifies. A proof that there
+        is no solution, which is exact, counts more than a small residual."""
         last, best = self._at(self.last), self._at(self.best)
         if status in (Status.INFEASIBLE, Status.UNSOLVABLE):
             return last, reason, status

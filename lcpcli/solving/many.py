@@ -32,11 +32,11 @@ from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
 AUTO = "auto"
-FEW = 4  # columns: fewer are faster by themselves
-FIRST, GROWTH = 64, 4  # columns of the first block, and how much longer each next one may be
-NUMBERS = 1 << 16  # in each array of a block, so that a few of them stay in the cache
+FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
+FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
+BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
-SHARP = 1e-13  # the relative residual from which on a solution is refined, as rounding alone leaves less
+SHARP_RESIDUAL = 1e-13  # relative, from which on a solution is refined, as rounding alone leaves less
 
 
 def solve_many(
@@ -53,23 +53,23 @@ def solve_many(
 
     Results come as they are asked for. For columns of Q, blocks of columns are solved together if M is dense with
     n < 2000, or sparse with n <= 200 (`lcpcli.methods.columns`), in a small part of the time of a loop over `solve`.
-    Others are solved one after another, each from the states of the last solution where that is faster. What is not
-    solved so is solved by `run`, so that every result is verified, and every failure proved or explained,
-    as there. Of several solutions it may be another one.
+    Others are solved one after another, each from the states of the last solution where that is faster. Problems that
+    are not solved in this way are solved by `run`, so that every result is verified, and every failure proved or
+    explained. Of several solutions, another one than that of `run` may be found.
 
     Parameters
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k). Or, in their
         place, an iterable of Problems, and possibly the method. Q is copied as results are asked for, M at once.
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) for each column its own.
-    infinity : the size from which on they are infinite, often 1e20; by default only infinite ones are.
+    infinity : the size from which on bounds are infinite, often 1e20; by default only infinite ones are.
     method, options : as in `solve`, for every problem; a time limit is for each of them. Anything but tol,
         max_iterations, time_limit, threads and interrupts has the columns solved one by one. With interrupts="return"
         Ctrl-C ends a problem that is solved by itself: its result is `interrupted`, and the next problem follows.
 
     Yields
     ------
-    Result : as `run` returns for each problem. Its seconds are an equal share of those of its block.
+    Result : as `run` returns for each problem. Its seconds are an equal share of the time of its block.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def solve_many(
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         return (run(problem, method, **given) for problem in M)
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEW:
+    if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEWEST_COLUMNS:
         return (run(problem, method, **given) for problem in columns.problems())
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, limits, given)
@@ -106,7 +106,7 @@ def solve_many(
 
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
-    """Raise ProblemError or OptionError for what is no iterable of Problems, or has bounds beside it."""
+    """Raise ProblemError or OptionError unless the problems are an iterable of Problems, given without bounds."""
     if not isinstance(problems, Iterable) or is_sparse(problems) or isinstance(problems, np.ndarray):
         raise ProblemError("Q", "is missing", "give M and Q, or an iterable of Problems")
     for name, bound in bounds.items():
@@ -115,7 +115,7 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 
 
 def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    first, size, most = 0, FIRST, max(FIRST, NUMBERS // columns.n)
+    first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // columns.n)
     while first < columns.k:
         last = min(first + size, columns.k)
         solved = _solved(columns, first, last, limits, threads=given.get("threads"))
@@ -125,7 +125,7 @@ def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Itera
                 result = run(solved.block.problem(i), **given)
                 result = replace(result, parts={part: s + solved.share[part] for part, s in result.parts.items()})
             yield result
-        first, size = last, min(size * GROWTH, most)
+        first, size = last, min(size * BLOCK_GROWTH, most)
 
 
 @with_limited_threads
@@ -137,7 +137,7 @@ def _solved(
     limits: Limits,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> _Solved:
-    """What pivoting makes of columns first to last - 1."""
+    """Return columns first to last - 1 as far as pivoting solves them."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
     measure, frame = Measure(block), frame_of(block)
@@ -156,10 +156,10 @@ def _solved(
 
 
 def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> tuple[Rows, Mask]:
-    """w and terms of all z, of shape (m, n), and which of these surely solve their problems, shape (m,), after those
-    whose residual may be more than rounding have been refined in place."""
+    """Refine in place those z, of shape (m, n), whose residual may be more than rounding; return w and the terms of
+    all z, and which of these surely solve their problems, shape (m,)."""
     given = measure.rows(z)
-    solved = measure.surely_solves(z, given, min(tol, SHARP))
+    solved = measure.surely_solves(z, given, min(tol, SHARP_RESIDUAL))
     rows = (found.ended & ~solved).nonzero()[0]
     if rows.size:
         part = frame.block.part(rows)
@@ -176,7 +176,7 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
 
 
 class _Solved:
-    """A block with what pivoting has found: z of shape (m, n), w and its terms, and which z surely are solutions."""
+    """A block as far as pivoting solves it: z of shape (m, n), w and its terms, and which z surely are solutions."""
 
     def __init__(self, block: Block, limits: Limits, z: Vector, rows: Rows, found: Pivoted, solved: Mask) -> None:
         self.block, self.z, self.rows, self.tol = block, z, rows, limits.tol
@@ -188,14 +188,15 @@ class _Solved:
         self._fields: dict[str, Any] = {
             "method": AUTO,
             "status": Status.SOLVED,
-            "message": Status.SOLVED.told(block.like, ""),
+            "message": Status.SOLVED.sentence(""),
             "parts": self.share,
             "limits": limits,
         }
         self._options = methods.options_in_force(AUTO, block.like, {}, limits.time_limit)
 
     def result(self, i: int) -> Result | None:
-        """That of row i, if it is solved: by the bounds for the block, or else by those of its point alone."""
+        """Return the result of row i if it is solved, by the bounds for the block or else by those of its point
+        alone."""
         if not self._ended[i] and not self._solved[i]:
             return None
         problem = self.block.problem(i)
@@ -215,12 +216,12 @@ class _Solved:
         return result
 
 
-STEPS = 3  # basic solutions that are tried
-CLOSE = 0.9  # the cosine of the angle between two q from which their solutions may have the same states
+MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near
+CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may have the same states
 
 
 def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    """The results of all columns, in order; given are the options, of which limits are part."""
+    """Yield the results of all columns, in order; `given` are the options, of which limits are part."""
     solver = PrincipalSolver(columns.like.M)
     last: Result | None = None
     paused, pause, usual = 0, 1, math.inf
@@ -240,9 +241,9 @@ def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -
 
 @np.errstate(over="ignore", invalid="ignore")
 def _states(last: Result, problem: Problem) -> Basis | None:
-    """Those of the last solution; None if q has turned far away from that of the last problem, or lies elsewhere."""
+    """Return the states of the last solution; None if q has turned far away from the last q, or lies elsewhere."""
     q, before = problem.q, last.problem.q
-    if problem.reference_z is not None or q @ before < CLOSE * norm(q) * norm(before):
+    if problem.reference_z is not None or q @ before < CLOSE_COSINE * norm(q) * norm(before):
         return None
     return problem.box.basis_of(problem.box.x_of(last.z, last.w))
 
@@ -256,9 +257,9 @@ def _near(
     limits: Limits,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> Result | None:
-    """The result, if the problem is solved by these states or by a few exchanges from them."""
+    """Return the result, if the problem is solved by these states or by a few exchanges from them; else None."""
     stopwatch = Stopwatch(seconds, seconds())
-    pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(STEPS, limits.max_iterations))
+    pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(MOST_TRIED_BASES, limits.max_iterations))
     try:
         with within(limits.time_limit):
             steps, found = next((k, found) for k, found in enumerate(pivoting, 1) if found.is_solution)
@@ -273,7 +274,7 @@ def _near(
         problem=problem,
         method=AUTO,
         status=Status.SOLVED,
-        message=Status.SOLVED.told(problem, ""),
+        message=Status.SOLVED.sentence(""),
         point=point,
         iterations=steps,
         evaluations=steps,

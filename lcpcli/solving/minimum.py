@@ -29,14 +29,14 @@ from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 
-SECONDS = 1.0  # for deciding whether Q is positive semidefinite
-LARGEST = 2000  # variables up to which that is looked at in floats, if it is not decided
+DEFINITENESS_SECONDS = 1.0  # for deciding whether Q is positive semidefinite
+MOST_FLOAT_VARIABLES = 2000  # up to which definiteness is tested in floats, if it is not decided: a second
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
 
 
 def answers(results: Sequence[Result]) -> list[Answer | None]:
-    """What each of the results on one problem means for its origin; None if it has none."""
+    """Return what each of the results on one problem means for its origin; None for a problem without origin."""
     origin = results[0].problem.origin
     if isinstance(origin, Program):
         return [*minima(results, origin)]
@@ -46,7 +46,7 @@ def answers(results: Sequence[Result]) -> list[Answer | None]:
 
 
 def equilibrium(result: Result, game: Game) -> Equilibrium:
-    """Strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
+    """Return strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
     if not result.solved:
         return Equilibrium(None, None, None, None, "not solved, so there are no strategies")
     x, y = (part / part.sum() for part in game.parts(result.z))
@@ -61,8 +61,8 @@ def equilibrium(result: Result, game: Game) -> Equilibrium:
 
 
 def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
-    """What each of the results on one problem means for the program: x, y and the objective, of the best iterate if it
-    is not solved, unless it is proved that there is no solution."""
+    """Return what each of the results on one problem means for the program: x, y and the objective, at the best
+    iterate if the result is not solved, unless it is proved that there is no solution."""
     problem = results[0].problem
     data = program.program(conditions_of(problem))
     assert data is not None
@@ -76,7 +76,8 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
 
 
 class Kind(NamedTuple):
-    """What a solution of the first-order conditions, or another x, is: `proved` as in `Minimum`, and the sentence."""
+    """The kind of a point, a solution of the first-order conditions or not: `proved` as in `Minimum`, and the
+    sentence."""
 
     proved: str | None
     statement: str
@@ -103,11 +104,11 @@ def _minimum(result: Result, program: Program, data: ProgramData, kind: Kind | N
 
 
 def kind_of_point(data: ProgramData, program: Program) -> Kind:
-    """What a solution of the first-order conditions is, from what is proved about Q."""
+    """Return the kind of a solution of the first-order conditions, from what is proved about Q."""
     word, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():
         return Kind(OPTIMUM, f"x is a {word} of the linear program")
-    verdicts = classify(data.Q, SECONDS, last="positive_semidefinite")
+    verdicts = classify(data.Q, DEFINITENESS_SECONDS, last="positive_semidefinite")
     if verdicts["positive_definite"].word == YES:
         return Kind(UNIQUE, f"x is the unique {word}, as Q is {definite} definite")
     verdict = verdicts["positive_semidefinite"].word
@@ -115,29 +116,28 @@ def kind_of_point(data: ProgramData, program: Program) -> Kind:
         return Kind(OPTIMUM, f"x is a {word}, as Q is {definite} semidefinite")
     if verdict == NO:
         return Kind(STATIONARY, f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite")
-    if data.c.size <= LARGEST and is_semidefinite(data.Q):
+    if data.c.size <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
         up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
         return Kind(OPTIMUM, f"x is a {word}, {up_to}")
     undecided = f"whether Q is {definite} semidefinite and x a {word} is not decided"
     return Kind(None, f"x satisfies the first-order conditions; {undecided}")
 
 
-LARGEST_LP = 500  # unknowns: an LP for more would take longer than many a solution
+MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
 LP_SECONDS = 0.5  # for each of two LPs
-APART = 1e-3  # of the largest |x_i|, by which another minimizer has to differ
+LEAST_DISTANCE = 1e-3  # relative to the largest |x_i|: how far another minimizer has to lie from x, far above rounding
 MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
 
 
 def has_other_minimum(result: Result, data: ProgramData) -> bool:
-    """Whether another minimizer is found by an LP and verified as a solution of the conditions, as x was, and whether
-    exact arithmetic confirms that there are more than one.
-    """
+    """Whether an LP finds another minimizer, which is verified as a solution of the conditions as x was, and whether
+    exact arithmetic confirms that there is more than one minimizer."""
     program, problem = result.problem.origin, result.problem
     assert isinstance(program, Program)
-    if problem.n > LARGEST_LP:
+    if problem.n > MOST_LP_UNKNOWNS:
         return False
     x, y = program.parts(result.z)
-    least = APART * max(1.0, float(np.abs(x).max()))
+    least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
     along = np.random.default_rng(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
     for direction in (along, -along):
         other = _farthest(direction, x, data)
@@ -150,8 +150,8 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
 
 
 def _may_move(x: Vector, data: ProgramData) -> bool:
-    """Whether Qd = 0, c'd = 0 and the active rows and bounds at x leave a d that is not 0, for the decimals of the data
-    in rational arithmetic. Then no rounding makes x one of several minimizers."""
+    """Whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that is not 0, for the decimals of the
+    data in rational arithmetic. If not, rounding alone has made x seem one of several minimizers."""
     from lcpcli.rational import linear
     from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
     from lcpcli.rational.problem import rows_of
@@ -167,14 +167,14 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
 
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:
-    """Which values are at an end, to the tolerance by which a point is told from another."""
-    near = APART**2 * np.maximum(1.0, np.abs(values))
+    """Which values are at an end, to the tolerance by which a point is distinguished from another."""
+    near = LEAST_DISTANCE**2 * np.maximum(1.0, np.abs(values))
     active: Mask = (values - low <= near) | (high - values <= near)
     return active
 
 
 def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
-    """The minimizer with the least objective'x among those that differ by at most about |x|."""
+    """Return the minimizer with the least objective'x among those that differ from x by at most about |x|."""
     reach = 1.0 + np.abs(x).max()
     low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
     Ax, nothing = data.A @ x, np.zeros(x.size + 1)

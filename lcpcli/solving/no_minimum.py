@@ -22,27 +22,27 @@ from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Minimum
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import farkas, proof
 
-SECONDS = 1.0  # for each of two LPs, and for exact arithmetic
-SIMPLE = 10**6  # the largest denominator of a feasible point that is tried before its doubles
-MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is used
-WORDS = {"min": ("minimum", "below"), "max": ("maximum", "above")}
+FEASIBILITY_SECONDS = 1.0  # for each of two LPs, and for exact arithmetic
+SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
+MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
+EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
 def without_minimum(problem: Problem, vector: Vector | None, program: Program, data: ProgramData) -> Minimum:
-    """Which constraints exclude each other, or in which direction the objective improves for ever, where it is proved
-    that the conditions have no solution.
+    """Return which constraints exclude each other, or in which direction the objective improves for ever, where it is
+    proved that the conditions have no solution.
 
-    vector : a y of Farkas for them, if there is one.
+    vector : a Farkas vector y for the conditions, if there is one.
     """
-    k, (_, side) = program.variables, WORDS[program.sense]
+    k, (_, side) = program.variables, EXTREMES[program.sense]
     of_x, of_rows = np.zeros(problem.n), np.zeros(problem.n)
     if vector is not None:
         of_x[:k], of_rows[k:] = vector[:k], vector[k:]
     known = _feasibility(problem, data, of_rows)
     if known.feasible is False:
         y = None if known.vector is None else program.parts(known.vector)[1]
-        told = "the program is infeasible: no x satisfies its constraints"
-        return _nowhere(told, INFEASIBLE, certificate=y)
+        sentence = "the program is infeasible: no x satisfies its constraints"
+        return _nowhere(sentence, INFEASIBLE, certificate=y)
     y = proof(problem, of_x)
     ray = None if y is None else y[:k]
     if known.feasible:
@@ -51,8 +51,8 @@ def without_minimum(problem: Problem, vector: Vector | None, program: Program, d
 
 
 def undecided(program: Program, ray: Vector | None = None) -> Minimum:
-    """What is known of each program whose conditions have no solution."""
-    best, side = WORDS[program.sense]
+    """Return what is known of every program whose conditions have no solution."""
+    best, side = EXTREMES[program.sense]
     return _nowhere(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray=ray)
 
 
@@ -63,21 +63,22 @@ def _nowhere(
 
 
 class _Feasibility(NamedTuple):
-    """Whether a program is feasible, None if that is not decided; if it is not, its multipliers in a y of Farkas."""
+    """Whether a program is feasible, None if that is not decided, and the multipliers of a proof that it is not."""
 
     feasible: bool | None
     vector: Vector | None = None
 
 
 def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibility:
-    """Whether some x satisfies rows and bounds, without any tolerance. guess : a y that may prove that none does."""
+    """Decide without any tolerance whether some x satisfies rows and bounds. guess : a y that may prove that none
+    does."""
     y = proof(problem, guess)
     if y is not None:
         return _Feasibility(False, y)
     if _is_within([0] * data.c.size, [0] * data.row_lower.size, data):
         return _Feasibility(True)
     constraints = _constraints(data)
-    y = _of_rows(problem, data, farkas(constraints, SECONDS)) if data.row_lower.size else None
+    y = _of_rows(problem, data, farkas(constraints, FEASIBILITY_SECONDS)) if data.row_lower.size else None
     if y is not None:
         return _Feasibility(False, y)
     if compressed(data.A).nnz > MOST_FRACTIONS:
@@ -86,20 +87,20 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
-    """What the simplex method in integers says, unless it takes too long."""
+    """Return what the simplex method in integers decides, unless it takes too long."""
     from lcpcli.rational.numbers import rounded_direction
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.exact_farkas import farkas_vector
 
     try:
-        y = farkas_vector(ExactProblem.of_floats(constraints), alarm(clock.seconds() + SECONDS))
+        y = farkas_vector(ExactProblem.of_floats(constraints), alarm(clock.seconds() + FEASIBILITY_SECONDS))
     except TimeIsUp:
         return _Feasibility(None)
     return _Feasibility(True) if y is None else _Feasibility(False, _of_rows(problem, data, rounded_direction(y)))
 
 
 def _constraints(data: ProgramData) -> Problem:
-    """The conditions of the program without its objective, which are satisfied by every feasible x, with y = 0."""
+    """Return the conditions of the program without its objective, which every feasible x satisfies with y = 0."""
     zero = data.Q * 0.0
     if not isinstance(zero, np.ndarray):
         zero.eliminate_zeros()
@@ -108,7 +109,7 @@ def _constraints(data: ProgramData) -> Problem:
 
 
 def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | None:
-    """The proof for the program itself that consists of the multipliers in y, which is one for its constraints."""
+    """Return the proof for the program itself that consists of the multipliers in y, a proof for its constraints."""
     if y is None:
         return None
     y[: data.c.size] = 0.0
@@ -116,14 +117,14 @@ def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | 
 
 
 def _has_simple_point(data: ProgramData) -> bool:
-    """Whether a point that is feasible to the tolerance of an LP solver, rounded to simple fractions or as it is, is so
-    without any tolerance."""
+    """Whether a point that is feasible to the tolerance of an LP solver, as it is or rounded to simple fractions, is
+    feasible without any tolerance."""
     ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
-    point = minimized(np.zeros(data.c.size), data.A, ends, bounds, SECONDS)
+    point = minimized(np.zeros(data.c.size), data.A, ends, bounds, FEASIBILITY_SECONDS)
     if point is None:
         return False
     A, x = compressed(data.A).tocoo(), [Fraction(value) for value in point.x.tolist()]
-    for candidate in ([value.limit_denominator(SIMPLE) for value in x], x):
+    for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
         Ax = [Fraction(0)] * data.row_lower.size
         for i, j, value in zip(A.row.tolist(), A.col.tolist(), A.data.tolist(), strict=True):
             Ax[i] += Fraction(value) * candidate[j]

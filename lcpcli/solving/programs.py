@@ -83,7 +83,7 @@ def _solve_problem(
     infinity: float = math.inf,
     **options: Any,
 ) -> Any:
-    """A solver as qpsolvers calls it; its multipliers have the signs of Px + q + G'z + A'y + z_box = 0."""
+    """Solve a problem as qpsolvers calls a solver; multipliers have the signs of Px + q + G'z + A'y + z_box = 0."""
     from qpsolvers import Solution
 
     if initvals is not None:

@@ -40,7 +40,8 @@ from lcpcli.verify.point import Criterion, Point
 
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
 UNPROVED = "no exact proof was found for the numbers as written"
-SEARCH = 60.0  # seconds of search without a time limit: up to 20 unknowns a second is enough, beyond 30 it may not be
+# Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a minute may not be.
+EXACT_SEARCH_SECONDS = 60.0
 
 
 def exact(problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE) -> Result:
@@ -85,7 +86,7 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
 
 
 def prove(exactly: Callable[[], ExactProblem], result: Result, time_limit: float = math.inf) -> Result:
-    """The result of a run with `exact` filled in, and the rest corrected by the proof.
+    """Return the result of a run with `exact` filled in, and the rest corrected by the proof.
 
     exactly : makes the exact data of the problem, which takes time too. time_limit : in seconds from the call.
 
@@ -109,7 +110,7 @@ def prove(exactly: Callable[[], ExactProblem], result: Result, time_limit: float
 
 
 def _decided(data: ExactProblem, result: Result, deadline: float) -> Exact | None:
-    """What is proved, from the run or by a search."""
+    """Return what is proved, from the run or by a search."""
     for run, is_exact in _runs(data, result, deadline):
         exact = _exact(data, run, is_exact, deadline)
         if exact is not None:
@@ -118,7 +119,7 @@ def _decided(data: ExactProblem, result: Result, deadline: float) -> Exact | Non
 
 
 def _runs(data: ExactProblem, result: Result, deadline: float) -> Iterator[tuple[Result, bool]]:
-    """The result, and one for integer data, each with whether its data are exact rather than rounded."""
+    """Yield the result, then one for integer data, each with whether its data are exact rather than rounded."""
     is_exact = data.are_floats()
     yield result, is_exact
     seconds = deadline - clock.seconds()
@@ -128,7 +129,7 @@ def _runs(data: ExactProblem, result: Result, deadline: float) -> Iterator[tuple
 
 
 def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> Exact | None:
-    """What can be proved starting from a run, if anything."""
+    """Return what can be proved starting from a run, or None."""
     certificate = run.certificate
     if certificate is not None and certificate.kind == "farkas" and certificate.vector is not None:
         y = certificate.vector
@@ -145,9 +146,9 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
 
 
 def _searched(data: ExactProblem, deadline: float) -> Exact | None:
-    """What a search decides in the time that is left, Lemke's method in half of it; None if nothing."""
+    """Return what a search decides in the remaining time, Lemke's method in half of it; None if nothing."""
     now = clock.seconds()
-    deadline = now + SEARCH if deadline == math.inf else deadline
+    deadline = now + EXACT_SEARCH_SECONDS if deadline == math.inf else deadline
     try:
         z = lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))
         if z is not None:
@@ -181,7 +182,7 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     result = replace(
         result,
         status=exact.status,
-        message=exact.status.told(data.problem, exact.proof),
+        message=exact.status.sentence(exact.proof),
         certificate=certificate,
         exact=exact,
     )

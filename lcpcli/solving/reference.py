@@ -18,15 +18,17 @@ from lcpcli.solving.result import Status
 from lcpcli.typing import Vector
 from lcpcli.verify.refinement import refined
 
-SECONDS = 10.0  # limit on the search for a solution
-MOST_UNKNOWNS = 200  # n up to which an exact solution is computed, in a second
-MOST_POSITIVE = 64  # components up to which they are solved for exactly
+REFERENCE_SECONDS = 10.0  # for the search for a solution
+MOST_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second
+MOST_EXACT_POSITIVE = 64  # components of z up to which they are solved for exactly, in a second
 
 
-def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
-    """The problem with a computed solution; unchanged if it comes with one or none is found in that many seconds.
+def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Problem:
+    """Return the problem with a computed solution; unchanged if it comes with one or none is found in time.
 
-    The solution is verified like any other result, on the original data. If there are several, it is one of them.
+    The solution is verified like any other result, on the original data; it is one of them if there are several.
+
+    seconds : the time limit of the search.
 
     Raises
     ------
@@ -49,23 +51,24 @@ def with_reference(problem: Problem, seconds: float = SECONDS) -> Problem:
 
 
 def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
-    """An exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's method."""
-    if problem.n > MOST_UNKNOWNS:
+    """Return an exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's
+    method."""
+    if problem.n > MOST_EXACT_UNKNOWNS:
         return None
     from lcpcli.rational import lemke, numbers
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.exact_solution import from_point
 
     data = ExactProblem.of_floats(problem)
-    solution = from_point(data, z, deadline, MOST_POSITIVE) or lemke.solve(data, deadline)
+    solution = from_point(data, z, deadline, MOST_EXACT_POSITIVE) or lemke.solve(data, deadline)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None
 
 
 def near(problem: Problem, size: float) -> Vector:
-    """A start x, shape (n,): the problem's first solution plus normal noise of `size` times its largest component.
+    """Return a start x, shape (n,): the first solution plus normal noise of `size` times its largest component.
 
-    Deterministic. Raises OptionError if the problem has no known solution.
+    The noise is always the same. Raises OptionError if the problem has no known solution.
     """
     if not problem.solutions:
         where = f"{problem.name}: " * bool(problem.name)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_bound import Bound
 
-DIGITS_SECONDS = 1.0  # beyond those of the run, in which its digits are to be known
+DIGITS_SECONDS = 1.0  # beyond the time of the run, in which the digits of z are computed or left out
 
 
 class Status(Enum):
@@ -41,7 +41,7 @@ class Status(Enum):
         they ask for; the certificate holds the Farkas vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.
-    INTERRUPTED : by Ctrl-C, or by a callback.
+    INTERRUPTED : ended by Ctrl-C, or by a callback.
 
     >>> from lcpcli import Status
     >>> [status.word for status in Status if status.exit_code == 3]
@@ -54,24 +54,24 @@ class Status(Enum):
     STALLED = "stalled"
     DIVERGED = "diverged"
     BREAKDOWN = "broke down"
-    INFEASIBLE = "proved to have no solution, not even z >= 0 with Mz + q >= 0"
-    UNSOLVABLE = "proved to have no solution"
+    INFEASIBLE = "proved infeasible"
+    UNSOLVABLE = "has no solution"
     RAY = "ended on a ray"
     INTERRUPTED = "interrupted"
 
     @property
     def word(self) -> str:
-        """The name in lower case, as in JSON."""
+        """The status in JSON and scripts, its name in lower case."""
         return self.name.lower()
 
-    def told(self, problem: Problem, reason: str) -> str:
-        """The sentence for a problem and a reason, "" if there is none."""
-        statement = problem.box.wording.without if self is Status.INFEASIBLE else self.value
+    def sentence(self, reason: str) -> str:
+        """The sentence on a run that ended so, with the reason, which is "" if the status says it all."""
+        statement = Status.UNSOLVABLE.value if self is Status.INFEASIBLE else self.value
         return f"{statement}: {reason}" if reason else statement
 
     @property
     def exit_code(self) -> int:
-        """0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted (as shells report SIGINT)."""
+        """The exit code: 0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted (as in shells)."""
         return {"SOLVED": 0, "INFEASIBLE": 3, "UNSOLVABLE": 3, "INTERRUPTED": 130}.get(self.name, 1)
 
 
@@ -110,8 +110,8 @@ class Result:
     limits : the tolerance for the relative residual, and when the run had to stop.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
-    interrupted : whether Ctrl-C ended it, although z may turn out to be a solution. It is False where a callback did,
-        for which `status.word` is "interrupted".
+    interrupted : whether Ctrl-C ended the run, although z may turn out to be a solution. It is False where a callback
+        ended it, for which `status.word` is "interrupted".
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace, curve : the rows kept, and a second trace, for figures and milestones; each None if not requested.
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
@@ -122,8 +122,8 @@ class Result:
     bound : what is proved about |z - z*|_inf, with an infinite value if nothing is; None if not requested.
 
     suggestions : what to try next if the problem is not solved; `advice` has it as one line.
-    answer : what it means for the program or the game that the problem comes from, a `Minimum` or an `Equilibrium` of
-        `lcpcli.solving.answer`; None if from neither.
+    answer : what the result means for the program or the game that the problem comes from, a `Minimum` or an
+        `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither.
     verified : whether a claim to have solved it holds when the residual is recomputed; None if there is none.
     others : whether the problem has other solutions too; None if that is not known, or if not requested.
     exactly_solvable : whether the problem has an exact solution, with its numbers as they are written; None likewise.
@@ -178,19 +178,19 @@ class Result:
         return result_html(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """The object that `lcp solve --format json` writes, plain; `advice` is in the words of Python."""
+        """Return the object that `lcp solve --format json` writes; `advice` is in the words of Python."""
         from lcpcli.report.json_lines import data
 
         return {**data(self), "advice": self.advice or None}
 
     def to_json(self) -> str:
-        """The result as JSON in one line: that of `to_dict`."""
+        """Return the object of `to_dict` as JSON in one line."""
         import json
 
         return json.dumps(self.to_dict(), allow_nan=False, ensure_ascii=False)
 
     def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
-        """Draw its iterates, as `lcpcli.plot`; it must have been solved with trace=True."""
+        """Draw the iterates, as `lcpcli.plot` does; the run must have kept them, with trace=True."""
         from lcpcli.report.plotting import plot
 
         return plot(self, file)
@@ -218,7 +218,7 @@ class Result:
 
     @property
     def states(self) -> list[str] | None:
-        """The basis, of a problem with bounds; None for an LCP, where z says it."""
+        """The basis of a problem with bounds; None for an LCP, where z shows it."""
         return self.basis if self.problem.bounds else None
 
     @property
@@ -269,7 +269,7 @@ class Result:
 
     @property
     def seconds(self) -> float:
-        """From the problem in memory to the verified result."""
+        """The time from the problem in memory to the verified result."""
         return sum(self.parts.values())
 
     @property
@@ -279,17 +279,17 @@ class Result:
 
     @property
     def word(self) -> str:
-        """The word of the status; of a program without an optimum the word of its answer: unbounded, say."""
+        """The word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
         return word_of(self.status.word, getattr(self.answer, "proved", None))
 
     @property
     def success(self) -> bool:
-        """The same as `solved`, by the name that scipy gives it."""
+        """Whether z is a solution: `solved` by the name that scipy uses."""
         return self.solved
 
     def __bool__(self) -> bool:
         raise TypeError(
-            "a Result is neither true nor false, as not solved may be proved to have no solution; "
+            "a Result is neither true nor false, as a problem that is not solved may be proved to have no solution; "
             "ask for result.solved, or for result.status"
         )
 

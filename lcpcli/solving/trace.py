@@ -13,8 +13,8 @@ import numpy as np
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.point import Criterion
 
-BLOCK = 1 << 21  # numbers: as many iterates as fit are measured together, so that M is read once for all
-MOST_TOGETHER = 64
+MEASURED_NUMBERS = 1 << 21  # in iterates that are measured together, so that M is read once for all: 16 megabytes
+MOST_TOGETHER = 64  # iterates that are measured together at most: more at a time gain little
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class Trace:
         return trace_text(self)
 
     def add(self, pending_row: PendingRow, criterion: Criterion) -> None:
-        """Add an iterate; one that is no longer among the last three is dropped, or measured and kept."""
+        """Add an iterate; an earlier one that is no longer among the last three is dropped, or measured and kept."""
         self._note_milestones(pending_row, criterion)
         self._last.append(pending_row)
         if len(self._last) > 3:
@@ -115,7 +115,7 @@ class Trace:
             self.every *= 2
             self.rows = [row for row in self.rows if self._is_kept(row.k)]
             self._waiting = [waiting for waiting in self._waiting if self._is_kept(waiting.k)]
-        if len(self._waiting) >= max(1, min(MOST_TOGETHER, BLOCK // pending_row.x.size)):
+        if len(self._waiting) >= max(1, min(MOST_TOGETHER, MEASURED_NUMBERS // pending_row.x.size)):
             self._measure(criterion)
 
     def close(self, criterion: Criterion) -> None:
@@ -126,7 +126,8 @@ class Trace:
             self._measure(criterion)
 
     def selected(self, every: int, most: int | None, components: Indices | None) -> Trace:
-        """A trace with the rows and components that one set up like this would have kept of the same run."""
+        """Return a trace with the rows and components that a trace with these settings would have kept of the same
+        run."""
         rows, last = self.rows[:-3], self.rows[-3:]
         chosen = Trace(every, most, components, self.residuals, self.levels, milestones=self.milestones)
         while most is not None and sum(map(chosen._is_kept, (row.k for row in rows))) + len(last) > most:
@@ -137,11 +138,11 @@ class Trace:
 
     @property
     def times(self) -> dict[int, float]:
-        """The seconds to each iterate that is kept or noted, by its number."""
+        """Return the seconds to each iterate that is kept or noted, by its number."""
         return {row.k: row.seconds for row in self.rows} | {level.k: level.seconds for level in self.milestones}
 
     def retimed(self, times: Mapping[int, float]) -> Trace:
-        """The same trace with other `times`."""
+        """Return the same trace with other `times`."""
         rows = [replace(row, seconds=times[row.k]) for row in self.rows]
         return replace(self, rows=rows, milestones=[replace(each, seconds=times[each.k]) for each in self.milestones])
 
@@ -174,7 +175,7 @@ class Trace:
         self._waiting = []
 
 
-INTERVAL = 0.2  # seconds between two reports
+INTERVAL = 0.2  # seconds between two reports: often enough for the eye
 
 Observe = Callable[[str, int, float, float], None]
 
@@ -198,7 +199,7 @@ class Observer:
         self.report_if_due()
 
     def report_if_due(self) -> None:
-        """Report what was noted last, if it is time; also called during a long step."""
+        """Report the iterate that was noted last, if it is time; also called during a long step."""
         now = time.monotonic()
         if now >= self._due:
             self._due = now + INTERVAL

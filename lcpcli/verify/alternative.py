@@ -15,7 +15,7 @@ from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, Sides, refutes, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
-LARGEST_POWER = 1000  # of two, that b is multiplied by
+LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 
 
 class Alternative(NamedTuple):
@@ -27,8 +27,8 @@ class Alternative(NamedTuple):
 
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
-    """A point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the seconds
-    each; A should be equilibrated, and finite, or nothing is established."""
+    """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
+    seconds each; A should be equilibrated, and finite, or nothing is established."""
     system = System(A, b, ORTHANT, seconds)
     if not system.is_finite:
         return Alternative(None, None)
@@ -39,8 +39,8 @@ def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
 
 
 def candidates(A: Matrix, b: Vector, box: Box, seconds: float = math.inf) -> Iterator[Vector]:
-    """Vectors y that may be proofs that no z within its bounds has A z + b with the signs that `farkas.refutes` asks
-    for, the likeliest first; nothing if there is such a z, to the tolerance of the LP solver."""
+    """Yield vectors y that may be proofs that no z within its bounds has A z + b with the signs that
+    `farkas.refutes` asks for, the likeliest first; none if there is such a z, to the tolerance of the LP solver."""
     system = System(A, b, box, seconds)
     if not system.is_finite or (system.rows.low & system.rows.high).all():
         return
@@ -59,7 +59,7 @@ class System:
 
     def __init__(self, A: Matrix, b: Vector, box: Box, seconds: float) -> None:
         self._A, self._seconds = A, seconds / 2
-        self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_POWER)
+        self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_SHIFT)
         self.rows, columns = sides(box, b.size), sides(box, A.shape[1])
         with np.errstate(all="ignore"):
             self._b, lower, upper = (np.ldexp(v, -self.power) for v in (b, columns.lower, columns.upper))
@@ -74,8 +74,8 @@ class System:
         self.is_finite = bool(np.isfinite(self._b).all() and np.isfinite(self._cost).all() and np.isfinite(A.sum()))
 
     def candidates(self, first: Optimum | None) -> Iterator[Vector]:
-        """Yield vectors that may be proofs, the likeliest first: those of `least_total`, if it has any, those of the
-        least violation, as the y of systems that almost have a solution are large, and those with margins."""
+        """Yield vectors that may be proofs, the likeliest first: the y of `least_total`, if it has any; the y of the
+        least violation, as the y of systems that almost have a solution are large; and the y with margins."""
         for y in self._multipliers(first):
             yield from simplest(y)
             yield y
@@ -89,19 +89,22 @@ class System:
             yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
-        """The minimum of b'y + u'v - l'v' from -1 on, over the y with the signs of multipliers, where v_j = 0 if u_j is
-        infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with z >= 0."""
+        """Return the minimum of b'y + u'v - l'v' from -1 on, over the y with the signs of multipliers, where v_j = 0
+        if u_j is infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with
+        z >= 0."""
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
     def _largest_margins(self) -> Optimum | None:
-        """The maximum of the sum of the margins, up to 1 each, by which components of A'y are beyond 0 on the side
-        where they cost nothing, as a vertex y has many that are 0 up to rounding; with a total of at most -1."""
+        """Return the maximum, with a total of at most -1, of the sum of the margins, up to 1 each, by which
+        components of A'y are beyond 0 on the side where they cost nothing: many components of A'y are 0 up to
+        rounding at a vertex y."""
         lower, upper, low, high = self._columns
         single = np.flatnonzero((low != high) & (np.where(low, lower, upper) == 0))
         return self._minimum(np.append(0 * self._cost, -np.ones(single.size)), single, (-np.inf, -1.0))
 
     def _minimum(self, objective: Vector, margins: Indices, total: tuple[float, float]) -> Optimum | None:
-        """The minimum of an objective of y, v, v' and the margins of some columns, with a total between two numbers."""
+        """Return the minimum of an objective of y, v, v' and the margins of some columns, with a total between two
+        numbers."""
         transposed, low = self._A.T, self._columns.low
         above, below, slopes = (unit_vectors(transposed, part) for part in (self._above, self._below, margins))
         y, v = [transposed[:, self._positive], -transposed[:, self._negative]], [-above, below]
@@ -119,8 +122,8 @@ class System:
         return y
 
     def _least_violation(self) -> Optimum | None:
-        """The least sum of violations of the signs of A z + b, with multipliers of at most 1 in size: the elastic
-        program (J. W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168)."""
+        """Return the least sum of violations of the signs of A z + b, with multipliers of at most 1 in size: the
+        elastic program (J. W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168)."""
         low, high = self.rows.low, self.rows.high
         elastic = stack([[self._A, unit_vectors(self._A, self._positive), -unit_vectors(self._A, self._negative)]])
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
@@ -130,7 +133,7 @@ class System:
 
 
 def simplest(y: Vector) -> Iterator[Vector]:
-    """Yield y without what is small, and what it may be an approximation of: fractions, or integers."""
+    """Yield y without its small entries, and fractions or integers that y may approximate."""
     largest = float(np.abs(y).max())
     snapped = np.where(np.abs(y) < SNAP * largest, 0.0, y)
     if snapped.any():
@@ -140,7 +143,7 @@ def simplest(y: Vector) -> Iterator[Vector]:
 
 
 def unit_vectors(A: Matrix, indices: Indices) -> Matrix:
-    """The columns with these indices of the identity of as many rows as A, sparse if A is."""
+    """Return the columns with these indices of the identity of as many rows as A, sparse if A is sparse."""
     if is_sparse(A):
         from scipy.sparse import eye_array
 

@@ -28,8 +28,8 @@ from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
-FEW_WRONG = 0.05  # of all signs: if no more are wrong, whether they are so beyond rounding is checked
-PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
+FEW_WRONG = 0.05  # of all signs: if no more are wrong, it is checked whether they are wrong beyond rounding
+BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
 
 
 class BasicSolution(NamedTuple):
@@ -37,7 +37,7 @@ class BasicSolution(NamedTuple):
 
     z, w : shape (n,) or (m, n); w is 0 where basic.
     wrong : where a sign is violated, by however little; of the same shape.
-    is_solution : whether none is violated beyond rounding; if many are wrong, it is assumed that some are.
+    is_solution : whether no sign is violated beyond rounding; if many are wrong, it is assumed that some are.
     """
 
     basis: Basis
@@ -48,30 +48,31 @@ class BasicSolution(NamedTuple):
 
     @property
     def x(self) -> Vector:
-        """(z - w) / 2."""
+        """Return (z - w) / 2."""
         return 0.5 * (self.z - self.w)
 
 
 class Safeguard:
-    """The choice of the signs that are exchanged: all that are wrong while the fewest so far become fewer, after
-    PATIENCE steps without that only the first one.
+    """The choice of the signs to exchange: all wrong signs while their least number decreases, and only the first one
+    after BLOCK_PATIENCE steps without a decrease.
 
     left : how many more single exchanges may be made, negative once there were too many. single : whether the next
-    exchange is one. For m problems both are of shape (m,) after the first step.
+    exchange is a single one. For m problems both are of shape (m,) after the first step.
     """
 
     def __init__(self, n: int, patience: float) -> None:
         self._fewest: Any = n + 1
-        self._waiting: Any = PATIENCE
+        self._waiting: Any = BLOCK_PATIENCE
         self.left: Any = patience
         self.single: Any = False
 
     def choose(self, wrong: Mask, count: Any) -> None:
-        """Leave only the signs to exchange next in `wrong`; count is how many of them count, a number or shape (m,)."""
+        """Leave only the signs to exchange next in `wrong`; `count` is how many wrong signs count, a number or shape
+        (m,)."""
         fewer = count < self._fewest
         others = fewer ^ True
         self._fewest = fewer * count + others * self._fewest
-        self._waiting = fewer * PATIENCE + others * (self._waiting - 1)
+        self._waiting = fewer * BLOCK_PATIENCE + others * (self._waiting - 1)
         spent = self._waiting < 1
         self._waiting, self.left = self._waiting + spent, self.left - spent
         self.single = (self.single | spent) & others
@@ -93,8 +94,8 @@ def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices |
     """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
     pivoting. Whoever changes `wrong` in between chooses what is exchanged, by a `Safeguard` for instance.
 
-    problem : has a `box` and basic solutions, `at(basis)`; or those of m problems, of which `part(rows)` are the ones
-        whose rows are sent.
+    problem : has a `box` and basic solutions, `at(basis)`, of one problem or of m; `part(rows)` are the problems whose
+        rows are sent.
     """
     while True:
         found = problem.at(basis)
@@ -113,7 +114,8 @@ class BasicSolutions:
         self.box = problem.box
 
     def exchanging(self, basis: Basis) -> Generator[BasicSolution, Indices | None, None]:
-        """Block principal pivoting from a basis, as by the function `exchanging`; SingularMatrix as for `at`."""
+        """Yield basic solutions by block principal pivoting from a basis, as the function `exchanging` does;
+        SingularMatrix as for `at`."""
         return exchanging(self, basis)
 
     def at(self, basis: Basis) -> BasicSolution:
@@ -130,7 +132,7 @@ class BasicSolutions:
             raise factors.SingularMatrix(f"the principal submatrix of {indices.size} indices is singular") from None
 
     def _refined(self, basis: Basis, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
-        """The basic solution with these basic indices, for z at bounds elsewhere and w = own there."""
+        """Return the basic solution with these basic indices, for z at bounds elsewhere, where w = own."""
         problem, solve = self._problem, self._solver.at(indices)
         z[indices] = solve(-own)
         for refines in (True, False):
@@ -147,7 +149,7 @@ class BasicSolutions:
         return found
 
     def _judged(self, basis: Basis, z: Vector, w: Vector) -> BasicSolution:
-        """The basic solution of these z and w."""
+        """Return the basic solution of these z and w, with its wrong signs."""
         wrong = self._problem.box.wrong(z, w, basis)
         count = np.count_nonzero(wrong)
         found = BasicSolution(basis, z, w, wrong, not count)
@@ -166,7 +168,7 @@ class BasicSolutions:
         return bool(np.count_nonzero(size <= ROW_ROUNDING * (terms + own)) == rows.size)
 
     def count_violations(self, found: BasicSolution) -> int:
-        """How many signs are violated beyond rounding; only these stay `wrong`."""
+        """Return how many signs are violated beyond rounding; only these stay `wrong`."""
         found.wrong[:] = self.violated(found)
         return int(np.count_nonzero(found.wrong))
 
@@ -182,6 +184,7 @@ class BasicSolutions:
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
-    """Errors of rows of w, as far as they take the sign of the state: z_i if basic, by the largest |M_ij|, else w_i."""
+    """Return errors of rows of w in units of the numbers whose signs count: of z_i, by the largest |M_ij|, if basic,
+    else of w_i."""
     in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
     return np.where(basic, in_z, terms)

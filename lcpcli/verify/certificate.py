@@ -16,10 +16,11 @@ from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import ACTIVE, refutes
-from lcpcli.verify.measure import FEW
+from lcpcli.verify.farkas import ACTIVE_COLUMN, refutes
+from lcpcli.verify.measure import FEW_UNKNOWNS
 
-SECONDS = 2.0  # for a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns
+# For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
+EXHAUSTION_SECONDS = 2.0
 UNVERIFIED = {
     "farkas": "the certificate of infeasibility failed exact verification",
     "exhaustion": "the claim that every complementary set is excluded failed verification",
@@ -47,11 +48,11 @@ class Certificate:
 
 
 def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
-    """The certificate that a method claims, as far as it holds for the original M and q, a Farkas vector as `proof`
-    gives it; None if it does not.
+    """Return the certificate that a method claims if it holds for the original M and q, with a Farkas vector as `proof`
+    returns it; None if it does not hold.
 
-    excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. Where they are not
-        searched again, as more than FEW unknowns are not, exhaustion is believed of such a method only.
+    excludes_exactly : whether the method excludes complementary sets by exact arithmetic alone. For more than
+        FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed to have excluded all.
     """
     if claim.kind == "farkas":
         y = None if claim.vector is None else proof(problem, claim.vector)
@@ -63,15 +64,15 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
 
 
 def has_no_solution(problem: Problem) -> bool | None:
-    """Whether a problem of at most FEW unknowns has no solution, by the tree in exact arithmetic; None for more, or if
-    it takes longer than SECONDS or the time that is left."""
-    if problem.n > FEW:
+    """Whether a problem of at most FEW_UNKNOWNS has no solution, by the tree in exact arithmetic; None for more
+    unknowns, or if the tree takes longer than EXHAUSTION_SECONDS or than the time that is left."""
+    if problem.n > FEW_UNKNOWNS:
         return None
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.rational.tree import first_solution
 
     with suppress(TimeIsUp):
-        return first_solution(ExactProblem.of_floats(problem), alarm(interrupts.deadline(SECONDS))) is None
+        return first_solution(ExactProblem.of_floats(problem), alarm(interrupts.deadline(EXHAUSTION_SECONDS))) is None
     return None
 
 
@@ -85,21 +86,21 @@ def is_ray(problem: Problem, z: Vector) -> bool:
         return False
     w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
     w += max(-float(w.min()), 0.0)
-    return bool(largest < math.inf and (w[z > 0] <= ACTIVE * largest).all())
+    return bool(largest < math.inf and (w[z > 0] <= ACTIVE_COLUMN * largest).all())
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
-    """Whether y proves that no z within its bounds has w with the signs that these ask for, by `farkas.refutes`: never
-    for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
+    """Whether y proves that no z within its bounds has w with the signs that the bounds ask for, by
+    `farkas.refutes`: never for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
     return y.shape == problem.q.shape and refutes(problem.M, problem.q, y, problem.box)
 
 
 def proof(problem: Problem, y: Vector) -> Vector | None:
-    """A vector of shape (n,) near a multiple of y that proves what `proves_infeasible` says; None if y does not.
+    """Return a vector of shape (n,) near a multiple of y that proves the problem infeasible; None if y proves nothing.
 
-    It consists of integers up to 2^53 for which the proof holds exactly, for the doubles of the problem or, if none
-    such are found, for their shortest decimals. Else, as for large problems and long numbers, it is y times a power of
-    two.
+    The vector consists of integers up to 2^53 for which the proof holds exactly, for the doubles of the problem or, if
+    no such integers are found, for their shortest decimals. Else, as for large problems and long numbers, it is y times
+    a power of two.
     """
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
@@ -110,14 +111,14 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
 
 
 def farkas_statement(problem: Problem) -> str:
-    """What Farkas' y proves, as a clause for the user."""
+    """Return what a Farkas vector y proves, as a clause for the user."""
     return problem.box.wording.farkas
 
 
 def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
-    """y of shape (n,) that proves the problem infeasible, by at most three LPs of half the seconds each, for the
-    equilibrated problem R M C, R q, whose proof y' gives y = R y'. None if the problem is feasible, to the tolerance of
-    the LP solver, or no proof passed the check in exact arithmetic."""
+    """Return a y of shape (n,) that proves the problem infeasible, by at most three LPs of half the seconds each,
+    for the equilibrated problem R M C, R q, whose proof y' gives y = R y'. None if the problem is feasible, to the
+    tolerance of the LP solver, or if no proof passed the check in exact arithmetic."""
     from lcpcli.verify.alternative import candidates
 
     R, C = equilibrate(problem.M, problem.q)
@@ -128,8 +129,8 @@ def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
 
 
 def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:
-    """The proof in original units, from a proof y of infeasibility for rows scaled by R, powers of two: times the power
-    of two that puts its largest entry between 1 and 2."""
+    """Return the proof in original units from a proof y of infeasibility for rows scaled by R, powers of two; it is
+    multiplied by the power of two that puts its largest entry between 1 and 2."""
     with np.errstate(all="ignore"):
         y = R * y
         y = np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1])) + 0.0

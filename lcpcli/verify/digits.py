@@ -20,56 +20,57 @@ from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 
-MOST = 16  # decimal digits of a double
-SAMPLES = 8
-LARGEST, LARGEST_SPARSE = 1000, 20_000  # basic variables up to which a factorization takes a few hundredths of a second
-ROUNDING = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1 / m
+DOUBLE_DIGITS = 16  # decimal digits of a double
+SAMPLES = 8  # random right-hand sides: they give the standard deviation to within a factor of two or so
+MOST_BASIC, MOST_BASIC_SPARSE = 1000, 20_000  # variables up to which a factorization takes a few hundredths of a second
+ROUNDING_DEVIATION = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1/m
 MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
-NEGLIGIBLE = 1e-13  # of the largest component, as it is and in the units of M: below, z_i is 0 but for rounding
-MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed
-MOST_EXACT = 64  # the same in rational arithmetic
-LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in doubles has correct digits
+NEGLIGIBLE_COMPONENT = 1e-13  # relative to the largest, as it is and in the units of M: z_i is 0 but for rounding
+MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed, in a few hundredths of a second
+MOST_INVERTED_EXACTLY = 64  # the size of M_PP up to which it is inverted in rational arithmetic, in about a second
+LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in doubles has three correct digits
 
 
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
-    """The number of digits of each z_i of a solution that the data determine, from 0 to MOST, shape (n,); all of a z_i
-    at a bound. None if M_BB is singular, so that z is one of several, or too large."""
+    """How many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all digits
+    of a z_i at a bound. None if M_BB is singular, so that z is one of several solutions, or too large."""
     low, high = np.broadcast_to(problem.lower, z.shape), np.broadcast_to(problem.upper, z.shape)
     basic = np.flatnonzero((z != low) & (z != high))
-    determined = np.full(z.size, float(MOST))
+    determined = np.full(z.size, float(DOUBLE_DIGITS))
     if not basic.size:
         return determined
-    if basic.size > (LARGEST_SPARSE if is_sparse(problem.M) else LARGEST):
+    if basic.size > (MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC):
         return None
     errors = _errors(problem, z, w, basic)
     if errors is None:
         return None
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         found = np.rint(-np.log10(errors / np.abs(z[basic])))
-    determined[basic] = np.clip(np.nan_to_num(found, nan=0.0, posinf=MOST, neginf=0.0), 0, MOST)
+    determined[basic] = np.clip(np.nan_to_num(found, nan=0.0, posinf=DOUBLE_DIGITS, neginf=0.0), 0, DOUBLE_DIGITS)
     return determined
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
-    """The least number of digits among components that are not 0 but for rounding, and the index of that component."""
+    """Return the least number of digits among the components that are not 0 but for rounding, and the index of that
+    component."""
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)
     for own in (sizes, sizes - problem.units.columns):
-        negligible &= own <= own.max() + np.log2(NEGLIGIBLE)
-    relevant = np.where(negligible, MOST, determined)
+        negligible &= own <= own.max() + np.log2(NEGLIGIBLE_COMPONENT)
+    relevant = np.where(negligible, DOUBLE_DIGITS, determined)
     i = int(np.argmin(relevant))
     return int(relevant[i]), i
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | None:
-    """The errors of the basic variables that are to be expected, shape (k,); None if M_BB is singular."""
+    """Return the expected errors of the basic variables, shape (k,); None if M_BB is singular."""
     if not problem.is_moderate:
         units = scale(problem)
         errors = _errors(units.problem, z / units.C, units.R * w, basic) if units.problem.is_moderate else None
         return None if errors is None else errors * units.C[basic]
     M, q = problem.M[basic], problem.q[basic]
-    changes = ROUNDING * np.sqrt((M.power(2) if is_sparse(M) else M**2) @ z**2 + q**2)
+    changes = ROUNDING_DEVIATION * np.sqrt((M.power(2) if is_sparse(M) else M**2) @ z**2 + q**2)
     try:
         solve = PrincipalSolver(problem.M).at(basic)
         # signs that look random but are the same each time
@@ -83,8 +84,9 @@ def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def sensitivity(problem: Problem, z: Vector) -> float | None:
-    """The largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for P with l_i
-    < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not small."""
+    """Return the largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for
+    P with l_i < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not
+    small."""
     w = problem.w(z)
     terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     box = problem.box
@@ -101,12 +103,12 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
 
 
 def _inverse(problem: Problem, P: Indices) -> Matrix | None:
-    """|M_PP^-1|, shape (k, k), or None."""
+    """Return |M_PP^-1|, shape (k, k); None if M_PP is singular, too large or too ill-conditioned."""
     if P.size > MOST_INVERTED:
         return None
     units = scale(problem)
     A = matrices.dense(units.problem.M[P][:, P])
-    if P.size <= MOST_EXACT:
+    if P.size <= MOST_INVERTED_EXACTLY:
         from fractions import Fraction
 
         from lcpcli.rational import linear

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
-SUM = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits
+SUM_TOLERANCE = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits
 HINT = "give probabilities, at least 0 and with the sum 1"
 
 
 @dataclass(frozen=True, eq=False)
 class Strategies:
-    """What a pair of mixed strategies is for the players of a game: the probabilities, the payoffs, and how much each
-    would gain by a best response to the other, 0 if that is only rounding; all doubles, or all fractions."""
+    """A pair of mixed strategies of a game: the probabilities, the payoffs, and how much each player would gain by a
+    best response to the other, 0 if that is only rounding; all doubles, or all fractions."""
 
     row: Vector
     column: Vector
@@ -40,7 +40,8 @@ class Strategies:
 
     @classmethod
     def of(cls, game: Game, x: Vector, y: Vector) -> Strategies:
-        """Of doubles for the payoffs as doubles, or of fractions in arrays of objects for the payoffs as written."""
+        """Return the strategies x, y of a game: doubles for payoffs as doubles, or fractions in arrays of objects
+        for payoffs as written."""
         exact = x.dtype == object
         number: Any = Fraction if exact else float
         A, B = (np.array(own, dtype=object) for own in game.payoffs()) if exact else (game.A, game.B)
@@ -57,7 +58,7 @@ class Strategies:
         return all(gain <= allowed * size for gain, size in zip(self.gains, ranges, strict=True))
 
     def statement(self, are_equilibrium: bool) -> str:
-        """Whether they are an equilibrium, and what would be gained."""
+        """Return a sentence on whether the strategies are an equilibrium, and on what would be gained."""
         tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
         found = "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
         row, column = map(float, self.gains)
@@ -65,7 +66,7 @@ class Strategies:
 
 
 def allowance(n: int, tol: float) -> float:
-    """The gain that counts as none, in units of the range of the payoffs, as these are rounded in M."""
+    """Return the gain that counts as none, in units of the range of the payoffs, as payoffs are rounded in M."""
     return 10 * n * tol
 
 
@@ -92,8 +93,8 @@ def verified(
     tol: float = 0.0,
     data: ExactProblem | None = None,
 ) -> Verification:
-    """The verification of z, or of the z of strategies, by `verify`, with what it is for the game behind the problem;
-    in exact arithmetic where there are exact data."""
+    """Verify z, or the z of strategies, by `verify`, and say what the strategies are for the game behind the
+    problem; in exact arithmetic where there are exact data."""
     game = problem.origin
     if not isinstance(game, Game):
         return verify(values)
@@ -123,4 +124,4 @@ def verified(
 
 
 def _are_probabilities(values: Any) -> bool:
-    return bool(min(values) >= 0 and abs(values.sum() - 1) <= SUM)
+    return bool(min(values) >= 0 and abs(values.sum() - 1) <= SUM_TOLERANCE)

@@ -21,7 +21,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.error_theorems import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_range, residual, solver, theorems
 
-REFINEMENTS = 3
+NEIGHBOUR_REFINEMENTS = 3  # of a basic solution: each gains several digits where the bound is of any use
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore")
 def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
-    """The smallest proved bound on |z - z*|_inf for this M, z* being the unique solution.
+    """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique solution.
 
     The class of M is verified, not estimated, and all rounding errors are bounded and included. It costs O(n^3) for
     dense M, more than solving; for sparse M a few solves. Sparse M that are not H+ are treated as dense up to
-    `error_theorems.LARGEST_DENSE` unknowns.
+    `error_theorems.MOST_DENSIFIED` unknowns.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
 
 
 def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
-    """The smallest of the bounds at y, plus the distance from z to y."""
+    """Return the smallest of the bounds at y, plus the distance from z to y."""
     y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
     w = residual(problem, y)
     if w is None:
@@ -101,8 +101,8 @@ def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) ->
 
 
 def _neighbour(problem: Problem, z: Vector) -> Vector | None:
-    """A point y near z at which a bound is sharp, as |z - z*| <= |z - y| + |y - z*|: about the basic solution of the
-    states of z - w_i / M_ii, moved within the bounds, which is z* up to rounding if z comes from a solver."""
+    """Return a point y near z at which a bound is sharp, as |z - z*| <= |z - y| + |y - z*|: about the basic solution
+    of the states of z - w_i / M_ii, moved within the bounds, which is z* up to rounding if z comes from a solver."""
     basis = problem.box.basis_of(0.5 * (z - problem.w(z) / problem.M.diagonal()))
     y, active = problem.box.nonbasic(basis), np.flatnonzero(basis.basic)
     if not active.size:
@@ -111,7 +111,7 @@ def _neighbour(problem: Problem, z: Vector) -> Vector | None:
         solve = solver(problem.M[active][:, active])
     except SingularMatrix:
         return None
-    for _ in range(REFINEMENTS):
+    for _ in range(NEIGHBOUR_REFINEMENTS):
         left = residual(problem, y)
         if left is None:
             return None

@@ -57,17 +57,16 @@ Theorem = Callable[[Vector, Vector], float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
 
 H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is positive definite"
-LARGEST_ENTRY = 2.0**450
-SMALLEST_ENTRY = 2.0**-450
-LARGEST_DENSE = 2000  # n up to which a sparse M is converted to dense
+LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450  # products of two entries neither overflow nor underflow
+MOST_DENSIFIED = 2000  # unknowns up to which a sparse M is converted to dense, for factors in a few seconds
 LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
-RIDGE = 1e-9  # regularizes the least-squares problem
-POWER_STEPS = 20  # after which <M> is factorized
-INVERSE_STEPS = 3
-SLOW = 0.9  # the rate above which Jacobi's iteration is too slow
-JACOBI_STEPS = 60
-KRYLOV_STEPS = 100
-KRYLOV_TARGET = 1e-8  # relative to the right-hand side
+SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
+POWER_STEPS = 20  # after which <M> is factorized: they cost less than that
+INVERSE_STEPS = 3  # of inverse iteration, which converges fast once <M> is factorized
+SLOW_JACOBI = 0.9  # the rate above which Jacobi's iteration is too slow
+JACOBI_STEPS = 60  # which reduce the error by 0.9^60 = 0.002 at least
+BICGSTAB_STEPS = 100  # after which the matrix counts as ill-conditioned and is factorized
+BICGSTAB_TARGET = 1e-8  # relative to the right-hand side: u needs only a few digits
 
 
 def in_range(A: Matrix, smallest: float = 0.0) -> bool:
@@ -77,12 +76,13 @@ def in_range(A: Matrix, smallest: float = 0.0) -> bool:
 
 
 def factor(terms: int) -> float:
-    """gamma for sums of that many products and a few operations before and after, with a margin."""
+    """Return gamma for sums of that many products and a few operations before and after, with a margin."""
     return (terms + 16) * EPS
 
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
-    """M z + q with componentwise relative error at most EPS, for M in range; None if z or the result is not."""
+    """Return M z + q with componentwise relative error at most EPS, for M in range; None if z or the result is out
+    of range."""
     if not in_range(z):
         return None
     try:
@@ -93,13 +93,13 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 
 
 def theorems(problem: Problem) -> dict[str, Theorem]:
-    """Those that hold for M in range with positive diagonal, by their sources."""
+    """Return the theorems that hold for M in range with positive diagonal, by their sources."""
     h_plus = h_plus_theorem(problem)
     return definite_theorems(problem) | ({} if h_plus is None else {H_PLUS: h_plus})
 
 
 def h_plus_theorem(problem: Problem) -> Theorem | None:
-    """A bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
+    """Return a bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
     units = scale(problem)
     found = _certificate(units.problem.M)
@@ -129,7 +129,7 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
 
 
 def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
-    """A lower bound on <M> u for u >= 0: 2 L u - |M| u minus a bound on the rounding errors."""
+    """Return a lower bound on <M> u for u >= 0: 2 L u - |M| u minus a bound on the rounding errors."""
     terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
     own, others = 2 * diagonal * u, matrices.absolute_product(M, u)
     lower: Vector = own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL)
@@ -137,7 +137,7 @@ def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
 
 
 def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
-    """u > 0 of shape (n,) for which <M> u appears to be positive, and the solver for <M> if one was needed.
+    """Return u > 0 of shape (n,) for which <M> u appears to be positive, and the solver for <M> if one was needed.
 
     With L the diagonal and B = L - <M>, M is H+ if and only if the spectral radius of L^-1 B is below 1, which the
     ratios (B u)_i / (L u)_i enclose for every u > 0 (Collatz and Wielandt).
@@ -148,7 +148,7 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
     u = np.ones(diagonal.size)
     for _ in range(POWER_STEPS):
         ratios = (matrices.absolute_product(M, u) / diagonal - u) / u
-        if ratios.max() < SLOW:
+        if ratios.max() < SLOW_JACOBI:
             return u, None
         if not 0 < ratios.max() < np.inf or ratios.min() > 1:
             return None
@@ -167,15 +167,15 @@ def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
 
 
 def solver(A: Matrix) -> Solve:
-    """A solver for A with positive diagonal: BiCGSTAB if A is sparse and it converges fast, else factors, with fill-in;
-    it may raise SingularMatrix."""
+    """Return a solver for A with positive diagonal: BiCGSTAB if A is sparse and BiCGSTAB converges fast, else
+    factors, with fill-in; it may raise SingularMatrix."""
     if is_sparse(A):
         inverse = 1 / A.diagonal()
 
         def iterate(b: Vector) -> tuple[Vector, bool]:
-            target = KRYLOV_TARGET * norm(inverse * b)
+            target = BICGSTAB_TARGET * norm(inverse * b)
             start = np.zeros(b.size)
-            x, size = bicgstab(lambda v: inverse * (A @ v), inverse * b, start, target, KRYLOV_STEPS, identity)
+            x, size = bicgstab(lambda v: inverse * (A @ v), inverse * b, start, target, BICGSTAB_STEPS, identity)
             return x, size <= target
 
         if iterate(A.diagonal())[1]:
@@ -184,9 +184,9 @@ def solver(A: Matrix) -> Solve:
 
 
 def definite_theorems(problem: Problem) -> dict[str, Theorem]:
-    """Bounds on |z - z*|_inf, for M in range with positive diagonal, by their sources: with T = I and with T that makes
-    T M symmetric. Empty if M is not proved to be positive definite, or is sparse and large."""
-    if is_sparse(problem.M) and problem.n > LARGEST_DENSE:
+    """Return bounds on |z - z*|_inf, for M in range with positive diagonal, by their sources: with T = I and with a
+    T that makes T M symmetric. There are none if M is not proved to be positive definite, or is sparse and large."""
+    if is_sparse(problem.M) and problem.n > MOST_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)
     scales = {DEFINITE: np.ones(problem.n)}
@@ -197,7 +197,7 @@ def definite_theorems(problem: Problem) -> dict[str, Theorem]:
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
-    """The bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
+    """Return the bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
     diagonal = M.diagonal()
     D = np.exp2(-np.rint(0.5 * np.log2(T * diagonal)))
     rows = D * T
@@ -226,18 +226,18 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
 
 
 def _symmetrising(M: Matrix) -> Vector:
-    """T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|."""
+    """Return T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|."""
     sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
     pairs = (M != 0) & (M.T != 0)
     excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
-    laplacian = np.diag(pairs.sum(axis=1) + RIDGE) - pairs
+    laplacian = np.diag(pairs.sum(axis=1) + SCALING_RIDGE) - pairs
     T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
     return T
 
 
 def least_eigenvalue(S: Matrix) -> float | None:
-    """A positive lower bound on the smallest eigenvalue of S, symmetric, of size one and with one rounding error in
-    each entry; None if none is proved."""
+    """Return a positive lower bound on the smallest eigenvalue of S, symmetric, of size one and with one rounding
+    error in each entry; None if none is proved."""
     n = S.shape[0]
     try:
         estimate = float(interruptibly(lambda: np.linalg.eigvalsh(S)[0]))
@@ -253,7 +253,8 @@ def least_eigenvalue(S: Matrix) -> float | None:
 
 
 def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:
-    """An upper bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 containing e; g is off by at most `off`."""
+    """Return an upper bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 that contains e; g has errors up
+    to `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
     image_off = 2 * factor(c.size) * (matrices.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
@@ -265,7 +266,7 @@ def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -
 
 
 def _norm(v: Vector) -> float:
-    """An upper bound on |v|_2, for a largest entry up to LARGEST_ENTRY; at least SMALLEST_NORMAL."""
+    """Return an upper bound on |v|_2, for a largest entry up to LARGEST_ENTRY; it is at least SMALLEST_NORMAL."""
     largest = max(float(np.abs(v).max()), SMALLEST_NORMAL)
     own = v / largest
     return largest * float(np.sqrt(own @ own)) * (1 + factor(v.size)) + SMALLEST_NORMAL

@@ -16,7 +16,7 @@ from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, 
 from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import ACTIVE, SNAP, is_short
+from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, is_short
 
 MOST_ENTRIES = 2_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
 SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
@@ -24,8 +24,9 @@ GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which th
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
-    """A vector near a multiple of y, doubles of shape (n,), that proves the problem infeasible, in integers without a
-    common divisor; None if none is found: neither simple fractions nor y, nor these with M'y = 0 where it nearly is."""
+    """Return a vector near a multiple of y, doubles of shape (n,), that proves the problem infeasible, in integers
+    without a common divisor; None if none is found among simple fractions, y itself, and both with M'y = 0 where it
+    nearly is 0."""
     if not (np.isfinite(y).all() and y.any()):
         return None
     found = next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
@@ -33,8 +34,8 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
 
 
 def whole_proofs(problem: Problem, y: Vector) -> Iterator[Vector]:
-    """Vectors of integers up to 2^53 near a multiple of y that are proofs for the doubles of a problem, or for their
-    shortest decimals."""
+    """Yield vectors of integers up to 2^53 near a multiple of y that are proofs for the doubles of a problem, or for
+    their shortest decimals."""
     support = np.flatnonzero(y)
     rows = problem.M[support]
     if (rows.nnz if is_sparse(rows) else rows.size) + problem.n > MOST_ENTRIES:
@@ -57,8 +58,8 @@ def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
-    """Vectors of simple fractions near y, and some with M'y = 0 exactly where it may be, the simplest first; quickly :
-    only by linear systems that are `farkas.is_short`, and only while numbers stay short."""
+    """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it may be 0, the simplest first;
+    quickly : only by linear systems that are `farkas.is_short`, and only while numbers stay short."""
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     sizes, active = [abs(value) for value in snapped if value], _active(data, y)
     largest, least = max(sizes), min(sizes)
@@ -78,18 +79,19 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
 
 
 def _active(data: ExactProblem, y: Vector) -> list[int]:
-    """Where M'y is small relative to its terms, and has to vanish unless it has a sign that suits a single bound."""
+    """Return the columns where M'y is small relative to its terms and has to vanish, unless its sign suits a single
+    bound."""
     columns, _ = data.with_transpose(fractions_of(y))
     with np.errstate(all="ignore"):
         size = abs(data.problem.M).T @ np.abs(y)
-        small = np.abs(rounded(columns)) <= ACTIVE * size
+        small = np.abs(rounded(columns)) <= ACTIVE_COLUMN * size
     small &= [low is None or high is None for low, high in zip(data.lower, data.upper, strict=True)]
     used = {j for i in np.flatnonzero(y).tolist() for j in data.rows[i]}
     return [j for j in np.flatnonzero(small).tolist() if j in used]
 
 
 def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
-    """y changed on its support so that M'y vanishes in the active columns: its large entries, by the others."""
+    """Return y, changed on its support, in large entries above all, so that M'y vanishes in the active columns."""
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
         return y
@@ -105,10 +107,11 @@ def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly
 
 
 def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
-    """The y of `data.refuted_by`, of integers without a common divisor; None if there is such a z, and so no y.
+    """Return a y as for `data.refuted_by`, in integers without a common divisor; None if some z within its bounds has w
+    with the signs that the bounds ask for, so that there is no y.
 
-    If there is none, a sign that is asked for is violated wherever all earlier ones are kept, by a row of a dictionary:
-    y consists of its coefficients. `check` is called before each pivot and may raise.
+    If there is no such z, a row of a dictionary shows that one of these signs is violated wherever all earlier ones
+    hold: y consists of its coefficients. `check` is called before each pivot and may raise.
     """
     unknowns, n = Unknowns(data, check), data.n
     rows, factors, kept = unknowns.forms()

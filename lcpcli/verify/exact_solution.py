@@ -24,17 +24,18 @@ from lcpcli.rational import linear
 from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
 from lcpcli.rational.problem import ExactProblem, bounds_of, fractions_of, gap
 from lcpcli.typing import Indices, Mask, Matrix, Vector
-from lcpcli.verify.farkas import ACTIVE
+from lcpcli.verify.farkas import ACTIVE_COLUMN
 
-MOST_STEPS = 30  # of exact pivoting, for each initial set
-MOST_POSITIVE = 700  # components that are solved for exactly: a minute at worst
+MOST_EXACT_STEPS = 30  # of exact pivoting, for each initial set: a nearly right one needs a few
+MOST_SOLVED_EXACTLY = 700  # positive components: a minute at worst
 
 
 def from_point(
-    data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_POSITIVE
+    data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_SOLVED_EXACTLY
 ) -> list[Fraction] | None:
-    """The exact solution with the complementary basis of an approximate z, shape (n,), or, if its signs are wrong, one
-    near it; None if none was found before the deadline. most : the largest number of components that are solved for."""
+    """Return the exact solution with the complementary basis of an approximate z, shape (n,), or, if its signs are
+    wrong, one near it; None if none was found before the deadline. most : the largest number of components that are
+    solved for."""
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, deadline, most)
         tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis.basic) <= most
@@ -46,14 +47,14 @@ def from_point(
 
 
 def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
-    """Bases suggested by z: basic are all z_i not at a bound, those farther from it than w_i says, and those that are
-    not close to it."""
+    """Yield bases suggested by z, whose basic variables are all z_i not at a bound, those farther from it than w_i
+    says, and those that are not close to it."""
     R, C = equilibrate(problem.M, problem.q)
     box = problem.box
     with np.errstate(all="ignore"):
         scaled, w = z / C, R * problem.w(z)
         units = box.in_units(C)
-        near = ACTIVE * np.abs(scaled).max()
+        near = ACTIVE_COLUMN * np.abs(scaled).max()
         snapped = np.where(scaled - units.lower <= near, units.lower, scaled)
         bases = [box.basis_of(z / 2), units.basis_of(units.x_of(scaled, w))]
         bases += [units.basis_of(np.where(units.upper - snapped <= near, units.upper, snapped) / 2)]
@@ -64,7 +65,7 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
 
 def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -> list[Fraction] | None:
     fewest, box = data.n + 1, data.problem.box
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_EXACT_STEPS):
         active = np.flatnonzero(basis.basic)
         if active.size > most or clock.seconds() >= deadline:
             return None
@@ -83,7 +84,7 @@ def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -
 
 
 def _at_bounds(data: ExactProblem, basis: Basis) -> list[Fraction]:
-    """z where it is not basic, 0 elsewhere."""
+    """Return z at its bounds where it is not basic, and 0 elsewhere."""
     z = [Fraction(0)] * data.n
     for i in np.flatnonzero(~basis.basic).tolist():
         z[i] = (data.lower if basis.upper is None or not basis.upper[i] else data.upper)[i] or z[i]
@@ -93,8 +94,8 @@ def _at_bounds(data: ExactProblem, basis: Basis) -> list[Fraction]:
 def _solved(
     data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction], deadline: float
 ) -> list[Fraction] | None:
-    """z, as known except in those columns, where it is 0 there, with w = 0 in those rows; None if there is none, or if
-    that would take longer than the deadline."""
+    """Return z, as known except in those columns, where `known` is 0, with w = 0 in those rows; None if there is no
+    such z, or if solving would take longer than the deadline."""
     z = list(known)
     if not rows.size or not columns.size:
         return z
@@ -114,7 +115,8 @@ def _solved(
 
 
 def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] | None:
-    """A vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then itself exactly."""
+    """Return a vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then its entries
+    exactly."""
     active, inactive, problem = np.flatnonzero(P), np.flatnonzero(~P), data.problem
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
@@ -127,9 +129,9 @@ def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] |
     found = linprog(np.ones(active.size), *beside, deadline - clock.seconds(), equal=equal)
     if found is None:
         return None
-    kept = active[found.x > ACTIVE * max(float(found.x.max()), ACTIVE)]
+    kept = active[found.x > ACTIVE_COLUMN * max(float(found.x.max()), ACTIVE_COLUMN)]
     w = columns @ found.x + q
-    for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE)), active):
+    for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE_COLUMN)), active):
         z = _solved(data, rows, kept, [Fraction(0)] * data.n, deadline)
         if z is not None and data.is_solution(z):
             return z
@@ -146,8 +148,8 @@ class ExactBasis(NamedTuple):
 
 
 def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, box: Box = ORTHANT) -> ExactBasis | None:
-    """The basic solution for finite M, q of shape (n, n) and (n,), as they are in doubles, with z_N 0 where basic; None
-    if there is none."""
+    """Return the basic solution for finite M, q of shape (n, n) and (n,), as they are in doubles, with z_N 0 where
+    basic; None if there is none."""
     used = np.flatnonzero(basic | (z_N != 0))
     at_bounds, d = over_one_denominator(fractions_of(np.broadcast_to(z_N, q.size)[used]))
     rows = row_integers(np.column_stack((matrices.dense(M[:, used]), q)))

@@ -29,9 +29,9 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-ACTIVE = 1e-8  # a column with |A'y| below this times |A|'|y| counts as one with A'y = 0
+ACTIVE_COLUMN = 1e-8  # a column with |A'y| below this times |A|'|y| counts as one with A'y = 0
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
-LARGEST_EXACT = 48  # largest linear system solved exactly: about a second at worst
+LARGEST_EXACT = 48  # unknowns of the largest linear system that is solved exactly: about a second at worst
 LARGEST_BY_FLINT = 400  # the same with FLINT
 MOST_BITS = 10_000_000  # the number of entries times the bits of the largest: a second or two
 
@@ -75,10 +75,10 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
         supremum = _finite_end(bounds, product) * product
         excess = np.maximum(np.where(bounds.high, -np.inf, product), np.where(bounds.low, -np.inf, -product))
         total, terms = float(b @ y + supremum.sum()), float(np.abs(b) @ np.abs(y) + np.abs(supremum).sum())
-        if (excess > error + ACTIVE * size).any() or total > SNAP * terms:
+        if (excess > error + ACTIVE_COLUMN * size).any() or total > SNAP * terms:
             return False
         certain = (np.abs(product) > error) & (excess < 0) & (_finite_end(bounds, product) == 0)
-        active = np.flatnonzero(excess >= -error - ACTIVE * size)
+        active = np.flatnonzero(excess >= -error - ACTIVE_COLUMN * size)
     from fractions import Fraction
 
     support = np.flatnonzero(y)
@@ -99,7 +99,7 @@ def _has_signs(y: Any, box: Box, support: Indices | slice = slice(None)) -> bool
 
 
 def _finite_end(bounds: Sides, product: Vector) -> Vector:
-    """The bounds at which (A'y)_j z_j is largest, 0 where they are infinite."""
+    """Return the bounds at which (A'y)_j z_j is largest, 0 where they are infinite."""
     end = np.where(product > 0, bounds.upper, bounds.lower)
     return np.where(np.isfinite(end), end, 0.0)
 
@@ -134,7 +134,8 @@ def _holds(
 def _corrected(
     A: Matrix, support: Indices, y: list[Fraction], active: Indices
 ) -> tuple[Indices, list[Fraction]] | None:
-    """y on its support, changed so that A'y = 0 in the active columns, exactly, where it is the likeliest to be."""
+    """Return y on its support, changed so that A'y = 0 exactly in the active columns, where A'y is likeliest to be
+    0."""
     from lcpcli.rational import linear, numbers
 
     order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction

@@ -12,11 +12,12 @@ from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
 ROUGH = 1e-3  # the relative residual up to which z counts as a rounded solution, whatever its digits
-FEWEST_DIGITS, MOST_DIGITS = 4, 7  # that are attributed to a z: whole numbers are meant exactly, others may be singles
+# Digits that are attributed to a z: whole numbers are meant exactly, others may be singles.
+FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
-    """The problem without those of its solutions that are wrong, and what is wrong with each of them, as a clause.
+    """Return the problem without its wrong solutions, and what is wrong with each of these, as a clause.
 
     z is wrong if its relative residual is above ROUGH and no changes of its components by a unit in the last digit,
     which matter where M is ill-conditioned, make it satisfy the conditions on each z_i and w_i.
@@ -29,13 +30,13 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     if len(kept) == len(faults):
         return problem, []
     names = ["solution"] if len(faults) == 1 else [f"solution[{k}]" for k in range(len(faults))]
-    told = [f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault]
-    return replace(problem, solutions=kept), told
+    complaints = [f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault]
+    return replace(problem, solutions=kept), complaints
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def _fault(point: Point) -> str:
-    """What is wrong with a solution; "" if nothing is."""
+    """Return what is wrong with a solution; "" if nothing is."""
     problem, z, w = point.criterion.problem, point.z, point.w
     relative = point.relative_residuals
     if (relative <= ROUGH).all():
@@ -53,11 +54,13 @@ def _fault(point: Point) -> str:
 
 
 def _last_digit(z: Vector) -> Vector:
-    """One unit in the last digit of each z_i, if all have as many digits, or as many decimals, as the longest has."""
+    """Return one unit in the last digit of each z_i, if all have as many digits, or as many decimals, as the longest
+    has."""
     spelt = [repr(value).removesuffix(".0").partition("e") for value in np.abs(z[z != 0]).tolist()]
     if not spelt:
         return np.zeros(z.size)
     digits = max(len(text.replace(".", "").strip("0")) for text, _, _ in spelt)
     decimals = max(len(text.partition(".")[2]) - int(power or 0) for text, _, power in spelt)
-    digits = min(max(digits, FEWEST_DIGITS), MOST_DIGITS)
-    return 10.0 ** (1 - digits) * np.abs(z) + min(10.0**-decimals, 10.0 ** (1 - FEWEST_DIGITS) * float(np.abs(z).max()))
+    digits = min(max(digits, FEWEST_GIVEN_DIGITS), MOST_GIVEN_DIGITS)
+    coarsest = 10.0 ** (1 - FEWEST_GIVEN_DIGITS) * float(np.abs(z).max())
+    return 10.0 ** (1 - digits) * np.abs(z) + min(10.0**-decimals, coarsest)

@@ -19,9 +19,9 @@ where k belongs to the connected component of M that the row is in, and R, C are
 over C_j. If all these vanish, it is the largest R_j |q_ref|_j, and if these do too, infinite; a q_ref that is only
 rounding of the given terms counts as 0. The relative residual is the largest v_i / min(t_i, c_i), with 0/0 = 0.
 Rounding z, or the data, may leave ROUNDING of the given terms; a violation up to there counts as no more than ROUNDING,
-unless these terms are more than DROWNED c_i. In problems of more than FEW unknowns so does one of ROUNDING c_i: large
-problems from elsewhere have entries of q like 2e-16 beside 1 that are rounding of 0. For few unknowns exact arithmetic
-can tell these from numbers that matter.
+unless these terms are more than DROWNED c_i. A violation of ROUNDING c_i counts likewise in problems of more than
+FEW_UNKNOWNS: large problems from elsewhere have entries of q like 2e-16 beside 1 that are rounding of 0. For few
+unknowns exact arithmetic can tell such entries from numbers that matter.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 """
@@ -33,8 +33,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, LARGEST, ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.linalg.units import LARGEST_POWER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -44,12 +45,11 @@ if TYPE_CHECKING:
 FINEST = 0.01  # of the terms of a row as given: the least that its terms count as
 ROUNDING = 4 * EPS  # relative to the terms of a row: what rounding of z, and of w, may leave of it
 DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit of the cap
-FEW = 20  # unknowns up to which entries that may be rounding are taken literally
-NEGLIGIBLE = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
-NOISE = 1e-13  # relative to k, and to the largest distance: a distance from z_ref that rounding may have made of 0
-NEAR = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
+FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
+NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
+DISTANCE_NOISE = 1e-13  # relative to k, and to the largest distance: what rounding may have made of a distance 0
+NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
 YES = np.array(True)
-LARGEST_POWER = 1000.0  # exponents of products of units are limited to this, so that they are finite
 
 
 class Rows(NamedTuple):
@@ -57,23 +57,23 @@ class Rows(NamedTuple):
 
     w: Vector
     terms: Vector
-    given: Vector
+    full_terms: Vector
     error: Vector
 
     def part(self, rows: Indices | int) -> Rows:
-        """The rows of some of m points, or of one."""
+        """Return the rows of some of m points, or of one."""
         return Rows(*(values[rows] for values in self))
 
 
 class Measure:
-    """The measure for a problem, or for those of a block, with moderate numbers: no product of a few over- or
+    """The measure for a problem, or for the problems of a block, with moderate numbers: no product of a few over- or
     underflows."""
 
     def __init__(self, data: Problem | Block) -> None:
         self.data = data
 
     def rows(self, z: Vector) -> Rows:
-        """w by one product with M, from z or from its distance to the reference point, whichever rounds less."""
+        """Return w by one product with M, from z or from its distance to the reference point, whichever rounds less."""
         data = self.data
         if data.reference_z is None and z.shape == data.q.shape and not np.count_nonzero(z):
             size = np.abs(data.q)
@@ -87,7 +87,7 @@ class Measure:
         return far._replace(w=w, error=np.minimum(error, far.error))
 
     def rows_from_reference(self, distance: Vector, given: Vector) -> Rows:
-        """w at z_ref + distance, a point that doubles may not represent; given : |q| + |M| |z| for its z."""
+        """Return w at z_ref + distance, a point that doubles may not represent; given : |q| + |M| |z| for its z."""
         w, far = self._w_and_terms(distance, self.data.q_ref)
         terms = np.minimum(given, np.maximum(far, FINEST * given))
         return Rows(w, terms, given, ROW_ROUNDING * far + self.data.q_error)
@@ -100,7 +100,7 @@ class Measure:
         return w, terms
 
     def violations(self, z: Vector, w: Vector) -> Vector:
-        """v, for admissible z."""
+        """Return the violation v of each row, for admissible z."""
         return np.maximum(self.data.box.excess(z, w), 0.0)
 
     def surely_solves(self, z: Vector, rows: Rows, tol: float) -> Mask:
@@ -132,51 +132,51 @@ class Measure:
         return np.asarray((least > most).any(axis=-1))
 
     def size(self, z: Vector, rows: Rows) -> float:
-        """The largest violation relative to the largest |q_ref|_i: a quick number to compare points of one problem
-        by."""
+        """Return the largest violation relative to the largest |q_ref|_i: a quick number by which points of one
+        problem are compared."""
         return float(quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max()))
 
     def is_near(self, z: Vector, rows: Rows) -> bool:
         """Whether no violation of one point is large beside its own terms and beside the largest |q_ref|_i, so that it
         may solve the problem but for noise."""
         terms = np.maximum(rows.terms, np.abs(self.data.q_ref).max())
-        return bool((self.violations(z, rows.w) <= NEAR * terms).all())
+        return bool((self.violations(z, rows.w) <= NEAR_VIOLATION * terms).all())
 
     def largest_ratio(self, z: Vector, rows: Rows) -> Vector:
-        """What the relative residual is at most, whatever the rounding errors in w are; shape () or (m,)."""
+        """Return an upper bound on the relative residual, whatever the rounding errors in w are; shape () or (m,)."""
         worst = np.maximum(self.data.box.excess(z, rows.w) + rows.error, 0.0)
         return np.asarray(self.ratios(worst, rows, self.caps(z)).max(axis=-1))
 
     def ratios(self, violations: Vector, rows: Rows, caps: Vector) -> Vector:
-        """The relative residual of each row."""
+        """Return the relative residual of each row."""
         ratios = quotients(violations, np.minimum(rows.terms, caps))
         return np.where(violations <= self._allowed(rows, caps, 0.0), np.minimum(ratios, ROUNDING), ratios)
 
     @property
     def _is_small(self) -> bool:
-        return bool(self.data.q.shape[-1] <= FEW)
+        return bool(self.data.q.shape[-1] <= FEW_UNKNOWNS)
 
     def _allowed(self, rows: Rows, caps: Vector, tol: float) -> Vector:
-        """The violations with which a row counts as satisfied to tol."""
-        rounding = np.minimum(np.minimum(rows.given, DROWNED * caps), LARGEST)
+        """Return the violations up to which a row counts as satisfied to tol."""
+        rounding = np.minimum(np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE)
         if not self._is_small:
             rounding = np.maximum(rounding, np.where(caps < np.inf, caps, 0.0))
-        sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST)
+        sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST_DOUBLE)
         return np.maximum(tol * sizes, ROUNDING * rounding)
 
     @property
     def _reference(self) -> Vector:
-        there = self.data.reference_z
-        return np.zeros(self.data.q.shape) if there is None else there
+        reference_z = self.data.reference_z
+        return np.zeros(self.data.q.shape) if reference_z is None else reference_z
 
     @cached_property
     def reference_violations(self) -> Vector:
-        """v at the reference point."""
+        """Return the violations at the reference point."""
         return self.violations(self._reference, self.data.q_ref)
 
     @cached_property
     def _reference_w(self) -> Vector:
-        """q_ref, with 0 for what is only rounding."""
+        """Return q_ref, with 0 for entries that are only rounding."""
         data = self.data
         if data.reference_z is None:
             return data.q_ref
@@ -185,7 +185,8 @@ class Measure:
 
     @np.errstate(divide="ignore")
     def _unsolved_sizes(self, z: Vector) -> Vector:
-        """log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or moved."""
+        """Return log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or
+        moved."""
         box, units = self.data.box, self.data.units
         at_bound = ((z == box.lower) | (z == box.upper)) & (box.lower < box.upper)
         moved = np.where(at_bound, np.abs(z - self._reference), 0.0)
@@ -196,28 +197,28 @@ class Measure:
     @cached_property
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
-        """log2 of the part of k that the violations at the reference point make, for each component."""
+        """Return log2 of the part of k that comes from the violations at the reference point, for each component."""
         units, violations = self.data.units, self.violations(self._reference, self._reference_w)
         return units.largest_of_rows(np.log2(violations) + units.rows)
 
     @np.errstate(divide="ignore")
     def component_sizes(self, z: Vector) -> Vector:
-        """log2 of k for each component, shape (..., parts)."""
+        """Return log2 of k for each component, shape (..., parts)."""
         units, sizes = self.data.units, self._unsolved_sizes(z)
         sizes = np.where(sizes > -np.inf, sizes, units.largest_of_rows(np.log2(np.abs(self._reference_w)) + units.rows))
         return np.where(sizes > -np.inf, sizes, np.inf)
 
     @np.errstate(over="ignore")
     def caps(self, z: Vector) -> Vector:
-        """c."""
+        """Return the cap c_i of each row."""
         units = self.data.units
         sizes = np.exp2(self.component_sizes(z)[..., units.row_part] - units.rows)
         return np.maximum(sizes, np.abs(self.data.q_ref))
 
     @np.errstate(divide="ignore", invalid="ignore")
     def distance(self, z: Vector, other: Vector) -> Vector:
-        """The largest |z_j - other_j| relative to what is natural in its component, k C_j, or to the distance of its
-        bounds, if that is smaller; infinite in a component without a size. Shape () or (m,)."""
+        """Return the largest |z_j - other_j| relative to the size k C_j that is natural in its component, or to the
+        distance of its bounds, if that is smaller; infinite in a component without a size. Shape () or (m,)."""
         units, box = self.data.units, self.data.box
         sizes = self.component_sizes(other)[..., units.column_part]
         natural = np.minimum(np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0), box.upper - box.lower)
@@ -234,33 +235,34 @@ class Measure:
         beside a w that belongs to a bound."""
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
-        decisive = (worst > NEGLIGIBLE * self._allowed(rows, self.caps(z), tol)) & (rows.error > NEGLIGIBLE * worst)
-        return decisive | ((excess < np.abs(rows.w)) & (rows.error > NEGLIGIBLE * np.abs(rows.w)))
+        allowed = self._allowed(rows, self.caps(z), tol)
+        decisive = (worst > NEGLIGIBLE_ROUNDING * allowed) & (rows.error > NEGLIGIBLE_ROUNDING * worst)
+        return decisive | ((excess < np.abs(rows.w)) & (rows.error > NEGLIGIBLE_ROUNDING * np.abs(rows.w)))
 
     def on_bounds(self, z: Vector, w: Vector) -> Vector:
-        """The nearest admissible z, with those components put on a bound that are closer to it than w_i is to 0, in the
-        units of M."""
+        """Return the nearest admissible z, with those components put on a bound that are closer to it than w_i is to
+        0, in the units of M."""
         powers = np.clip(self.data.units.rows + self.data.units.columns, -LARGEST_POWER, LARGEST_POWER)
         return self.data.box.on_bounds(z, w, np.exp2(-powers))
 
     @np.errstate(divide="ignore")
     def without_noise(self, z: Vector) -> Vector:
-        """z with what is only rounding put on the reference point: distances from it that are small beside k and beside
-        the largest in their component, and all in components that the reference point solves."""
+        """Return z with noise put on the reference point: distances from it that are small beside k and beside the
+        largest in their component, and all distances in components that the reference point solves."""
         units = self.data.units
         distances, sizes = np.log2(np.abs(z - self._reference)) - units.columns, self._unsolved_sizes(z)
-        small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(NOISE)
+        small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(DISTANCE_NOISE)
         small = np.where(sizes > -np.inf, small, np.inf)
         return np.where(distances <= small[..., units.column_part], self._reference, z)
 
 
 def _most(rows: Rows, tol: float) -> Vector:
-    """What is allowed at most of few unknowns, whatever the caps are."""
-    return np.maximum(tol * rows.terms, ROUNDING * rows.given)
+    """Return the largest violations that are allowed for few unknowns, whatever the caps are."""
+    return np.maximum(tol * rows.terms, ROUNDING * rows.full_terms)
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def quotients(violations: Vector, sizes: Vector) -> Vector:
-    """violations / sizes with 0/0 = 0; infinite where either is not a number."""
+    """Return violations / sizes with 0/0 = 0; infinite where either is not a number."""
     quotients = np.where(violations == 0, 0.0, violations / sizes)
     return np.where(np.isnan(quotients), np.inf, quotients)

@@ -16,8 +16,8 @@ from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
 from lcpcli.model.program import ProgramData
 from lcpcli.typing import Vector
 
-STEP = 0.1  # the size of the box, relative to x
-LEAST = 1e-3  # of the largest |x_i|: the least that the box is relative to
+BOX_SIZE = 0.1  # relative to x: small enough for the linear program to be a model of the objective
+LEAST_BOX_SIZE = 1e-3  # of the largest |x_i|: the least that the box is relative to, so that zeros may move
 
 
 class Step(NamedTuple):
@@ -29,11 +29,11 @@ class Step(NamedTuple):
 
 @np.errstate(all="ignore")
 def step_from(data: ProgramData, x: Vector) -> Step | None:
-    """The multipliers at x of a program to be minimized, and what a step from there gains; None if there are none in
-    the range of doubles."""
+    """Return the multipliers at x of a program to be minimized, and what a step from x gains; None if there are none
+    in the range of doubles."""
     g = product(data.Q, x) + data.c
     largest = float(np.abs(x).max())
-    sizes = STEP * np.maximum(np.abs(x), LEAST * largest) if largest else np.ones(x.size)
+    sizes = BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest) if largest else np.ones(x.size)
     A, heights = data.A, np.ones(data.row_lower.size)
     if heights.size:
         heights = row_maxima(scaled(A, heights, sizes))
@@ -54,17 +54,17 @@ def step_from(data: ProgramData, x: Vector) -> Step | None:
 
 @np.errstate(over="ignore", invalid="ignore")
 def objective(data: ProgramData, x: Vector) -> float:
-    """x'Qx / 2 + c'x."""
+    """Return x'Qx / 2 + c'x."""
     return float(x @ product(data.Q, x) / 2 + data.c @ x)
 
 
 @np.errstate(all="ignore")
 def terms_of_objective(data: ProgramData, x: Vector) -> float:
-    """The sum of the sizes of the terms of x'Qx / 2 + c'x."""
+    """Return the sum of the sizes of the terms of x'Qx / 2 + c'x."""
     return float(np.abs(x) @ (absolute_product(data.Q, np.abs(x)) / 2 + np.abs(data.c)))
 
 
 def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
-    """How far a value may go down and up; where it is beyond a bound, no farther."""
+    """Return how far a value may go down and up; beyond a bound it may go no farther."""
     equal = lower == upper
     return np.where(equal, 0.0, np.minimum(lower - value, 0.0)), np.where(equal, 0.0, np.maximum(upper - value, 0.0))

@@ -30,35 +30,36 @@ class Criterion:
 
     @cached_property
     def measure(self) -> Measure:
-        """The measure of the residuals of these data."""
+        """Return the measure of the residuals of these data."""
         return Measure(self.data)
 
     def for_point(self, z: Vector) -> Criterion:
-        """The criterion to measure a point by, which is this one unless its z is out of range in other units."""
+        """Return the criterion to measure a point by: this one unless the z of the point is out of range in other
+        units."""
         if self._units is None or np.array_equal(self.inside(z) * self._units.C, z):
             return self
         return Criterion(self.problem, self.tol, literal=True)
 
     @property
     def data(self) -> Problem:
-        """The problem in the units that are measured in."""
+        """Return the problem in the units in which residuals are measured."""
         return self.problem if self._units is None else self._units.problem
 
     def inside(self, z: Vector) -> Vector:
-        """z in these units."""
+        """Return z in the units of the measure."""
         return z if self._units is None else z / self._units.C
 
     def outside(self, w: Vector) -> Vector:
-        """w in the given units."""
+        """Return w in the original units."""
         return w if self._units is None else w / self._units.R
 
-    def given(self, z: Vector) -> Vector:
-        """z in the given units."""
+    def original(self, z: Vector) -> Vector:
+        """Return z in the original units."""
         return z if self._units is None else self.problem.box.project(z * self._units.C)
 
     @np.errstate(over="ignore", invalid="ignore")
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
-        """The natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
+        """Return the natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
         inside = self.inside(Z)
         rows = self.measure.rows(inside)
         natural = [natural_residual(self.problem, z, w) for z, w in zip(Z, self.outside(rows.w), strict=True)]
@@ -73,13 +74,13 @@ class Criterion:
 
     @cached_property
     def _caps(self) -> Vector:
-        """The caps at the reference point, in the given units."""
+        """Return the caps at the reference point, in the original units."""
         return self.outside(self.measure.caps(self.data.reference_point))
 
     @np.errstate(all="ignore")
     def bound(self, F: Vector) -> float:
-        """The size of F(x) = M z - w' + q, with the z and w' of x, relative to the caps at the reference point: where
-        it is small, so is the natural residual of z, as t -> mid(l, u, t) is nonexpansive."""
+        """Return the size of F(x) = M z - w' + q, with the z and w' of x, relative to the caps at the reference
+        point: where it is small, so is the natural residual of z, as t -> mid(l, u, t) is nonexpansive."""
         return size(F / self._caps) if np.count_nonzero(F) else 0.0
 
 
@@ -104,7 +105,7 @@ class Point:
 
     @classmethod
     def of_solution(cls, criterion: Criterion, z: Vector, block: Rows, i: int) -> Point:
-        """A point that is known to solve the problem; its w and terms are those of point i of a block."""
+        """Return a point that is known to solve the problem; its w and terms are those of point i of a block."""
         point = cls.__new__(cls)
         point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
         point._place = block, i
@@ -121,7 +122,7 @@ class Point:
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
     def _rows(self) -> Rows:
-        """The same, with sums that are rounded only once where that matters."""
+        """Return the rows, with sums that are rounded only once where rounding matters."""
         plain, criterion, z = self._plain, self.criterion, self._inside
         doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(plain.w) | criterion.sums_exactly
         rows = np.flatnonzero(doubtful)
@@ -158,13 +159,13 @@ class Point:
     @property
     @np.errstate(over="ignore", invalid="ignore")
     def size(self) -> float:
-        """As in `Measure.size`."""
+        """Return the size of the violations, as `Measure.size` does."""
         return self.criterion.measure.size(self._inside, self._plain)
 
     @cached_property
     @np.errstate(over="ignore", invalid="ignore")
     def relative_residuals(self) -> Vector:
-        """The relative residual of each row, shape (n,)."""
+        """Return the relative residual of each row, shape (n,)."""
         measure, z, rows = self.criterion.measure, self._inside, self._rows
         ratios = measure.ratios(measure.violations(z, rows.w), rows, measure.caps(z))
         return ratios if self._beyond is None else np.where(self._beyond, np.inf, ratios)
@@ -176,12 +177,12 @@ class Point:
     @property
     @np.errstate(over="ignore", invalid="ignore")
     def scaled_residual(self) -> float:
-        """What a solver with one tolerance for all rows can be asked for, of any z: the largest v_i / c_i of z put on
-        the bounds, or how far that moves it, as by `is_near`."""
+        """Return what a solver with one tolerance for all rows can be asked for, of any z: the largest v_i / c_i of
+        z put on the bounds, or how far that moves z, as by `is_near`."""
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
-        moved = Point(criterion, criterion.given(measure.on_bounds(self._inside, self._plain.w)))
+        moved = Point(criterion, criterion.original(measure.on_bounds(self._inside, self._plain.w)))
         z, rows = moved._inside, moved._rows
         largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
         return max(largest, float(measure.distance(self._inside, z)))
@@ -192,12 +193,14 @@ class Point:
         return natural_residual(self.criterion.problem, self.z, self.w) if np.isfinite(self.z).all() else np.inf
 
     def is_near(self, other: Point, tol: float | None = None) -> bool:
-        """Whether it differs from another point by no more than the tolerance, or the one given, in the units of M."""
+        """Whether the point differs from another one by no more than the tolerance, its own or the given one, in the
+        units of M."""
         most = self.criterion.tol if tol is None else tol
         return bool(self.criterion.measure.distance(other._inside, self._inside) <= most)
 
     def solution(self) -> Point | None:
-        """This point or, if it is near, the first of its alternatives that solves the problem."""
+        """Return this point or, if it nearly solves the problem, the first of its alternatives that solves it; else
+        None."""
         if self.solves():
             return self
         return next((point for point in self.alternatives() if point.solves()), None) if self.nearly_solves() else None
@@ -210,22 +213,23 @@ class Point:
 
     @np.errstate(over="ignore", invalid="ignore")
     def alternatives(self) -> Iterator[Point]:
-        """Points that differ from this one by what rounding and a method's tolerance leave at bounds: with those
-        components put on a bound that are closer to it than w is to 0, and also without components that are noise."""
+        """Yield points that differ from this one by what rounding and a method's tolerance leave at bounds: with
+        those components put on a bound that are closer to it than w is to 0, and also without components that are
+        noise."""
         criterion, z = self.criterion, self._inside
         for start in (z, criterion.measure.without_noise(z)):
             cleaned = criterion.measure.on_bounds(start, criterion.measure.rows(start).w)
             if not np.array_equal(cleaned, z):
-                yield Point(criterion, criterion.given(cleaned))
+                yield Point(criterion, criterion.original(cleaned))
 
 
 def natural_residual(problem: Problem, z: Vector, w: Vector) -> float:
-    """The largest |z - mid(l, u, z - w)|; NaN and overflow count as infinity."""
+    """Return the largest |z - mid(l, u, z - w)|; NaN and overflow count as infinity."""
     return size(problem.box.gaps(z, w))
 
 
 def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[float]:
-    """(M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
+    """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
     M, q = problem.M[rows], problem.q[rows]
     if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
         w: Vector = 0.0 - accurate_residual(M, z, -q)

@@ -23,14 +23,14 @@ from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 
-REFINEMENTS = 10
-LAST_DIGITS = 4 * EPS
+REFINEMENTS = 10  # with residuals in twice the precision: a digit or more each, unless M_BB is singular in doubles
+LAST_DIGITS = 4 * EPS  # relative: what rounding of a number and of a product may change
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
-    """The basic solution of a basis, by default that of z when M is equilibrated, correct to its last digits; z, an
-    approximate solution of shape (n,), if that is not better."""
+    """Return the basic solution of a basis, by default the basis of z when M is equilibrated, correct to its last
+    digits; or z, an approximate solution of shape (n,), if that is not better."""
     units = changes.scale(problem)
     within = units.problem
     if basis is None:
@@ -66,9 +66,10 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
-    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic solution
-    of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of itself. So it is
-    never true where there is no solution. It is false if more than `farkas.LARGEST_EXACT` are basic."""
+    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic
+    solution of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of
+    itself. So the answer is never true where there is no solution; it is false if more than `farkas.LARGEST_EXACT`
+    variables are basic."""
     basis = problem.box.basis_of(z / 2)
     if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
         return False
@@ -90,21 +91,21 @@ def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
     """Whether z is a solution up to its last digits: as `is_rounded_solution`, or of a point with a relative residual
     of at most tol.
 
-    That point is held as the reference point and a difference from it that is no larger than z, so that it has more
-    digits than z: with bounds far from 0, z in doubles may have a larger residual, wherever it is. There is none if the
-    reference point is 0.
+    Such a point is represented by the reference point and a difference from it that is no larger than z, and so has
+    more digits than z: with bounds far from 0, any z in doubles may have a larger residual. There is no such point if
+    the reference point is 0.
     """
     if is_rounded_solution(problem, z):
         return True
-    there = problem.reference_z
-    if there is None or not problem.is_moderate:
+    reference_z = problem.reference_z
+    if reference_z is None or not problem.is_moderate:
         return False
     frame = shifted(problem).problem
     try:
         distance = frame.box.project(BasicSolutions(frame).at(problem.box.basis_of(z / 2)).z)
     except SingularMatrix:
         return False
-    if (np.abs(distance) > np.abs(z)).any() or (np.abs(there + distance - z) > LAST_DIGITS * np.abs(z)).any():
+    if (np.abs(distance) > np.abs(z)).any() or (np.abs(reference_z + distance - z) > LAST_DIGITS * np.abs(z)).any():
         return False
     measure = Measure(problem)
-    return bool(measure.surely_solves(z, measure.rows_from_reference(distance, measure.rows(z).given), tol))
+    return bool(measure.surely_solves(z, measure.rows_from_reference(distance, measure.rows(z).full_terms), tol))

@@ -28,7 +28,7 @@ from lcpcli.verify.error_bound import Bound, error_bound
 from lcpcli.verify.point import Criterion, Point
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
-SMALL = 1e-4  # a change that puts components on their bounds and is told
+SMALL_CHANGE = 1e-4  # in the units of M: the largest one for putting components on their bounds, which is reported
 MOST_LISTED = 10  # violations that a verification lists
 
 Number = TypeVar("Number", float, Fraction)
@@ -62,7 +62,7 @@ class Verification:
     violations, violated : the worst violations, and how many components violate a condition.
     strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.
     statement : of a program, what its x is, or what it violates; else "".
-    multipliers : those found for an x of a program that was given without any, shape (m,); else None.
+    multipliers : the multipliers of the rows that were found for an x given alone, shape (m,); else None.
     answer : for a proof that a program has no optimum, why it has none, as in `result.Result`; else None.
     """
 
@@ -94,7 +94,7 @@ class Verification:
 
     @property
     def exit_code(self) -> int:
-        """0 if the answer is accepted, else 1."""
+        """The exit code: 0 if the answer is accepted, else 1."""
         return 0 if self.accepted else 1
 
 
@@ -111,7 +111,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     accepted = point.solves()
     if not accepted:
         nearby = next((other for other in point.alternatives() if other.solves()), None)
-        if nearby is not None and nearby.is_near(point, max(tol, SMALL)):
+        if nearby is not None and nearby.is_near(point, max(tol, SMALL_CHANGE)):
             accepted = nearby.is_near(point)
             message = f"{message}, but with components put on their bounds it is {nearby.relative_residual:.1e}"
     violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
@@ -181,9 +181,9 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
 
 
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
-    """The first condition that a proof violates; "" if none."""
+    """Return the first condition that a proof violates; "" if it violates none."""
     if not data.problem.box.is_orthant:
-        return "" if data.refuted_by(y) else "for some z within the bounds, y'w may be positive or has no sign"
+        return "" if data.refuted_by(y) else "y has a wrong sign, or y'w is not negative for every z within the bounds"
     i = min(range(data.n), key=lambda i: y[i])
     if y[i] < 0:
         return f"y{i + 1} = {brief(y[i])} is negative"
