@@ -83,13 +83,13 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
     from lcpcli.files import beside, contents
     from lcpcli.solving import checking
 
-    held = inputs.read()
-    data = held.exactly() if exact else None
-    answers = beside.read_candidates(solution, checking.lengths(held.problem), held.problem.name)
+    read = inputs.read()
+    data = read.exactly() if exact else None
+    answers = beside.read_candidates(solution, checking.lengths(read.problem), read.problem.name)
     if answers[0].remark:
         inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
     try:
-        found = [_verification(held.problem, data, answer, tol) for answer in answers]
+        found = [_verification(read.problem, data, answer, tol) for answer in answers]
     except ProblemError as fault:
         raise fault.inside(contents.place(solution)) from None
     if len(found) == 1:
@@ -99,7 +99,7 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
 
 
 def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate, tol: float | None) -> Verification:
-    """The verification of one answer, in exact arithmetic where there are exact data."""
+    """Verify one answer, in exact arithmetic if exact data are given."""
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
     from lcpcli.verify import equilibrium
