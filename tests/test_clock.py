@@ -245,7 +245,7 @@ def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
 
     whole = once(Time())
     disturbed = Disturbed(pause)
-    (result,) = timing.timed(partial(once, disturbed), compared=True)
+    (result,) = timing.measure(partial(once, disturbed), compared=True)
     assert result.seconds == whole.seconds
     assert result.parts == whole.parts
     assert result.trace is not None

@@ -14,9 +14,8 @@ from lcpcli.bench.tables import conditions, sheets, title
 from lcpcli.report import markup
 from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written
-from lcpcli.report.wording import in_a_line
+from lcpcli.report.wording import PIPE_WIDTH, in_a_line
 
-PAGE = 80  # columns of a table without a terminal
 LEFT = ("solver", "problem", "family", "how it ended", "why", "in", "up", "then")  # left-aligned columns
 COPIED = (
     *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),
@@ -37,7 +36,7 @@ def render(record: Record, form: str, width: int | None, color: bool) -> str:
     if form == "csv":
         return _csv(record, head[1:])
     if form == "table":
-        return _text(head, sheets(record, width or PAGE), width or PAGE, color)
+        return _text(head, sheets(record, width or PIPE_WIDTH), width or PIPE_WIDTH, color)
     return _markdown(head, sheets(record, None)) if form == "markdown" else _latex(head, sheets(record, None))
 
 
@@ -77,7 +76,7 @@ def _text(head: Sequence[str], shown: Sequence[Sheet], width: int, color: bool) 
     """Text of that width, styled by rich on a terminal. Numbers are never truncated or broken."""
     from rich.text import Text
 
-    from lcpcli.report.terminal import UNLIMITED, console_on, grid, trimmed
+    from lcpcli.report.terminal import UNLIMITED, console_on, grid, trim
 
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
@@ -94,4 +93,4 @@ def _text(head: Sequence[str], shown: Sequence[Sheet], width: int, color: bool) 
         show([sheet.title], "bold")
         console.print(grid(sheet.header, sheet.groups, width, LEFT))
         show(sheet.notes, "dim")
-    return trimmed(out)
+    return trim(out)

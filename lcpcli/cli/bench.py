@@ -105,7 +105,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     """Measure methods, and other solvers, on the problems of suites or in files."""
     request = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)
     settle_threads((), request.threads)
-    from lcpcli.files.atomic_write import refuse_unwritable, reserved
+    from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
     outputs = {request.output: form_of(request.output, otherwise="")} if request.output is not None else {}
     for path in filter(None, (request.output, request.plot)):
@@ -118,7 +118,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     writes = list(outputs)
     if request.resume is not None and _read_record(request).pending():
         writes.append(request.resume)
-    with reserved(writes):
+    with reserve(writes):
         return _run(request, outputs)
 
 

@@ -162,9 +162,9 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}")
     if output.endswith(OF_PROGRAMS):
-        from lcpcli.files.mps_lines import changed
+        from lcpcli.files.mps_lines import new_names
 
-        if names := changed(written.rounded):
+        if names := new_names(written.rounded):
             old, new = next(iter(names.items()))
             change = f"{count(len(names), 'name')} had to be changed, as MPS has none with spaces, or twice"
             tell(f"{output}: {change}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}")
@@ -186,7 +186,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
 
     def parse(doubles: Doubles) -> Problem:
         problem = reading.problem_of(inputs.files, texts, doubles)
-        return beside.bounded(problem, inputs.bounds, fetch, doubles)
+        return beside.with_bounds(problem, inputs.bounds, fetch, doubles)
 
     with inputs.hint_at_game():
         texts = reading.contents_of(inputs.files)

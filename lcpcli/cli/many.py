@@ -16,7 +16,7 @@ from lcpcli.cli.output import Line, Output, emit, refuse, shows_progress
 from lcpcli.cli.problems import tell
 from lcpcli.cli.runs import Request
 from lcpcli.errors import LCPError, OptionError, count
-from lcpcli.files.atomic_write import refuse_unwritable, written_gradually
+from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
 from lcpcli.files.contents import Source, place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work
@@ -95,7 +95,7 @@ class Task(NamedTuple):
         for read in inputs.problems(work):
             chosen = self.request.options_for(read.problem)
             (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True)
-            (result,) = concluded([self.request.proved(result, read.exactly)])
+            (result,) = concluded([self.request.prove(result, read.exactly)])
             yield result, [] if inputs.quiet else read.remarks
 
     def _traces(self, _: Problem) -> tuple[Trace | None, None]:
@@ -137,7 +137,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         if output.silent:
             destination = nullcontext(len)
         elif output.path is not None:
-            destination = written_gradually(output.path)
+            destination = gradual_writing(output.path)
         with _records(task, works, in_order=True) as records, destination as write:
             write(formats.heading(task.form, task.width))
             tally.write(records, write, with_progress=shows_progress(request.quiet) and output.path is not None)
@@ -155,7 +155,7 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
 
     request = task.request
     options, past = resumption.hidden_options(request), resumption.Past()
-    with log.opened(path, anew=not request.resume) as book:
+    with log.open_log(path, anew=not request.resume) as book:
         if request.resume:
             past.read(book, task, options)
         left = past.rest(resumption.with_marks(works, options))

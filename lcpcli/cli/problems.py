@@ -155,7 +155,7 @@ class Inputs(NamedTuple):
         """Return the problem with the first of several q for one M."""
         from lcpcli.files import beside
 
-        return beside.bounded(work.first_problem(), self.bounds)
+        return beside.with_bounds(work.first_problem(), self.bounds)
 
     def _single(self, work: Input) -> InputProblem:
         """Return the problem of an input, with the bounds from the options."""
@@ -163,14 +163,15 @@ class Inputs(NamedTuple):
 
         fetch = cache(contents.content_of)  # standard input can be read only once
         original = work.read()
-        bounded = beside.bounded(original, self.bounds, fetch)
-        problem, remarks = without_wrong_solutions(bounded, work.paths[0])
+        changed = beside.with_bounds(original, self.bounds, fetch)
+        problem, remarks = without_wrong_solutions(changed, work.paths[0])
 
         @cache
         def exactly() -> ExactProblem:
             from lcpcli.rational.problem import ExactProblem
 
-            data = beside.exactly_bounded(ExactProblem(original, *work.exact_parts()), bounded, self.bounds, fetch)
+            exact = ExactProblem(original, *work.exact_parts())
+            data = beside.with_exact_bounds(exact, changed, self.bounds, fetch)
             data.problem = problem
             return data
 

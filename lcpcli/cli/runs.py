@@ -128,10 +128,10 @@ class Request(NamedTuple):
             if near is not None and METHODS[variant.method].uses_start:
                 starts.append({**values, "x0": near, "z0": None, "basis": None})
             for start in starts:
-                for result in timed(partial(once, variant.method, start), compared):
+                for result in measure(partial(once, variant.method, start), compared):
                     yield result if of_many else replace(result, label=label, warm=start is not values)
 
-    def proved(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
+    def prove(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
         """Return the result with the requested proofs, as far as the time that its run has left allows.
 
         exactly : returns the problem with its numbers as written, if the proofs are to hold for these.
@@ -140,7 +140,7 @@ class Request(NamedTuple):
             from lcpcli.solving.proof import prove
 
             result = prove(exactly, result, result.limits.time_limit - result.seconds)
-        return bounded(result) if self.bound else result
+        return with_bound(result) if self.bound else result
 
     def options_for(self, problem: Problem) -> list[Values]:
         """Return for each method its options, with the given ones; raise OptionError if no method has a given one."""
@@ -190,7 +190,7 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
     return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box)
 
 
-def bounded(result: Result) -> Result:
+def with_bound(result: Result) -> Result:
     """Return the result with a proved bound on its error, as far as the time that its run has left allows."""
     from lcpcli.verify.error_bound import LATE, NO_BOUND, error_bound
 
@@ -204,7 +204,7 @@ def bounded(result: Result) -> Result:
     return replace(result, bound=bound)
 
 
-def referred(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
+def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
     """Return the problems with reference solutions for errors, where one is found within the time limit of a run.
 
     Ctrl-C gets a line of its own, as there is no iterate yet to report.
@@ -219,7 +219,7 @@ def referred(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
         raise
 
 
-def timed(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
+def measure(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
     """Repeat a run where its times need it, to be shown or compared; yield its result.
 
     Raises KeyboardInterrupt after the result if a repetition was interrupted.
@@ -255,7 +255,7 @@ def _least(runs: Sequence[Result]) -> Result:
     parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
     ends, least_ends = (list(accumulate(seconds for _, seconds in each)) for each in (first.laps, laps))
 
-    def retimed(trace: Trace | None) -> Trace | None:
+    def retime(trace: Trace | None) -> Trace | None:
         """Return the trace with the least times; each of its iterates ends a lap, up to rounding of the sums."""
         if trace is None:
             return None
@@ -263,4 +263,4 @@ def _least(runs: Sequence[Result]) -> Result:
         return trace.retimed({k: least_ends[i] for k, i in ended.items()})
 
     spread = median(run.seconds for run in runs) / sum(parts.values())
-    return replace(first, parts=parts, laps=laps, spread=spread, trace=retimed(first.trace), curve=retimed(first.curve))
+    return replace(first, parts=parts, laps=laps, spread=spread, trace=retime(first.trace), curve=retime(first.curve))

@@ -12,7 +12,7 @@ from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
 from lcpcli.cli.output import STANDARD, Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
-from lcpcli.cli.runs import Request, referred
+from lcpcli.cli.runs import Request, with_references
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError
 from lcpcli.files.formats import LINES
@@ -122,7 +122,7 @@ def _results(request: Request, sources: list[InputProblem], output: Output) -> t
     output.require_room(len(problems))
     chosen = [request.options_for(problem) for problem in problems]
     if request.levels or output.plot is not None:
-        problems = referred(problems, request.limits)
+        problems = with_references(problems, request.limits)
     is_timed = output.plot is not None or (bool(request.levels) and not output.silent)
     results: Results = []
     try:
@@ -134,7 +134,7 @@ def _results(request: Request, sources: list[InputProblem], output: Output) -> t
                     return results, True
         for made, exactly in zip(results, data, strict=True):
             for k, result in enumerate(made):
-                made[k] = request.proved(result, exactly)
+                made[k] = request.prove(result, exactly)
     except KeyboardInterrupt:
         if not any(results):
             raise
@@ -165,7 +165,7 @@ def _text(request: Request, results: Results, sources: Sequence[Source], faults:
     places = sources[: len(shown)]  # the others were not reached
     options = {"compared": bool(request.levels), "whole": output.path is not None, "iterates": output.with_iterates}
     text = formats.render(shown, places, output.form, output.width, output.color, **options) if shown else ""
-    return text + formats.unread(faults) * (output.form == "json")
+    return text + formats.errors_text(faults) * (output.form == "json")
 
 
 def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:
