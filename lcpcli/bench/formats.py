@@ -26,9 +26,9 @@ COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
 def render(record: Record, form: str, width: int | None, color: bool) -> str:
-    """The record as text in a format.
+    """Return the record as text in a format.
 
-    width, color : of the terminal; width is None if there is none.
+    width, color : the width of the terminal, None if there is none, and whether it shows colours.
     """
     if form == "json":
         return to_json(record)
@@ -41,8 +41,8 @@ def render(record: Record, form: str, width: int | None, color: bool) -> str:
 
 
 def _csv(record: Record, comments: Sequence[str]) -> str:
-    """Comments on how it was measured, a header, and one line per measurement: parameters are JSON, booleans as in
-    JSON, missing values empty."""
+    """Return comments on the conditions, a header, and one line per measurement; parameters and booleans are in JSON,
+    missing values are empty."""
     rows: list[Sequence[object]] = [[*COPIED, *COMPUTED]]
     for row in record.measurements:
         values = [getattr(row, name) for name in COPIED]
@@ -53,7 +53,7 @@ def _csv(record: Record, comments: Sequence[str]) -> str:
 
 
 def _markdown(head: Sequence[str], shown: Sequence[Sheet]) -> str:
-    """A heading, the conditions of measurement, and one section per table."""
+    """Return a heading, the conditions of measurement, and one section per table."""
     name, *lines = map(escape_markdown, head)
     parts = ["\n".join([f"## {name}", "", *(f"- {line}" for line in lines)])]
     for sheet in shown:
@@ -64,7 +64,8 @@ def _markdown(head: Sequence[str], shown: Sequence[Sheet]) -> str:
 
 
 def _latex(head: Sequence[str], shown: Sequence[Sheet]) -> str:
-    """A comment with the conditions of measurement, then one table environment per table, ready to be \\input."""
+    """Return a comment with the conditions of measurement, then one table environment per table, ready to be
+    \\input."""
     lines = [markup.NEEDED, *(f"% {in_a_line(line)}" for line in head)]
     for sheet, label in zip(shown, markup.labels([sheet.title for sheet in shown]), strict=True):
         table = markup.tabular(sheet.header, sheet.groups, LEFT)
@@ -73,7 +74,7 @@ def _latex(head: Sequence[str], shown: Sequence[Sheet]) -> str:
 
 
 def _text(head: Sequence[str], shown: Sequence[Sheet], width: int, color: bool) -> str:
-    """Text of that width, styled by rich on a terminal. Numbers are never truncated or broken."""
+    """Return text of that width, styled by rich on a terminal. Numbers are never truncated or broken."""
     from rich.text import Text
 
     from lcpcli.report.terminal import UNLIMITED, console_on, grid, trim

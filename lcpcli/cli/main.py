@@ -11,7 +11,8 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator
 
-SOLVED = 0  # the exit codes, as the help of the commands lists them
+# The exit codes, as the help of the commands lists them.
+SOLVED = 0
 NOT_SOLVED = 1
 BAD_INPUT = 2
 NO_SOLUTION = 3

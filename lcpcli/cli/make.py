@@ -72,7 +72,7 @@ def make(
     output: str | None,
     listed: bool,
 ) -> int:
-    """Write a problem of FAMILY, a family of the gallery, or that of a program or a game."""
+    """Write a problem of FAMILY, a family of the gallery, or the problem of a program or a game."""
     given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings or None}
     sources = {"--from-qp": from_qp, "--from-game": from_game}
     if listed:

@@ -1,4 +1,4 @@
-"""Where results go, in which format, and with which iterates; and the line that shows progress meanwhile."""
+"""The destination, the format and the iterates of results, and the line that shows the progress of a run."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Output:
         emit(plotting.terminal(panels, size.columns, size.lines - 2, color), color)
 
     def _selection(self, problem: Problem) -> tuple[int, int | None, Indices | None]:
-        """Return which iterates a table shows, every so many and at most so many, and which of their components."""
+        """Return the selection of a table: the step and the largest number of its iterates, and their components."""
         from lcpcli.report.tables import kept_components, room
 
         components = kept_components(problem, room(self.form, self.width))

@@ -201,7 +201,7 @@ def _with_next(path: str, content: bytes, left: list[str]) -> Work:
 
 
 def _is_vector(path: str) -> bool:
-    """Whether a file holds a vector and no problem."""
+    """Return whether a file has a vector and no problem."""
     if path == STANDARD_INPUT or path.casefold().endswith(LINES):
         return False
     with suppress(ProblemError):

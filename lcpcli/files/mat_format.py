@@ -115,7 +115,7 @@ def _damage(fault: str) -> ProblemError:
 
 
 def _array(name: str, value: Any) -> Any:
-    """Return a variable, as a vector if it has one row or one column, unless its name is that of a matrix."""
+    """Return a variable, as a vector if it has one row or one column, unless its name is the name of a matrix."""
     is_matrix = name in ("M", *MATRICES)
     if is_sparse(value) and 1 in value.shape and not is_matrix:
         refuse_beyond_memory(name, value.shape)
