@@ -86,8 +86,8 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     metavar="NAME",
     multiple=True,
     shell_complete=Candidates({**PEERS, **OF_ONE_NAME}),
-    help="Another solver to measure, if it is installed; repeatable. The part before a dash selects all of that name."
-    "  [default: none]",
+    help="Another solver to measure, if it is installed; repeatable. The part before a dash selects all "
+    "solvers of that name.  [default: none]",
 )
 @numeric("Stopping", TOL)
 @numeric("Stopping", TIME_LIMIT)

@@ -45,12 +45,13 @@ TIME_LIMIT = replace(
     "paths",
     {
         "FILE [Q_FILE]": "As for lcp solve.",
-        "SOLUTION": "A result of lcp solve in JSON or CSV (of several in JSON lines that of the problem, by its name, "
-        "else the first), or z as a list in JSON, as a row, a "
-        "column or a table of numbers, or as numbers here: 1,0,15/29; fractions too. Of a result with fractions "
-        "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof; of lcp solve --all "
-        "each solution. Of a game also strategies: the probabilities of rows, then of columns, or a JSON object "
-        'with row and column. Of a program also x alone or x and then y, or {"x": [...], "y": [...]} in JSON. '
+        "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the result with the "
+        "name of the problem, else the first), or z as a list in JSON, as a row, a column or a table of "
+        "numbers, or as numbers here: 1,0,15/29; fractions too. If a result has fractions, these are "
+        "verified; if it has a proof that no z >= 0 has Mz + q >= 0, the proof; from lcp solve --all, "
+        "each solution. For a game also strategies: the probabilities of rows, then of columns, or a "
+        "JSON object with row and column. For a program also x alone or x and then y, or "
+        '{"x": [...], "y": [...]} in JSON. '
         "- is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
@@ -65,7 +66,7 @@ TIME_LIMIT = replace(
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, quiet: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
-        raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
+        raise click.UsageError("give the file of the problem, the file of q if it is separate, and the solution")
     refuse(exact and tol is not None, "--tol", "has no effect with --exact")
     options.check((TOL,), {"tol": tol})
     inputs = Inputs(paths, quiet=quiet, **given)

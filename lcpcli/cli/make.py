@@ -27,7 +27,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
 @command(
-    short_help="Write a gallery problem, or that of a program or game.",
+    short_help="Write a problem of the gallery, a program or a game.",
     examples=(
         "lcp make --list",
         "lcp make obstacle -n 100 | lcp solve -",
@@ -42,7 +42,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 @argument(
     "Family",
     "family",
-    {"FAMILY": "One of those that lcp make --list shows with their parameters and the class of M."},
+    {"FAMILY": "A family; lcp make --list shows all families with their parameters and the class of M."},
     required=False,
     shell_complete=Candidates(gallery.FAMILIES),
 )

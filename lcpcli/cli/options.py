@@ -219,7 +219,7 @@ with_bounds = declared(  # the options of a command that reads problems
     numeric("Problem", INFINITY),
     option("Problem", "--game", is_flag=True, help="Two files have the payoffs A and B of a game as tables."),
 )
-problem_file = declared(  # the problem of a command that takes one: its file, and that of q if it is separate
+problem_file = declared(  # the problem of a command that takes one: its file, and the file of q if it is separate
     argument(
         "Problem",
         "file",

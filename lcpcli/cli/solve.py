@@ -102,7 +102,7 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
     "files",
     "[FILE [Q_FILE]|FOLDER]...",
     {
-        "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by that of q.  "
+        "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by the file of q.  "
         "[default: the paper's two examples]"
     },
 )

@@ -23,7 +23,7 @@ from lcpcli.rational import linear
 from lcpcli.typing import Matrix, Vector
 
 EXACT_FIRST = 20  # n up to which exact elimination, in milliseconds, precedes floating-point arithmetic
-EXACT_LAST = 200  # n up to which exact elimination is tried while time is left; beyond, its integers grow too long
+EXACT_LAST = 200  # n up to which exact elimination is tried while time is left; beyond, its integers are too long
 RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly: its fractions stay short
 LARGEST_EXPONENT = 400  # binary; matrices with entries further from 1 are left undecided, as products might overflow
 UNSEEN = "neither a v with v'Mv < 0 nor a proof that there is none was found"

@@ -27,7 +27,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import linear, numbers
 from lcpcli.typing import Vector
 
-ALL_MINORS = 14  # n up to which all 2^n - 1 = 16383 minors are computed, in about a second
+ALL_MINORS = 14  # n up to which all 2^n - 1 = 16383 minors are computed, in half a second
 ALL_PAIRS = 8  # n up to which all 3^n pairs of index sets are examined, 6561
 MOST_WITH_VECTORS = 300  # unknowns up to which eigenvectors are tried, in a fraction of a second
 PAIRS = 2000  # n up to which all pairs of a dense matrix are examined: 32 MB for each n x n array
